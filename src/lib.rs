@@ -1,0 +1,21 @@
+//! clerestory plans where to put 360° HDR light probes inside a heritage interior, relights a model of that interior
+//! from the probes, and audits the model against photographs.
+//!
+//! The core is Image-Based Shooting (Happa, Bashford-Rogers, Debattista and Chalmers, *Rendering Interior Cultural
+//! Heritage Scenes Using Image-based Shooting*, VAST 2010). A stage is a plain function from typed input to typed
+//! output; each stage is a module:
+//!
+//! [`site`] → [`scene`] + [`panorama`] → [`shoot`] → [`volume`] → [`render`], and [`reference`] makes the truth that
+//! [`study`] measures error against.
+//!
+//! Inside the program everything is right-handed, in metres, z up, with +y towards the model's own north, and local to
+//! [`scene::Scene::origin`]. Colour is linear Rec. 709 RGB.
+
+pub mod panorama;
+pub mod reference;
+pub mod render;
+pub mod scene;
+pub mod shoot;
+pub mod site;
+pub mod study;
+pub mod volume;

@@ -1,0 +1,91 @@
+//! Triangles and what they are made of.
+
+use glam::{Vec2, Vec3};
+
+/// An indexed triangle mesh in local metres, z up. Clean: finite, no zero-area and no duplicate triangles.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates, one per vertex, or empty where the model has none.
+    pub uvs: Vec<Vec2>,
+    /// Linear vertex colours, one per vertex, or empty where the model has none.
+    pub colours: Vec<Vec3>,
+    /// Corner indices into the vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// Material index of each triangle.
+    pub materials: Vec<u32>,
+}
+
+/// A Lambertian, two-sided surface.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// The name in the MTL file.
+    pub name: String,
+    /// Linear diffuse reflectance (Kd), 0..=1.
+    pub albedo: Vec3,
+    /// Index of the picture that multiplies it (map_Kd).
+    pub texture: Option<u32>,
+    /// Radiance sent out of the surface itself (Ke), both sides.
+    pub emission: Vec3,
+}
+
+impl Mesh {
+    /// The corners of a triangle.
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// Unit normal by the winding of the corners.
+    pub fn normal(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// Area in square metres.
+    pub fn area(&self, triangle: u32) -> f32 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Texture coordinates at a point of a triangle.
+    pub fn uv(&self, triangle: u32, barycentric: Vec2) -> Option<Vec2> {
+        if self.uvs.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize]);
+        Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
+    }
+
+    /// Vertex colour at a point of a triangle.
+    pub fn colour(&self, triangle: u32, barycentric: Vec2) -> Option<Vec3> {
+        if self.colours.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.colours[i as usize]);
+        Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
+    }
+
+    /// How many texture units one metre spans on a triangle: √(area in texture space / area in space).
+    pub fn uv_per_metre(&self, triangle: u32) -> f32 {
+        if self.uvs.is_empty() {
+            return 0.0;
+        }
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize]);
+        let area = 0.5 * (b - a).perp_dot(c - a).abs();
+        (area / self.area(triangle).max(f32::MIN_POSITIVE)).sqrt()
+    }
+
+    /// The least and greatest corner of the box around all triangles; zeros where there is none.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let mut low = Vec3::INFINITY;
+        let mut high = Vec3::NEG_INFINITY;
+        for triangle in &self.triangles {
+            for &i in triangle {
+                low = low.min(self.positions[i as usize]);
+                high = high.max(self.positions[i as usize]);
+            }
+        }
+        if low.is_finite() { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) }
+    }
+}

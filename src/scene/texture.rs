@@ -1,0 +1,122 @@
+//! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
+
+use glam::{Vec2, Vec3};
+use std::sync::LazyLock;
+
+/// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
+
+/// Linear light of an sRGB-encoded value in 0..=1 (IEC 61966-2-1).
+pub fn srgb_to_linear(v: f32) -> f32 {
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// sRGB encoding of a linear value in 0..=1 (IEC 61966-2-1).
+pub fn linear_to_srgb(v: f32) -> f32 {
+    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// A picture that multiplies a material's albedo. Repeats in both directions; v = 0 is the picture's bottom row.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    /// The picture's file name, for messages.
+    pub name: String,
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    width: usize,
+    height: usize,
+    /// Rows from the top; the fourth byte pads to a word.
+    texels: Vec<[u8; 4]>,
+}
+
+impl Texture {
+    /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
+    pub fn new(name: String, width: usize, height: usize, texels: Vec<[u8; 4]>) -> Self {
+        assert!(width > 0 && height > 0 && texels.len() == width * height);
+        let mut levels = vec![Level { width, height, texels }];
+        while let Some(last) = levels.last()
+            && (last.width > 1 || last.height > 1)
+        {
+            let next = last.halved();
+            levels.push(next);
+        }
+        Self { name, levels }
+    }
+
+    /// Width and height in texels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.levels[0].width, self.levels[0].height)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(|l| l.texels.len() * 4).sum()
+    }
+
+    /// The pyramid level at which a texel is as wide as `uv_width` texture units; 0 is the picture itself.
+    pub fn level(&self, uv_width: f32) -> f32 {
+        let (w, h) = self.size();
+        (uv_width * ((w * h) as f32).sqrt()).max(1.0).log2()
+    }
+
+    /// Linear RGB at texture coordinates `uv`, bilinear, between pyramid levels linear.
+    pub fn sample(&self, uv: Vec2, level: f32) -> Vec3 {
+        let top = self.levels.len() - 1;
+        let lower = (level as usize).min(top);
+        let f = (level - lower as f32).clamp(0.0, 1.0);
+        let a = self.levels[lower].bilinear(uv);
+        if f < 1e-3 || lower == top { a } else { a.lerp(self.levels[lower + 1].bilinear(uv), f) }
+    }
+}
+
+impl Level {
+    fn texel(&self, x: usize, y: usize) -> Vec3 {
+        let [r, g, b, _] = self.texels[y * self.width + x];
+        let table = &*LINEAR;
+        Vec3::new(table[r as usize], table[g as usize], table[b as usize])
+    }
+
+    fn bilinear(&self, uv: Vec2) -> Vec3 {
+        let (u, v) = (uv.x - uv.x.floor(), uv.y - uv.y.floor());
+        let x = u * self.width as f32 - 0.5;
+        let y = (1.0 - v) * self.height as f32 - 0.5;
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        // u and v are in 0..=1, so one wrap is enough
+        let wrap = |i: f32, n: usize| {
+            let i = i as isize;
+            let n = n as isize;
+            (if i < 0 {
+                i + n
+            } else if i >= n {
+                i - n
+            } else {
+                i
+            }) as usize
+        };
+        let (xa, xb) = (wrap(x0, self.width), wrap(x0 + 1.0, self.width));
+        let (ya, yb) = (wrap(y0, self.height), wrap(y0 + 1.0, self.height));
+        let top = self.texel(xa, ya).lerp(self.texel(xb, ya), fx);
+        let bottom = self.texel(xa, yb).lerp(self.texel(xb, yb), fx);
+        top.lerp(bottom, fy)
+    }
+
+    /// Half the size in each direction, averaged in linear light. An odd size drops no texel: the last is repeated.
+    fn halved(&self) -> Self {
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let mut texels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let (xa, ya) = (2 * x, 2 * y);
+                let (xb, yb) = ((xa + 1).min(self.width - 1), (ya + 1).min(self.height - 1));
+                let mean = (self.texel(xa, ya) + self.texel(xb, ya) + self.texel(xa, yb) + self.texel(xb, yb)) * 0.25;
+                let code = |v: f32| (linear_to_srgb(v) * 255.0 + 0.5) as u8;
+                texels.push([code(mean.x), code(mean.y), code(mean.z), 255]);
+            }
+        }
+        Self { width, height, texels }
+    }
+}
