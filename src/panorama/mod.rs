@@ -27,4 +27,4 @@ pub use projection::Projection;
 pub use read::{MAX_PIXELS, dimensions, read};
 pub use read_raster::{linear_to_srgb, srgb_to_linear};
 pub use view::Panorama;
-pub use write::{Channel, Layer, write_exr};
+pub use write::{Channel, Layer, write_exr, write_png};

@@ -70,13 +70,13 @@ const TO_XYZ: Mat3 = Mat3::from_cols_array(&[
     0.357_584_34 / WHITE.x,
     0.715_168_7,
     0.119_194_78 / WHITE.z,
-    0.180_480_79 / WHITE.x,
+    0.180_480_8 / WHITE.x,
     0.072_192_32,
     0.950_532_15 / WHITE.z,
 ]);
 
 /// XYZ of D65 white with Y = 1.
-const WHITE: Vec3 = Vec3::new(0.950_455_93, 1.0, 1.089_057_8);
+const WHITE: Vec3 = Vec3::new(0.950_455_9, 1.0, 1.089_057_8);
 
 fn to_opponent(rgb: Vec3) -> Vec3 {
     let xyz = TO_XYZ * rgb;

@@ -156,7 +156,7 @@ mod tests {
         let x = vec![Vec3::ONE, Vec3::ONE, Vec3::ONE];
         assert_eq!(relmse(&x, &t), 0.0);
         assert_eq!(rmse(&x, &t), 0.0);
-        assert_eq!(relmse(&x[..1], &[Vec3::ZERO]).is_finite(), true);
+        assert!(relmse(&x[..1], &[Vec3::ZERO]).is_finite());
         assert!(median_relative_error(&x[..1], &[Vec3::ZERO], |_| true).is_nan());
         assert!((mean_where(&[1.0, 2.0, 6.0], |i| i > 0) - 4.0).abs() < 1e-12);
     }
