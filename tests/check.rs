@@ -1,4 +1,5 @@
-//! Loading whole sites.
+//! Loading and checking whole sites.
+#![allow(clippy::print_stdout)]
 
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;

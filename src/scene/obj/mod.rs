@@ -78,8 +78,11 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     Ok(model)
 }
 
+/// What tobj made of the file, and what the reader before it kept.
+type Parsed = (Vec<tobj::Model>, Cure<File>);
+
 /// Lets tobj parse the cured text; `None` where `colours` is needed and was not asked for.
-fn parse(path: &Path, colours: bool) -> Result<Option<(Vec<tobj::Model>, Cure<File>)>, SceneError> {
+fn parse(path: &Path, colours: bool) -> Result<Option<Parsed>, SceneError> {
     let file = File::open(path).map_err(|e| SceneError::io(path, &e))?;
     let mut cure = Cure::new(file, colours);
     let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
