@@ -4,7 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Material, Mesh, Scene};
+use super::{Material, Mesh, Scene, Texture};
 use crate::site::Frame;
 
 /// A triangle lower than this part of its longest side has no area: in single precision its normal would be noise.
@@ -160,19 +160,20 @@ fn warn_of_dropped(health: &mut Health) {
     );
 }
 
-/// Gives triangles of textured materials that have no texture coordinates a plain copy of their material, and makes
-/// all texture coordinates finite.
-pub(super) fn settle_uvs(mesh: &mut Mesh, materials: &mut Vec<Material>, health: &mut Health) {
+/// Gives triangles of textured materials that have no texture coordinates a copy of their material in the picture's
+/// mean colour, and makes all texture coordinates finite.
+pub(super) fn settle_uvs(mesh: &mut Mesh, materials: &mut Vec<Material>, textures: &[Texture], health: &mut Health) {
     let mut plain = vec![None; materials.len()];
     for triangle in 0..mesh.triangles.len() {
         let material = mesh.materials[triangle] as usize;
         let mapped = mesh.uv(triangle as u32, Vec2::splat(1.0 / 3.0)).is_some_and(Vec2::is_finite);
-        if mapped || materials[material].texture.is_none() {
-            continue;
-        }
+        let (false, Some(texture)) = (mapped, materials[material].texture) else { continue };
         health.without_uvs += 1;
         let copy = *plain[material].get_or_insert_with(|| {
-            materials.push(Material { texture: None, ..materials[material].clone() });
+            // past the pyramid's top there is one texel left, the mean
+            let mean = textures[texture as usize].sample(Vec2::ZERO, f32::from(u8::MAX));
+            let albedo = materials[material].albedo * mean;
+            materials.push(Material { albedo, texture: None, ..materials[material].clone() });
             materials.len() as u32 - 1
         });
         mesh.materials[triangle] = copy;
@@ -182,7 +183,7 @@ pub(super) fn settle_uvs(mesh: &mut Mesh, materials: &mut Vec<Material>, health:
     }
     if health.without_uvs > 0 {
         health.warnings.push(format!(
-            "{} triangles of textured materials have no texture coordinates: the plain colour is taken. Unwrap them.",
+            "Triangles of textured materials have no texture coordinates ({}): the picture's mean colour is taken. Unwrap them.",
             health.without_uvs
         ));
     }

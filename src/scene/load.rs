@@ -81,6 +81,9 @@ pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
     let (textures, indices) = textures(folder, &maps, health)?;
     for (material, map) in materials.iter_mut().zip(&maps) {
         material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
+        if let (Some(map), None) = (map, material.texture) {
+            material.albedo = map.plain_albedo;
+        }
     }
     let mut mesh = Mesh {
         positions: model.positions,
@@ -97,7 +100,7 @@ pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
         );
         return Err(SceneError::Empty { path: site.model.clone(), why });
     }
-    health::settle_uvs(&mut mesh, &mut materials, health);
+    health::settle_uvs(&mut mesh, &mut materials, &textures, health);
     let scene = Scene::new(mesh, materials, textures, model.origin);
     health::measure(&scene, &site.frame, health);
     Ok(scene)
@@ -107,15 +110,15 @@ fn warn_of_oddities(model: &obj::Model, health: &mut Health) {
     let o = model.oddities;
     let mut warn = |count: u64, what: &str| {
         if count > 0 {
-            health.warnings.push(format!("{count} {what}."));
+            health.warnings.push(format!("{what}: {count}."));
         }
     };
-    warn(o.points + o.lines, "point and line elements ignored: only faces have a surface");
-    warn(o.short_faces, "faces with fewer than three corners ignored");
-    warn(o.free_form, "free-form curves and surfaces ignored: export them as polygons");
-    warn(o.fans, "faces with very many corners or none off a line cut as fans");
+    warn(o.points + o.lines, "Point and line elements ignored, as only faces have a surface");
+    warn(o.short_faces, "Faces with fewer than three corners ignored");
+    warn(o.free_form, "Free-form curves and surfaces ignored (export them as polygons)");
+    warn(o.fans, "Faces that cross themselves, or with corners on a line or very many, cut only roughly");
     if o.coloured > 0 && o.coloured < o.vertices {
-        warn(o.vertices - o.coloured, "vertices have no colour while others have: white is taken");
+        warn(o.vertices - o.coloured, "Vertices without a colour, taken as white, while others have one");
     }
     if o.byte_colours {
         health.warnings.push("Vertex colours are above 1: they are taken as 0 to 255.".to_owned());

@@ -177,6 +177,7 @@ impl<R: Read> Cure<R> {
                 self.oddities.free_form += 1;
                 Ok(())
             }
+            "newmtl" if self.oddities.vertices == 0 => Err(Fault::NotObj("a material (MTL) file".to_owned())),
             _ => Ok(()),
         }
     }
@@ -184,7 +185,7 @@ impl<R: Read> Cure<R> {
     /// `v x y z`, `v x y z w` or `v x y z r g b`.
     fn vertex(&mut self, rest: &str) -> Result<(), Fault> {
         self.oddities.vertices += 1;
-        let mut words = rest.split_ascii_whitespace();
+        let mut words = rest.split_ascii_whitespace().map(known_number);
         let first_three = (words.next(), words.next(), words.next());
         let more = (words.next(), words.next(), words.next());
         let (Some(x), Some(y), Some(z)) = first_three else {
@@ -304,8 +305,14 @@ fn resolve(word: &str, count: i64, what: &str) -> Result<i64, Fault> {
     Err(Fault::Line(format!("the face names {what} {index}, but {count} come before it, counted from 1")))
 }
 
+/// What stands before a comment. A `#` inside a word begins none: some compilers print NaN as `1.#QNAN`.
 fn uncommented(rest: &str) -> &str {
-    rest.split_once('#').map_or(rest, |(before, _)| before)
+    rest.find(" #").or_else(|| rest.find("\t#")).map_or(rest, |i| &rest[..i])
+}
+
+/// Other spellings of NaN and infinity (`-1.#IND`, `nan(ind)`) as `nan`: their triangles are left out later.
+fn known_number(word: &str) -> &str {
+    if word.contains(['#', '(']) { "nan" } else { word }
 }
 
 fn shorten(text: &str) -> String {
