@@ -11,11 +11,11 @@ use super::fault::{SiteError, Source};
 use super::file::{
     EnvironmentTable, ImageKey, PlanTable, ProbeTable, ProjectionKey, SiteFile, SunTable, UpKey, ViewTable,
 };
-use super::files::{find_loosely, is_url, picture_size};
+use super::files::{find_loosely, is_url};
 use super::frame::{Frame, Pose, Up};
 use super::pose::{Orientation, finite, finite_number};
 use super::{Environment, LitPicture, Match, Plan, Probe, Site, Sun, UnposedView, View};
-use crate::panorama::Projection;
+use crate::panorama::{self, Projection};
 
 /// Largest relative difference between a picture's aspect and its projection's.
 const ASPECT_TOLERANCE: f64 = 0.01;
@@ -162,17 +162,15 @@ impl Resolver<'_> {
         ))
     }
 
+    /// Width and height, from the picture's header alone.
     fn size_of(&self, path: &Path, at: Range<usize>) -> Result<(u32, u32), SiteError> {
-        let why = match picture_size(path) {
-            Ok((width, height)) if width > 0 && height > 0 => return Ok((width, height)),
-            Ok(_) => "it has no pixels".to_owned(),
-            Err(why) => why,
+        let why = match panorama::dimensions(path).map(|(w, h)| (u32::try_from(w), u32::try_from(h))) {
+            Ok((Ok(width), Ok(height))) => return Ok((width, height)),
+            Ok(_) => format!("{}: the picture is too large", path.display()),
+            Err(why) => why.to_string(),
         };
-        Err(self.source.fault(
-            at,
-            format!("“{}” cannot be read as a picture: {why}", path.display()),
-            "Give an OpenEXR, Radiance HDR, PNG, JPEG or TIFF file",
-        ))
+        let help = "Give an OpenEXR, Radiance HDR, PNG, JPEG or TIFF picture";
+        Err(self.source.fault(at, format!("the picture cannot be read: {why}"), help))
     }
 
     fn environment(&self, table: &Spanned<EnvironmentTable>) -> Result<Environment, SiteError> {

@@ -1,0 +1,3 @@
+//! The command line: one file per verb; parses, calls the library and prints.
+
+pub(crate) mod check;
