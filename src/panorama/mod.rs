@@ -17,7 +17,7 @@ mod read_raster;
 mod view;
 mod write;
 
-pub use convert::convert;
+pub use convert::{convert, latlong_size};
 pub use environment::{EnvironmentSample, EnvironmentSampler};
 pub use error::PanoramaError;
 pub use exposure::{Exposure, luminance};

@@ -50,7 +50,7 @@ impl Panorama {
     }
 
     /// Radiance from a direction in the camera's axes; `None` where the picture does not show it.
-    pub(super) fn shown(&self, local: DVec3) -> Option<Vec3> {
+    pub fn shown(&self, local: DVec3) -> Option<Vec3> {
         let p = self.projection.pixel(self.picture.width, self.picture.height, local)?;
         match self.projection {
             Projection::LatLong => Some(bilinear_latlong(&self.picture, p.as_vec2())),
