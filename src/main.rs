@@ -17,19 +17,46 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Check(cli::check::CheckArgs),
+    Simulate(cli::simulate::SimulateArgs),
 }
 
 fn main() -> ExitCode {
-    let Verb::Check(args) = Arguments::parse().verb;
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let result = cli::check::run(&args, &mut out).and_then(|()| Ok(out.flush()?));
-    match result {
+    let result = match Arguments::parse().verb {
+        Verb::Check(args) => cli::check::run(&args, &mut out).map_err(Error::Check),
+        Verb::Simulate(args) => cli::simulate::run(&args, &mut out).map_err(Error::Simulate),
+    };
+    match result.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(cli::check::Error::Write(e)) if e.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(e) if e.is_broken_pipe() => ExitCode::SUCCESS,
         Err(e) => {
             // nobody is left to tell when stderr is gone too
             let _ = writeln!(io::stderr(), "error: {e}");
             ExitCode::from(1)
         }
+    }
+}
+
+/// Why a verb did not come to an end.
+#[derive(Debug, thiserror::Error)]
+enum Error {
+    #[error(transparent)]
+    Check(cli::check::Error),
+    #[error(transparent)]
+    Simulate(cli::simulate::Error),
+    #[error("cannot write the result: {0}")]
+    Write(#[from] io::Error),
+}
+
+impl Error {
+    /// Whether whoever read the output has stopped reading.
+    fn is_broken_pipe(&self) -> bool {
+        let (Self::Check(cli::check::Error::Write(e))
+        | Self::Simulate(cli::simulate::Error::Write(e))
+        | Self::Write(e)) = self
+        else {
+            return false;
+        };
+        e.kind() == io::ErrorKind::BrokenPipe
     }
 }

@@ -1,5 +1,7 @@
 //! The path tracer against cases whose answer is a formula. `-- --nocapture` prints the figures.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
+
 use clerestory::reference::{Lights, Settings, Sky, Strategy, irradiance, render_camera, render_panorama, unwatched};
 use clerestory::scene::{Material, Mesh, Scene};
 use clerestory::site::{Camera, Pose, Sun};

@@ -145,13 +145,13 @@ impl Paths<'_> {
         }
         if let Some(emitters) = &self.lights.emitters {
             let e = emitters.sample(self.scene, sampler.pair(pair + 1));
-            irradiance += self.from_emitter(spot, &e, rays);
+            irradiance += self.emitter_light(spot, &e, rays);
         }
         irradiance
     }
 
     /// Irradiance from a sampled point of an emitter.
-    fn from_emitter(&self, spot: &Spot, e: &EmitterPoint, rays: &mut u64) -> Vec3 {
+    fn emitter_light(&self, spot: &Spot, e: &EmitterPoint, rays: &mut u64) -> Vec3 {
         let to = e.position - spot.point;
         let distance2 = to.length_squared();
         let direction = to.normalize_or_zero();
