@@ -8,6 +8,7 @@ mod exposure;
 mod latlong;
 mod picture;
 mod pinhole;
+mod primaries;
 mod projection;
 mod radial;
 mod read;
