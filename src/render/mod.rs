@@ -26,7 +26,9 @@ pub fn combine(records: &[Records], point: Vec3, normal: Vec3, reach: i32) -> Ob
         let o = probe.observe(point, normal, reach);
         let fine = probe.fineness(point, normal);
         sum.add(&o, fine * fine);
-        if o.shade.weight + o.sun.weight + o.mixed.weight > 0.0 { finest = finest.max(fine); }
+        if o.shade.weight + o.sun.weight + o.mixed.weight > 0.0 {
+            finest = finest.max(fine);
+        }
     }
     let mut out = Observations::default();
     out.add(&sum, 1.0 / (finest * finest).max(1e-30));
@@ -34,7 +36,14 @@ pub fn combine(records: &[Records], point: Vec3, normal: Vec3, reach: i32) -> Ob
 }
 
 /// Irradiance from records; None where no probe sees the point.
-pub fn irradiance(scene: &Scene, records: &[Records], surface: &Surface, sun: Option<Vec3>, sun_e: Vec3, reaches: &[i32]) -> Option<Vec3> {
+pub fn irradiance(
+    scene: &Scene,
+    records: &[Records],
+    surface: &Surface,
+    sun: Option<Vec3>,
+    sun_e: Vec3,
+    reaches: &[i32],
+) -> Option<Vec3> {
     let min_trust: f32 = *MIN_TRUST;
     let mut lit = None;
     let mut fallback = None;
@@ -42,20 +51,34 @@ pub fn irradiance(scene: &Scene, records: &[Records], surface: &Surface, sun: Op
         let o = combine(records, surface.position, surface.normal, reach);
         let pure = o.shade.weight + o.sun.weight;
         let total = pure + o.mixed.weight;
-        if total <= 0.0 { continue; }
-        let is_lit = if o.sun.weight + o.mixed.weight < 1e-3 * total { false } else if o.shade.weight + o.mixed.weight < 1e-3 * total { true } else {
-            *lit.get_or_insert_with(|| sun.is_some_and(|s| crate::shoot::sunlight::reaches(scene, surface.position, surface.normal, s))) };
+        if total <= 0.0 {
+            continue;
+        }
+        let is_lit = if o.sun.weight + o.mixed.weight < 1e-3 * total {
+            false
+        } else if o.shade.weight + o.mixed.weight < 1e-3 * total {
+            true
+        } else {
+            *lit.get_or_insert_with(|| {
+                sun.is_some_and(|s| crate::shoot::sunlight::reaches(scene, surface.position, surface.normal, s))
+            })
+        };
         let mine = if is_lit { o.sun } else { o.shade };
         if mine.weight >= 0.02 * total && mine.weight > min_trust {
             return Some(mine.irradiance());
         }
         let cos = sun.map_or(0.0, |s| surface.normal.dot(s).max(0.0));
-        if is_lit && o.shade.weight > min_trust { return Some(o.shade.irradiance() + sun_e * cos); }
-        if mine.weight > min_trust { fallback = Some(mine.irradiance()); }
+        if is_lit && o.shade.weight > min_trust {
+            return Some(o.shade.irradiance() + sun_e * cos);
+        }
+        if mine.weight > min_trust {
+            fallback = Some(mine.irradiance());
+        }
     }
     fallback
 }
-static MIN_TRUST: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| std::env::var("TRUST").unwrap_or("0".into()).parse().unwrap());
+static MIN_TRUST: std::sync::LazyLock<f32> =
+    std::sync::LazyLock::new(|| std::env::var("TRUST").unwrap_or("0".into()).parse().unwrap());
 
 /// Renders a view.
 pub fn render(

@@ -80,9 +80,7 @@ impl Chart {
                 let (sin_theta, cos_theta) = (v * PI).sin_cos();
                 Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
             }
-            Lens::Perspective(half) => {
-                Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize()
-            }
+            Lens::Perspective(half) => Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize(),
         }
     }
 

@@ -96,10 +96,8 @@ fn gather_one(scene: &Scene, anchors: &Anchors, index: u32, light: &Emitters, ra
                     None => {
                         let rho = scene.filtered_albedo(surface.triangle, surface.barycentric, width) / PI;
                         anchors.around(surface.position, surface.normal, &mut found);
-                        let near = found
-                            .iter()
-                            .take(4)
-                            .find(|f| anchors.sees(scene, f.1, surface.position, surface.normal));
+                        let near =
+                            found.iter().take(4).find(|f| anchors.sees(scene, f.1, surface.position, surface.normal));
                         if let Some(near) = near {
                             links.push((near.1, rho, weight));
                         }
@@ -116,7 +114,14 @@ fn gather_one(scene: &Scene, anchors: &Anchors, index: u32, light: &Emitters, ra
 }
 
 /// What a few blind rays from each anchor find bright: places and their radiance × area, as a guide wants them.
-pub fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Emitters, rays: u32, threshold: f32) -> Vec<(Vec3, f32)> {
+pub fn scout(
+    scene: &Scene,
+    anchors: &Anchors,
+    wanted: &[u32],
+    light: &Emitters,
+    rays: u32,
+    threshold: f32,
+) -> Vec<(Vec3, f32)> {
     let scale = 8.0 / wanted.len().max(1) as f32;
     wanted
         .par_iter()
