@@ -1,5 +1,5 @@
 //! Site files, right and wrong, and the `check` verb.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 use assert_cmd::Command;
 use clerestory::panorama::Projection;
