@@ -242,7 +242,9 @@ fn a_full_site_file_is_understood() {
     assert!(site.warnings.iter().any(|w| w.contains("“b” has no picture for “14:30”")));
     assert!(site.warnings.iter().any(|w| w.contains("View “w” has no position")));
     assert_eq!(site.probes[0].gain, 2.0);
-    assert!(matches!(site.probes[1].projection, Projection::Perspective { fov_y } if (fov_y - 1.5708).abs() < 1e-4));
+    assert!(
+        matches!(site.probes[1].projection, Projection::Perspective { fov_y } if (fov_y - std::f64::consts::FRAC_PI_2).abs() < 1e-12)
+    );
     assert!(matches!(&site.environment, Some(Environment::Image { rotation, .. })
         if (*rotation * DVec3::Y).distance(DVec3::X) < 1e-9));
     assert_eq!(site.sun.unwrap().direction, Vec3::Z);
