@@ -55,11 +55,9 @@ pub(super) struct Pixel {
 
 impl Frame {
     pub(super) fn from_pixels(width: usize, height: usize, pixels: &[Pixel], rays_s: f64, shade_s: f64) -> Self {
-        let picture =
-            |f: fn(&Pixel) -> Vec3| Picture { width, height, pixels: pixels.iter().map(f).collect() };
-        let (surface, recorded) = pixels
-            .iter()
-            .fold((0u64, 0u64), |sum, p| (sum.0 + u64::from(p.surface), sum.1 + u64::from(p.recorded)));
+        let picture = |f: fn(&Pixel) -> Vec3| Picture { width, height, pixels: pixels.iter().map(f).collect() };
+        let (surface, recorded) =
+            pixels.iter().fold((0u64, 0u64), |sum, p| (sum.0 + u64::from(p.surface), sum.1 + u64::from(p.recorded)));
         let source = |p: &Pixel| match p {
             Pixel { surface: 0, .. } => Source::None,
             p if 2 * p.recorded >= p.surface => Source::Record,

@@ -73,7 +73,9 @@ pub enum SetupError {
     #[error(transparent)]
     Panorama(#[from] PanoramaError),
     /// Nothing gives light.
-    #[error("{site}: the site has no probe, so nothing can be relit. Add a [[probe]]; `clerestory plan` says where to take them and `clerestory simulate` makes rehearsal probes")]
+    #[error(
+        "{site}: the site has no probe, so nothing can be relit. Add a [[probe]]; `clerestory plan` says where to take them and `clerestory simulate` makes rehearsal probes"
+    )]
     NoProbe {
         /// The site file.
         site: String,
@@ -123,10 +125,8 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
             return Err(SetupError::NoLighting { site: name, lighting: lighting.clone(), known: known() });
         }
         let start = Instant::now();
-        let with_hits: Vec<_> = lit
-            .iter()
-            .filter_map(|(i, picture)| hits[*i].clone().map(|h| (h, picture, probes[*i].gain)))
-            .collect();
+        let with_hits: Vec<_> =
+            lit.iter().filter_map(|(i, picture)| hits[*i].clone().map(|h| (h, picture, probes[*i].gain))).collect();
         let sun = site.sun.filter(|_| options.sun);
         lights.push((lighting.clone(), Light::new(scene, &with_hits, sun, outside.clone())));
         timings.index_s += start.elapsed().as_secs_f64();

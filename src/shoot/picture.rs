@@ -12,9 +12,7 @@ use glam::DMat3;
 pub fn charted(picture: Picture, projection: Projection) -> (Chart, Picture) {
     match projection {
         Projection::LatLong => (Chart::latlong(picture.width, picture.height), picture),
-        Projection::Perspective { fov_y } => {
-            (Chart::perspective(picture.width, picture.height, fov_y as f32), picture)
-        }
+        Projection::Perspective { fov_y } => (Chart::perspective(picture.width, picture.height, fov_y as f32), picture),
         _ => {
             let panorama = Panorama::new(picture, projection, DMat3::IDENTITY);
             let (width, height) = latlong_size(&panorama);
