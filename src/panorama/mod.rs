@@ -1,25 +1,17 @@
 //! HDR pictures and how their pixels map to directions.
 
+mod error;
 mod picture;
+mod projection;
+mod read;
+mod read_exr;
+mod read_hdr;
+mod read_raster;
+mod write;
 
+pub use error::PanoramaError;
 pub use picture::Picture;
-
-/// How a picture's pixels map to directions in the camera's axes (+x right, +y forward, +z up).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
-    /// Latitude/longitude: the centre column looks forward, moving right turns right, the top row is up.
-    LatLong,
-    /// Debevec's angular map: angle from forward proportional to the distance from the centre, 180° at the rim.
-    Angular,
-    /// A mirror ball photographed from far away.
-    MirrorBall,
-    /// Equidistant fisheye: the angle from forward is proportional to the distance from the centre, 90° at the rim.
-    Fisheye,
-    /// A vertical cube cross, 3 × 4 faces.
-    CubeCross,
-    /// An ordinary photograph.
-    Perspective {
-        /// Vertical field of view in radians.
-        fov_y: f64,
-    },
-}
+pub use projection::{Projection, latlong_direction, latlong_pixel, latlong_solid_angle};
+pub use read::{MAX_PIXELS, dimensions, read};
+pub use read_raster::{linear_to_srgb, srgb_to_linear};
+pub use write::{Channel, Layer, write_exr};

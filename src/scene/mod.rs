@@ -1,9 +1,15 @@
 //! The model: mesh, materials, textures and ray casting.
 
+mod health;
+mod load;
 mod mesh;
+mod mtl;
+mod obj;
 mod texture;
 mod tracer;
 
+pub use health::Health;
+pub use load::{SceneError, load};
 pub use mesh::{Material, Mesh};
 pub use texture::Texture;
 pub use tracer::{Hit, Ray, Tracer};

@@ -1,7 +1,16 @@
 //! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
 
 use glam::{Vec2, Vec3};
+use std::path::Path;
 use std::sync::LazyLock;
+
+use super::load::SceneError;
+
+/// The most pixels a texture may have along a side.
+pub(super) const MAX_SIDE: u32 = 32_768;
+
+/// The most bytes that decoding a texture may take: a damaged or hostile header must not eat the machine.
+const MAX_DECODE_BYTES: u64 = 2 << 30;
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
@@ -33,6 +42,30 @@ struct Level {
 }
 
 impl Texture {
+    /// Reads an 8- or 16-bit sRGB picture; alpha is dropped.
+    ///
+    /// # Errors
+    ///
+    /// A file that is not a PNG, JPEG or TIFF picture, is damaged, or is larger than what may be decoded.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
+        let reader = image::ImageReader::open(path).and_then(|r| r.with_guessed_format());
+        let mut reader = reader.map_err(|e| fault(e.to_string()))?;
+        let mut limits = image::Limits::default();
+        limits.max_image_width = Some(MAX_SIDE);
+        limits.max_image_height = Some(MAX_SIDE);
+        limits.max_alloc = Some(MAX_DECODE_BYTES);
+        reader.limits(limits);
+        let picture = reader.decode().map_err(|e| fault(e.to_string()))?.into_rgba8();
+        let (width, height) = picture.dimensions();
+        if width == 0 || height == 0 {
+            return Err(fault("it has no pixels".to_owned()));
+        }
+        let texels = picture.pixels().map(|p| p.0).collect();
+        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        Ok(Self::new(name, width as usize, height as usize, texels))
+    }
+
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
     pub fn new(name: String, width: usize, height: usize, texels: Vec<[u8; 4]>) -> Self {
         assert!(width > 0 && height > 0 && texels.len() == width * height);

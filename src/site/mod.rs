@@ -1,13 +1,19 @@
 //! The site file: what a site is made of, checked, with every pose brought into the program's frame.
 
 mod camera;
+mod fault;
+mod file;
+pub(crate) mod files;
 mod frame;
+mod pose;
+mod resolve;
 
 pub use camera::{Camera, Distortion};
+pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
 
-use glam::{DMat3, DVec3, Vec3};
-use std::path::PathBuf;
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use std::path::{Path, PathBuf};
 
 use crate::panorama::Projection;
 
@@ -28,8 +34,51 @@ pub struct Site {
     pub sun: Option<Sun>,
     /// The light probes, in the file's order.
     pub probes: Vec<Probe>,
-    /// The views, in the file's order.
+    /// The views whose pose is known, in the file's order.
     pub views: Vec<View>,
+    /// Views without a position, whose pose is to be found from matches.
+    pub unposed: Vec<UnposedView>,
+    /// How probes are to be planned.
+    pub plan: Plan,
+    /// What is odd but no fault, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Site {
+    /// Reads and checks a site file; a folder stands for the `site.toml` in it. All that the file names is checked
+    /// to be there, pictures by their headers only.
+    ///
+    /// # Errors
+    ///
+    /// The first fault, with its place in the file, what was expected and what to do.
+    pub fn load(path: &Path) -> Result<Self, SiteError> {
+        let unreadable = |path: &Path, why: String, help: &str| SiteError::Unreadable {
+            path: path.to_owned(),
+            why,
+            help: help.to_owned(),
+        };
+        if files::is_url(&path.to_string_lossy()) {
+            return Err(unreadable(path, "expected a path, found a URL".to_owned(), "Download the site first"));
+        }
+        let file = if path.is_dir() { path.join("site.toml") } else { path.to_owned() };
+        let bytes = std::fs::read(&file).map_err(|e| {
+            unreadable(&file, e.to_string(), "Name a site file, or the folder that holds its site.toml")
+        })?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| unreadable(&file, "the file is not UTF-8 text".to_owned(), "Save it as UTF-8"))?;
+        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text))
+    }
+
+    /// All lightings that any probe has, in the file's order; `""` is the lone picture's.
+    pub fn lightings(&self) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        for picture in self.probes.iter().flat_map(|p| &p.pictures) {
+            if !all.contains(&picture.lighting) {
+                all.push(picture.lighting.clone());
+            }
+        }
+        all
+    }
 }
 
 /// Where the light outside comes from.
@@ -93,6 +142,69 @@ pub struct View {
     pub photo: Option<PathBuf>,
     /// A picture whose dark pixels are left out of comparisons.
     pub mask: Option<PathBuf>,
+    /// Known pairs of pixel and model point.
+    pub matches: Vec<Match>,
+}
+
+/// A view whose camera is not known yet.
+#[derive(Clone, Debug)]
+pub struct UnposedView {
+    /// Unique name.
+    pub name: String,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// At least four pairs of pixel and model point.
+    pub matches: Vec<Match>,
+    /// The photograph taken there, if any.
+    pub photo: Option<PathBuf>,
+    /// A picture whose dark pixels are left out of comparisons.
+    pub mask: Option<PathBuf>,
+}
+
+/// A point of the model and where a photograph shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Match {
+    /// Pixels from the top-left corner.
+    pub pixel: DVec2,
+    /// Metres in the program's axes.
+    pub point: DVec3,
+}
+
+/// How probes are to be planned. Lengths are metres; points are the program's x and y, not re-centred.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Height of the probe above the floor.
+    pub probe_height_m: f64,
+    /// Least distance to a wall.
+    pub clearance_m: f64,
+    /// How far a probe sees; 0 is without limit.
+    pub range_m: f64,
+    /// Degrees from the normal past which a surface does not count as seen.
+    pub incidence_deg: f64,
+    /// The share of the open surface that is enough, above 0 and at most 1.
+    pub target_coverage: f64,
+    /// The most probes to place.
+    pub max_probes: u32,
+    /// Polygons where no tripod may stand.
+    pub keep_out: Vec<Vec<DVec2>>,
+    /// Places where a probe must stand.
+    pub fixed: Vec<DVec2>,
+}
+
+impl Default for Plan {
+    /// Values that suit a tripod.
+    fn default() -> Self {
+        Self {
+            probe_height_m: 1.6,
+            clearance_m: 0.3,
+            range_m: 0.0,
+            incidence_deg: 80.0,
+            target_coverage: 0.98,
+            max_probes: 12,
+            keep_out: Vec::new(),
+            fixed: Vec::new(),
+        }
+    }
 }
 
 /// A position in the program's frame before re-centring: metres, z up.

@@ -1,0 +1,103 @@
+//! Reading pictures: the format is told by the file's first bytes, never by its name.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+use super::{PanoramaError, Picture, read_exr, read_hdr, read_raster};
+
+/// The most pixels a picture may have: 2²⁸, twice a 16384 × 8192 panorama.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+type Result<T> = std::result::Result<T, PanoramaError>;
+
+/// Reads a picture as linear Rec. 709 RGB, rows from the top.
+///
+/// | format | values |
+/// |---|---|
+/// | OpenEXR | as stored; the first R, G, B found (else Y), in the display window; alpha is left out |
+/// | Radiance `.hdr` | as stored, over the header's EXPOSURE and COLORCORR |
+/// | PNG, JPEG, TIFF | decoded from sRGB to 0..=1; float TIFF as stored; alpha is left out |
+///
+/// Values are kept as stored, also NaN, infinite and negative ones: see [`Picture::health`].
+///
+/// # Errors
+/// [`PanoramaError`] when the file is missing, damaged, of another format or larger than [`MAX_PIXELS`]. Nothing is
+/// allocated for pixels before the header is found plausible.
+pub fn read(path: &Path) -> Result<Picture> {
+    let (format, file) = open(path)?;
+    match format {
+        Format::Exr => read_exr::read(path, file),
+        Format::Hdr => read_hdr::read(path, file),
+        Format::Raster(kind) => read_raster::read(path, file, kind),
+    }
+}
+
+/// Width and height in pixels, from the header alone.
+///
+/// # Errors
+/// As [`read`], as far as the header tells.
+pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
+    let (format, file) = open(path)?;
+    match format {
+        Format::Exr => read_exr::dimensions(path, file),
+        Format::Hdr => read_hdr::dimensions(path, file),
+        Format::Raster(kind) => read_raster::dimensions(path, file, kind),
+    }
+}
+
+enum Format {
+    Exr,
+    Hdr,
+    Raster(image::ImageFormat),
+}
+
+fn open(path: &Path) -> Result<(Format, BufReader<File>)> {
+    let mut file = BufReader::new(File::open(path).map_err(|e| PanoramaError::io(path, e))?);
+    let mut head = Vec::new();
+    file.by_ref().take(16).read_to_end(&mut head).map_err(|e| PanoramaError::io(path, e))?;
+    file.rewind().map_err(|e| PanoramaError::io(path, e))?;
+    let format = format_of(&head).ok_or_else(|| PanoramaError::UnknownFormat { path: path.into() })?;
+    Ok((format, file))
+}
+
+fn format_of(head: &[u8]) -> Option<Format> {
+    const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
+    if head.starts_with(EXR) {
+        return Some(Format::Exr);
+    }
+    if head.starts_with(b"#?") {
+        return Some(Format::Hdr);
+    }
+    match image::guess_format(head).ok()? {
+        kind @ (image::ImageFormat::Png | image::ImageFormat::Jpeg | image::ImageFormat::Tiff) => {
+            Some(Format::Raster(kind))
+        }
+        _ => None,
+    }
+}
+
+/// Refuses sizes that no honest picture has, before anything is allocated.
+pub(super) fn check_size(path: &Path, width: u64, height: u64) -> Result<(usize, usize)> {
+    let fits = width.checked_mul(height).is_some_and(|n| n <= MAX_PIXELS);
+    if !fits {
+        return Err(PanoramaError::TooLarge { path: path.into(), width, height, limit: MAX_PIXELS });
+    }
+    if width == 0 || height == 0 {
+        return Err(PanoramaError::damaged(path, format!("a size of {width} × {height} pixels")));
+    }
+    Ok((width as usize, height as usize))
+}
+
+/// A black picture, or an error where memory does not suffice.
+pub(super) fn allocate(path: &Path, width: usize, height: usize) -> Result<Picture> {
+    let mut pixels = Vec::new();
+    pixels.try_reserve_exact(width * height).map_err(|_| PanoramaError::TooLarge {
+        path: path.into(),
+        width: width as u64,
+        height: height as u64,
+        limit: MAX_PIXELS,
+    })?;
+    pixels.resize(width * height, glam::Vec3::ZERO);
+    Ok(Picture { width, height, pixels })
+}

@@ -1,0 +1,233 @@
+//! Materials from MTL files, forgiving where exporters differ; what is odd becomes a warning with its line.
+
+use glam::Vec3;
+use std::path::{Path, PathBuf};
+
+/// The grey of a surface whose material is not known.
+pub(super) const UNKNOWN_ALBEDO: f32 = 0.5;
+
+/// A material as its MTL file tells it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MtlMaterial {
+    /// The name after `newmtl`, blanks inside kept.
+    pub(super) name: String,
+    /// Linear diffuse reflectance, 0..=1.
+    pub(super) albedo: Vec3,
+    /// Radiance sent out.
+    pub(super) emission: Vec3,
+    /// The picture that multiplies the albedo.
+    pub(super) map: Option<Map>,
+}
+
+/// A texture as a material names it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    /// The name as written, options taken off.
+    pub(super) name: String,
+    /// The MTL file, and the line in it.
+    pub(super) file: PathBuf,
+    /// Line, from 1.
+    pub(super) line: usize,
+}
+
+/// Reads the text of an MTL file. `warnings` gets a sentence for each oddity.
+pub(super) fn read(path: &Path, text: &str, warnings: &mut Vec<String>) -> Vec<MtlMaterial> {
+    let mut reader = Reader { path, line: 0, kd_given: false, warnings };
+    let mut materials: Vec<MtlMaterial> = Vec::new();
+    for (line, statement) in statements(text) {
+        reader.line = line;
+        let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((&statement, ""));
+        let (keyword, rest) = (keyword.to_ascii_lowercase(), rest.trim());
+        if keyword == "newmtl" {
+            reader.finish(materials.last_mut());
+            materials.push(reader.start(rest));
+        } else if let Some(material) = materials.last_mut() {
+            reader.statement(material, &keyword, rest);
+        } else if matches!(keyword.as_str(), "kd" | "ke" | "map_kd") {
+            reader.warn(&format!("{keyword} comes before any newmtl and is ignored"));
+        }
+    }
+    reader.finish(materials.last_mut());
+    materials
+}
+
+/// Lines without comments, continuations joined, with the number of their first line.
+fn statements(text: &str) -> impl Iterator<Item = (usize, String)> + '_ {
+    let mut lines = text.lines().enumerate();
+    std::iter::from_fn(move || {
+        let (number, first) = lines.next()?;
+        let mut statement = first.trim().to_owned();
+        while let Some(begun) = statement.strip_suffix('\\') {
+            // a Windows path may end in a backslash only by mistake; joining is what the format says
+            statement = format!("{begun} {}", lines.next().map_or("", |(_, l)| l.trim()));
+        }
+        Some((number + 1, statement.trim().to_owned()))
+    })
+    .filter(|(_, s)| !s.is_empty() && !s.starts_with('#'))
+}
+
+struct Reader<'a> {
+    path: &'a Path,
+    line: usize,
+    kd_given: bool,
+    warnings: &'a mut Vec<String>,
+}
+
+impl Reader<'_> {
+    fn warn(&mut self, what: &str) {
+        self.warnings.push(format!("{}:{}: {what}.", self.path.display(), self.line));
+    }
+
+    fn start(&mut self, name: &str) -> MtlMaterial {
+        self.kd_given = false;
+        if name.is_empty() {
+            self.warn("newmtl without a name");
+        }
+        let albedo = Vec3::splat(UNKNOWN_ALBEDO);
+        MtlMaterial { name: name.to_owned(), albedo, emission: Vec3::ZERO, map: None }
+    }
+
+    /// Settles what needs the whole material.
+    fn finish(&mut self, material: Option<&mut MtlMaterial>) {
+        let Some(material) = material else { return };
+        let Some(map) = &material.map else { return };
+        if !self.kd_given {
+            material.albedo = Vec3::ONE;
+        } else if material.albedo == Vec3::ZERO {
+            material.albedo = Vec3::ONE;
+            self.line = map.line;
+            self.warn(&format!(
+                "material “{}” has Kd 0 0 0 beside a picture, a known exporter's fault; Kd is taken as 1",
+                material.name
+            ));
+        }
+    }
+
+    fn statement(&mut self, material: &mut MtlMaterial, keyword: &str, rest: &str) {
+        match keyword {
+            "kd" => {
+                if let Some(kd) = self.colour(&material.name, "Kd", rest) {
+                    self.kd_given = true;
+                    material.albedo = self.reflectance(&material.name, kd);
+                }
+            }
+            "ke" => {
+                if let Some(ke) = self.colour(&material.name, "Ke", rest) {
+                    material.emission = ke.max(Vec3::ZERO);
+                    if ke.min_element() < 0.0 {
+                        self.warn(&format!("material “{}” has a negative Ke, taken as 0", material.name));
+                    }
+                }
+            }
+            "map_kd" => material.map = self.map(&material.name, rest),
+            "d" | "tr" => {
+                let value = rest.split_whitespace().filter_map(number).next_back();
+                let clear = value.is_some_and(|v| if keyword == "d" { v < 1.0 } else { v > 0.0 });
+                // some exporters write Tr 1 for opaque beside d 1: only a lone d or Tr below 1 is surely clear
+                if clear && !(keyword == "tr" && value == Some(1.0)) {
+                    self.warn(&format!(
+                        "material “{}” is transparent ({keyword} {rest}), which is not modelled: it is taken as opaque",
+                        material.name
+                    ));
+                }
+            }
+            "map_d" | "map_ke" => {
+                self.warn(&format!("material “{}” has {keyword}, which is not modelled", material.name));
+            }
+            _ => {}
+        }
+    }
+
+    /// One or three numbers.
+    fn colour(&mut self, material: &str, keyword: &str, rest: &str) -> Option<Vec3> {
+        let numbers: Vec<f32> = rest.split_whitespace().map_while(number).collect();
+        match numbers[..] {
+            [r, g, b, ..] => Some(Vec3::new(r, g, b)),
+            // the format lets one number stand for all three
+            [grey] => Some(Vec3::splat(grey)),
+            [r, g] => {
+                self.warn(&format!(
+                    "material “{material}” has {keyword} with two numbers; the third is taken as the second"
+                ));
+                Some(Vec3::new(r, g, g))
+            }
+            [] => {
+                self.warn(&format!(
+                    "material “{material}” has “{keyword} {rest}”; expected three numbers, so it is ignored"
+                ));
+                None
+            }
+        }
+    }
+
+    fn reflectance(&mut self, material: &str, kd: Vec3) -> Vec3 {
+        let clamped = kd.clamp(Vec3::ZERO, Vec3::ONE);
+        if clamped != kd {
+            self.warn(&format!(
+                "material “{material}” has Kd {} {} {}; a surface reflects between 0 and 1, so it is clamped",
+                kd.x, kd.y, kd.z
+            ));
+        }
+        clamped
+    }
+
+    /// The file name after the options of `map_Kd`; it may hold blanks.
+    fn map(&mut self, material: &str, rest: &str) -> Option<Map> {
+        let (options, name) = split_options(rest);
+        let turned = options.iter().any(|(option, values)| {
+            let same = if *option == "-s" { 1.0 } else { 0.0 };
+            matches!(*option, "-s" | "-o" | "-t") && values.iter().any(|v| *v != same)
+        });
+        if turned {
+            self.warn(&format!(
+                "material “{material}” scales or shifts its picture by -s or -o, which is not modelled"
+            ));
+        }
+        let name = name.trim().trim_matches('"');
+        if name.is_empty() {
+            self.warn(&format!("material “{material}” has a map_Kd without a file name"));
+            return None;
+        }
+        Some(Map { name: name.to_owned(), file: self.path.to_owned(), line: self.line })
+    }
+}
+
+/// A finite number.
+fn number(text: &str) -> Option<f32> {
+    text.parse().ok().filter(|v: &f32| v.is_finite())
+}
+
+/// Options with their numbers, and what follows them.
+fn split_options(rest: &str) -> (Vec<(&str, Vec<f32>)>, &str) {
+    let mut options = Vec::new();
+    let mut rest = rest.trim_start();
+    while rest.starts_with('-') {
+        let (option, after) = next_word(rest);
+        // words that each option takes: (always, at most as long as they are numbers)
+        let (words, numbers) = match option.to_ascii_lowercase().as_str() {
+            "-o" | "-s" | "-t" => (0, 3),
+            "-mm" => (0, 2),
+            "-blendu" | "-blendv" | "-cc" | "-clamp" | "-imfchan" | "-type" | "-colorspace" | "-texres" => (1, 0),
+            "-bm" | "-boost" => (0, 1),
+            _ => break,
+        };
+        rest = after;
+        for _ in 0..words {
+            rest = next_word(rest).1;
+        }
+        let mut values = Vec::new();
+        while values.len() < numbers
+            && let Some(value) = number(next_word(rest).0)
+        {
+            values.push(value);
+            rest = next_word(rest).1;
+        }
+        options.push((option, values));
+    }
+    (options, rest)
+}
+
+fn next_word(text: &str) -> (&str, &str) {
+    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    (word, rest.trim_start())
+}

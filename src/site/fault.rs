@@ -1,0 +1,176 @@
+//! What is wrong with a site file, and where: every fault names the file, the place, the key and the cure.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Why a site could not be loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum SiteError {
+    /// The site file could not be read at all.
+    #[error("{}: {why}. {help}", path.display())]
+    Unreadable {
+        /// The file or folder asked for.
+        path: PathBuf,
+        /// What happened.
+        why: String,
+        /// What to do about it.
+        help: String,
+    },
+    /// Something in the site file is at fault.
+    #[error("{}:{line}:{column}: {key}: {problem}. {help}", path.display())]
+    Fault {
+        /// The site file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// The key, such as `probe.nave.position`; probes and views go by their names.
+        key: String,
+        /// What was found and what was expected.
+        problem: String,
+        /// What to do about it.
+        help: String,
+    },
+}
+
+/// A site file's text, for telling where things are.
+pub(super) struct Source<'a> {
+    pub(super) path: &'a Path,
+    pub(super) text: &'a str,
+}
+
+impl Source<'_> {
+    /// A fault at a place in the text.
+    pub(super) fn fault(&self, at: Range<usize>, problem: impl Into<String>, help: impl Into<String>) -> SiteError {
+        let key = self.key_at(at.start).unwrap_or_else(|| "site file".to_owned());
+        self.fault_of(key, at, problem.into(), help.into())
+    }
+
+    fn fault_of(&self, key: String, at: Range<usize>, problem: String, help: String) -> SiteError {
+        let (line, column) = self.line_and_column(at.start);
+        SiteError::Fault { path: self.path.to_owned(), line, column, key, problem, help }
+    }
+
+    /// A parser's error in a person's words.
+    pub(super) fn parse_fault(&self, error: &toml::de::Error) -> SiteError {
+        let at = error.span().unwrap_or(0..0);
+        let (problem, help) = explain(error.message());
+        self.fault(at, problem, help)
+    }
+
+    fn line_and_column(&self, offset: usize) -> (usize, usize) {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        let before = String::from_utf8_lossy(before);
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// The dotted key whose name or value stands at a place in the text.
+    fn key_at(&self, offset: usize) -> Option<String> {
+        let (tree, _) = DeTable::parse_recoverable(self.text);
+        let mut best = None;
+        search_table(tree.get_ref(), "", offset, &mut best);
+        best.map(|(_, key)| key)
+    }
+}
+
+/// The smallest key or value around `offset` so far: its length in bytes and its dotted name.
+type Best = Option<(usize, String)>;
+
+fn search_table(table: &DeTable, prefix: &str, offset: usize, best: &mut Best) {
+    for (key, value) in table {
+        let name = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        offer(key.span(), &name, offset, best);
+        search_value(value, &name, offset, best);
+    }
+}
+
+fn search_value(value: &Spanned<DeValue>, name: &str, offset: usize, best: &mut Best) {
+    offer(value.span(), name, offset, best);
+    match value.get_ref() {
+        DeValue::Table(table) => search_table(table, name, offset, best),
+        DeValue::Array(items) => {
+            for (i, item) in items.iter().enumerate() {
+                let title = item.get_ref().get("name").and_then(|n| n.get_ref().as_str());
+                let name = match (item.get_ref().is_table(), title) {
+                    (true, Some(title)) => format!("{name}.{title}"),
+                    (true, None) => format!("{name}.#{}", i + 1),
+                    (false, _) => name.to_owned(),
+                };
+                search_value(item, &name, offset, best);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn offer(span: Range<usize>, name: &str, offset: usize, best: &mut Best) {
+    let smaller = best.as_ref().is_none_or(|(length, _)| span.len() <= *length);
+    if span.contains(&offset) && smaller {
+        *best = Some((span.len(), name.to_owned()));
+    }
+}
+
+/// The parser's message as problem and cure.
+fn explain(message: &str) -> (String, String) {
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let first_line = message.lines().next().unwrap_or(message);
+    if let ["unknown", kind @ ("field" | "variant"), ..] = first_line.split(' ').collect::<Vec<_>>()[..]
+        && let [unknown, known @ ..] = &quoted[..]
+    {
+        let kind = if kind == "field" { "key" } else { "value" };
+        let list = known.join(", ");
+        let help = match nearest(unknown, known) {
+            Some(near) => format!("Did you mean `{near}`? Known here: {list}"),
+            None => format!("Known here: {list}"),
+        };
+        return (format!("unknown {kind} `{unknown}`"), help);
+    }
+    if let Some(field) = first_line.strip_prefix("missing field ") {
+        return (format!("the key {field} is missing"), format!("Add {field} to this table"));
+    }
+    if let Some((found, expected)) = first_line.split_once(", expected ")
+        && let Some(found) =
+            ["invalid type: ", "invalid value: ", "invalid "].iter().find_map(|p| found.strip_prefix(p))
+    {
+        return (format!("expected {}, found {found}", plain(expected)), "Correct the value".to_owned());
+    }
+    (first_line.to_owned(), "Correct the file so that it is valid TOML".to_owned())
+}
+
+/// Rust's names of types, for people.
+fn plain(expected: &str) -> String {
+    match expected {
+        "f64" => "a number".to_owned(),
+        "u32" => "a whole number, zero or greater".to_owned(),
+        "a string" => "text in quotes".to_owned(),
+        "a sequence" => "a list in brackets".to_owned(),
+        _ if expected.starts_with("struct ") => "a table".to_owned(),
+        _ => expected.replace("an array of length", "a list of length"),
+    }
+}
+
+/// The known word that differs least from `word`, where one is near.
+pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let limit = (word.chars().count() / 3).max(2);
+    known.iter().map(|k| (distance(word, k), *k)).filter(|(d, _)| *d <= limit).min_by_key(|(d, _)| *d).map(|(_, k)| k)
+}
+
+/// Levenshtein's edit distance.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

@@ -1,0 +1,216 @@
+//! The site file's keys, and nothing else: this is the one place that knows them.
+
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
+use std::collections::BTreeMap;
+use std::fmt;
+use toml::Spanned;
+
+type Number = Spanned<f64>;
+type Text = Spanned<String>;
+type Vector = Spanned<[f64; 3]>;
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SiteFile {
+    #[serde(default)]
+    pub(super) site: SiteTable,
+    pub(super) model: ModelTable,
+    pub(super) environment: Option<Spanned<EnvironmentTable>>,
+    pub(super) sun: Option<SunTable>,
+    #[serde(default)]
+    pub(super) probe: Vec<Spanned<ProbeTable>>,
+    #[serde(default)]
+    pub(super) view: Vec<Spanned<ViewTable>>,
+    #[serde(default)]
+    pub(super) plan: PlanTable,
+}
+
+#[derive(serde::Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SiteTable {
+    pub(super) name: Option<Text>,
+    pub(super) units: Option<Spanned<Units>>,
+    pub(super) up: Option<UpKey>,
+    pub(super) north: Option<Number>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ModelTable {
+    pub(super) path: Text,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EnvironmentTable {
+    pub(super) image: Option<Text>,
+    pub(super) radiance: Option<Vector>,
+    pub(super) heading: Option<Number>,
+    pub(super) projection: Option<Spanned<ProjectionKey>>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SunTable {
+    pub(super) direction: Vector,
+    pub(super) irradiance: Vector,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ProbeTable {
+    pub(super) name: Text,
+    pub(super) position: Vector,
+    pub(super) heading: Option<Number>,
+    pub(super) pitch: Option<Number>,
+    pub(super) roll: Option<Number>,
+    pub(super) rotation: Option<Spanned<[f64; 4]>>,
+    pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
+    pub(super) look_at: Option<Vector>,
+    pub(super) image: Spanned<ImageKey>,
+    pub(super) projection: Option<Spanned<ProjectionKey>>,
+    pub(super) fov_y: Option<Number>,
+    pub(super) gain: Option<Number>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ViewTable {
+    pub(super) name: Text,
+    pub(super) position: Option<Vector>,
+    pub(super) heading: Option<Number>,
+    pub(super) pitch: Option<Number>,
+    pub(super) roll: Option<Number>,
+    pub(super) rotation: Option<Spanned<[f64; 4]>>,
+    pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
+    pub(super) look_at: Option<Vector>,
+    pub(super) fov_y: Option<Number>,
+    pub(super) fx: Option<Number>,
+    pub(super) fy: Option<Number>,
+    pub(super) cx: Option<Number>,
+    pub(super) cy: Option<Number>,
+    pub(super) k1: Option<Number>,
+    pub(super) k2: Option<Number>,
+    pub(super) k3: Option<Number>,
+    pub(super) p1: Option<Number>,
+    pub(super) p2: Option<Number>,
+    pub(super) size: Option<Spanned<[u32; 2]>>,
+    pub(super) photo: Option<Text>,
+    pub(super) mask: Option<Text>,
+    #[serde(rename = "match", default)]
+    pub(super) pairs: Vec<Spanned<MatchTable>>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MatchTable {
+    pub(super) pixel: Spanned<[f64; 2]>,
+    pub(super) point: Vector,
+}
+
+#[derive(serde::Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlanTable {
+    pub(super) probe_height: Option<Number>,
+    pub(super) clearance: Option<Number>,
+    pub(super) range: Option<Number>,
+    pub(super) incidence: Option<Number>,
+    pub(super) target_coverage: Option<Number>,
+    pub(super) max_probes: Option<Spanned<u32>>,
+    #[serde(default)]
+    pub(super) keep_out: Vec<Spanned<Vec<[f64; 2]>>>,
+    #[serde(default)]
+    pub(super) fixed: Vec<Spanned<[f64; 2]>>,
+}
+
+#[derive(serde::Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum UpKey {
+    Y,
+    Z,
+}
+
+#[derive(serde::Deserialize, Clone, Copy, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ProjectionKey {
+    #[serde(rename = "latlong")]
+    LatLong,
+    Angular,
+    MirrorBall,
+    Fisheye,
+    CubeCross,
+    Perspective,
+}
+
+/// Metres in a model unit.
+pub(super) struct Units(pub(super) f64);
+
+impl<'de> Deserialize<'de> for Units {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(UnitsVisitor).map(Units)
+    }
+}
+
+struct UnitsVisitor;
+
+impl Visitor<'_> for UnitsVisitor {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("\"m\", \"cm\", \"mm\", \"ft\", \"in\" or the number of metres in a model unit")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
+        match text {
+            "m" => Ok(1.0),
+            "cm" => Ok(0.01),
+            "mm" => Ok(0.001),
+            "ft" => Ok(0.3048),
+            "in" => Ok(0.0254),
+            _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+        }
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<f64, E> {
+        Ok(number)
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<f64, E> {
+        Ok(number as f64)
+    }
+}
+
+/// A probe's picture, or its picture under each lighting in the file's order.
+pub(super) enum ImageKey {
+    One(String),
+    PerLighting(Vec<(Text, Text)>),
+}
+
+impl<'de> Deserialize<'de> for ImageKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ImageVisitor)
+    }
+}
+
+struct ImageVisitor;
+
+impl<'de> Visitor<'de> for ImageVisitor {
+    type Value = ImageKey;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a picture's path, or a table of lighting = path")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<ImageKey, E> {
+        Ok(ImageKey::One(text.to_owned()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ImageKey, A::Error> {
+        // the parser sorts keys; their places in the text bring back the file's order
+        let mut by_place = BTreeMap::new();
+        while let Some((lighting, path)) = map.next_entry::<Text, Text>()? {
+            by_place.insert(lighting.span().start, (lighting, path));
+        }
+        Ok(ImageKey::PerLighting(by_place.into_values().collect()))
+    }
+}
