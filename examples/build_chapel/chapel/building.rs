@@ -101,7 +101,7 @@ fn outer(windows: &[Window]) -> Vec<Opening> {
 }
 
 fn clerestory() -> Vec<Window> {
-    BAYS.map(|x| Window::new(x, [0.42, 0.27], [4.72, 4.84], 5.0)).into()
+    BAYS.map(|x| Window::new(x, [0.42, 0.3], [4.6, 4.75], 5.02)).into()
 }
 
 /// The cross-section of the nave's vault, or of a rib below it: height over z.

@@ -28,7 +28,7 @@ pub fn build(m: &mut Model, version: Version) {
     paintings(m, version);
     if version.faulty() {
         m.object("crate");
-        cuboid(m, &CRATE, dvec3(9.45, 0.0, -2.2), dvec3(9.95, 0.45, -1.6), &[Side::Bottom]);
+        cuboid(m, &CRATE, dvec3(10.1, 0.0, -0.9), dvec3(10.6, 0.45, -0.35), &[Side::Bottom]);
     }
 }
 
@@ -48,7 +48,7 @@ fn columns(m: &mut Model, version: Version) {
         revolve(m, &MARBLE, at, &shaft, 24);
         let capital = [[0.225, 2.14], [0.25, 2.16], [0.25, 2.19], [0.23, 2.21], [0.24, 2.3], [0.27, 2.4], [0.32, 2.5], [0.33, 2.55]];
         revolve(m, &CARVED, at, &capital, 24);
-        block(m, [0.35, 0.3], [2.55, CAPITAL], &[]);
+        block(m, [0.37, 0.37], [2.55, CAPITAL], &[]);
     }
 }
 
@@ -188,7 +188,7 @@ fn aisle_pieces(m: &mut Model, version: Version) {
         m.object("vase");
         revolve(m, &GLAZE, AISLE.at(10.5, NICHE_SILL, 0.14), &VASE, 24);
         m.object("plaque");
-        let (low, high) = (dvec3(2.75, 1.45, -5.4), dvec3(3.25, 1.95, -5.35));
+        let (low, high) = (dvec3(8.85, 1.45, -5.4), dvec3(9.35, 1.95, -5.35));
         cuboid(m, &CARVED, low, high, &[Side::North, Side::South]);
         let corners = [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]];
         let metres = corners.map(|[x, y]| dvec2(x - low.x, y - low.y));

@@ -72,7 +72,7 @@ fn noise(p: DVec2, cells: [i64; 2], seed: u64) -> f64 {
 }
 
 /// Octaves of noise, around 0, about −1..1.
-fn cloud(p: DVec2, cells: [i64; 2], octaves: u32, seed: u64) -> f64 {
+pub fn cloud(p: DVec2, cells: [i64; 2], octaves: u32, seed: u64) -> f64 {
     (0..octaves)
         .map(|k| (noise(p, cells.map(|c| c << k), seed + u64::from(k)) - 0.5) * 2.0 * 0.6f64.powi(k as i32))
         .sum::<f64>()

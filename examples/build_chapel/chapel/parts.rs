@@ -206,12 +206,14 @@ pub fn revolve(m: &mut Model, finish: &'static Finish, base: DVec3, profile: &[[
         let a = TAU * (i % sides) as f64 / sides as f64;
         base + dvec3(r * a.cos(), y, -r * a.sin())
     };
+    // whole pictures around, so that no seam shows
     let widest = profile.iter().fold(0.0, |w: f64, p| w.max(p[0]));
+    let around = (TAU * widest / finish.tile.x).round().max(1.0) * finish.tile.x;
     let mut run = 0.0;
     for pair in profile.windows(2) {
         let next = run + DVec2::from(pair[0]).distance(DVec2::from(pair[1]));
         for i in 0..sides {
-            let u = [i, i + 1].map(|i| TAU * widest * i as f64 / sides as f64);
+            let u = [i, i + 1].map(|i| around * i as f64 / sides as f64);
             m.face(
                 finish,
                 &[point(i, pair[0]), point(i + 1, pair[0]), point(i + 1, pair[1]), point(i, pair[1])],
@@ -222,7 +224,7 @@ pub fn revolve(m: &mut Model, finish: &'static Finish, base: DVec3, profile: &[[
     }
 }
 
-/// A round bar along a line of points; a closed line makes a ring, an open one has open ends (they lie in something).
+/// A round bar along a line of points; a closed line makes a ring, an open one gets flat ends. `up` is across the line.
 pub fn tube(m: &mut Model, finish: &'static Finish, path: &[DVec3], radius: f64, sides: usize, closed: bool, up: DVec3) {
     let n = path.len();
     let ring = |i: usize| -> Vec<DVec3> {
@@ -251,6 +253,12 @@ pub fn tube(m: &mut Model, finish: &'static Finish, path: &[DVec3], radius: f64,
             let outward = corners.iter().sum::<DVec3>() / 4.0 - axis;
             let metres = [dvec2(0.0, 0.0), dvec2(0.0, radius), dvec2(radius, radius), dvec2(radius, 0.0)];
             m.face_towards(finish, outward, &corners, &metres);
+        }
+    }
+    if !closed {
+        for (end, inside) in [(0, path[1]), (n - 1, path[n - 2])] {
+            let metres: Vec<_> = rings[end].iter().map(|p| dvec2(p.x + p.z, p.y)).collect();
+            m.face_towards(finish, path[end] - inside, &rings[end], &metres);
         }
     }
 }
