@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::emitters::Emitters;
 use super::sky::Sky;
-use crate::panorama::{self, Panorama};
+use crate::panorama::{self, EnvironmentSampler, Panorama, PanoramaError};
 use crate::scene::Scene;
 use crate::site::{Environment, Site, Sun};
 
@@ -20,7 +20,7 @@ pub struct Lights {
 pub enum LightError {
     /// The sky's picture cannot be read.
     #[error(transparent)]
-    Sky(#[from] panorama::Error),
+    Sky(#[from] PanoramaError),
     /// Nothing shines.
     #[error(
         "{}: nothing gives light: there is no [environment], no [sun] and no emissive material (Ke in the MTL file); \
@@ -46,8 +46,8 @@ impl Lights {
             None => None,
             Some(Environment::Uniform(radiance)) => Some(Sky::Uniform(*radiance)),
             Some(Environment::Image { path, rotation, projection }) => {
-                let panorama = Panorama::new(panorama::read(path)?, *projection);
-                Some(Sky::image(panorama, rotation.as_mat3()))
+                let panorama = Panorama::new(panorama::read(path)?, *projection, *rotation);
+                Some(Sky::Image(Box::new(EnvironmentSampler::new(panorama))))
             }
         };
         let lights = Self::new(scene, sky, site.sun);

@@ -23,4 +23,4 @@ pub use path::Strategy;
 pub use render::{
     Eye, Progress, Settings, Stopped, add_samples, irradiance, render_camera, render_panorama, unwatched,
 };
-pub use sky::{Sky, SkyImage};
+pub use sky::Sky;

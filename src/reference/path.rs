@@ -136,8 +136,12 @@ impl Paths<'_> {
         if let Some(sky) = &self.lights.sky {
             let s = sky.sample(spot.normal, sampler.pair(pair));
             let cosine = spot.normal.dot(s.direction);
-            if cosine > 0.0 && s.density > 0.0 && s.radiance != Vec3::ZERO && self.sees(spot, s.direction, f32::INFINITY, rays) {
-                irradiance += self.sampled_weight(s.density, cosine) * cosine / s.density * s.radiance;
+            if cosine > 0.0
+                && s.pdf > 0.0
+                && s.radiance != Vec3::ZERO
+                && self.sees(spot, s.direction, f32::INFINITY, rays)
+            {
+                irradiance += self.sampled_weight(s.pdf, cosine) * cosine / s.pdf * s.radiance;
             }
         }
         if let Some(emitters) = &self.lights.emitters {

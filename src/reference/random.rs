@@ -113,8 +113,7 @@ mod tests {
         for pixel in 0..20 {
             for pair in [0, 1, 17] {
                 for start in [0, 64, 640] {
-                    let points: Vec<Vec2> =
-                        (start..start + 64).map(|i| Sampler::new(3, pixel, i).pair(pair)).collect();
+                    let points: Vec<Vec2> = (start..start + 64).map(|i| Sampler::new(3, pixel, i).pair(pair)).collect();
                     for shape in 0..=6 {
                         let (nx, ny) = (1 << shape, 64 >> shape);
                         let mut seen = [0; 64];

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -10,7 +10,6 @@ use super::estimate::{Estimate, Sums};
 use super::lights::Lights;
 use super::path::{Paths, Strategy};
 use super::random::Sampler;
-use crate::panorama::latlong_direction;
 use crate::scene::{Ray, Scene};
 use crate::site::{Camera, Pose};
 
@@ -92,10 +91,11 @@ impl Eye {
             Self::Camera(camera) => camera.direction(x as f64 + u.x, y as f64 + u.y).as_vec3(),
             Self::Panorama { pose, width, height } => {
                 // Uniform over the solid angle: uniform in longitude and in the cosine of the polar angle
-                let step = 0.5 * TAU / *height as f64;
-                let (top, bottom) = ((y as f64 * step).cos(), ((y + 1) as f64 * step).cos());
-                let row = (top + (bottom - top) * u.y).clamp(-1.0, 1.0).acos() / step;
-                (pose.rotation * latlong_direction(*width, *height, x as f64 + u.x, row)).as_vec3()
+                let polar = |row: usize| (row as f64 / *height as f64 * PI).cos();
+                let z = polar(y) + (polar(y + 1) - polar(y)) * u.y;
+                let (sin, cos) = (((x as f64 + u.x) / *width as f64 - 0.5) * TAU).sin_cos();
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                (pose.rotation * DVec3::new(r * sin, r * cos, z)).as_vec3().normalize()
             }
         }
     }
@@ -158,10 +158,8 @@ pub fn add_samples(
     let origin = scene.local(eye.position());
     let samples = settings.samples.div_ceil(2);
     let indices = estimate.samples_per_half..estimate.samples_per_half + samples;
-    let tiles: Vec<(usize, usize)> = (0..height)
-        .step_by(TILE)
-        .flat_map(|y| (0..width).step_by(TILE).map(move |x| (x, y)))
-        .collect();
+    let tiles: Vec<(usize, usize)> =
+        (0..height).step_by(TILE).flat_map(|y| (0..width).step_by(TILE).map(move |x| (x, y))).collect();
     let done = AtomicU64::new(0);
 
     let traced: Result<Vec<(Vec<Sums>, u64)>, Stopped> = tiles
