@@ -167,7 +167,7 @@ mod tests {
         e.samples_per_half = samples_per_half;
         for (i, p) in e.pixels.iter_mut().enumerate() {
             for s in 0..2 * samples_per_half {
-                let v = 1.0 + 2.0 * Sampler::new(7, i as u64, s).single(0);
+                let v = 1.0 + 2.0 * Sampler::new(7, i as u64, s, 1).single(0);
                 p.add((s & 1) as usize, Vec3::splat(v));
             }
         }

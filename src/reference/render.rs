@@ -16,6 +16,9 @@ use crate::site::{Camera, Pose};
 /// Side of the tiles that are handed to threads, in pixels.
 const TILE: usize = 16;
 
+/// Most samples that are stratified together.
+const MAX_BLOCK: u32 = 1024;
+
 /// Pixels of irradiance probes and of pictures must not share random numbers.
 const IRRADIANCE_STREAM: u64 = 1 << 40;
 
@@ -157,6 +160,7 @@ pub fn add_samples(
     let paths = Paths { scene, lights, max_bounces: settings.max_bounces, strategy: settings.strategy };
     let origin = scene.local(eye.position());
     let samples = settings.samples.div_ceil(2);
+    let block = block(samples);
     let indices = estimate.samples_per_half..estimate.samples_per_half + samples;
     let tiles: Vec<(usize, usize)> =
         (0..height).step_by(TILE).flat_map(|y| (0..width).step_by(TILE).map(move |x| (x, y))).collect();
@@ -172,7 +176,7 @@ pub fn add_samples(
                 for half in 0..2 {
                     let seed = 2 * settings.seed + half as u64;
                     for index in indices.clone() {
-                        let sampler = Sampler::new(seed, (y * width + x) as u64, index);
+                        let sampler = Sampler::new(seed, (y * width + x) as u64, index, block);
                         let ray = Ray { origin, direction: eye.direction(x, y, sampler.pair(0)) };
                         pixel.add(half, paths.radiance(ray, &sampler, &mut rays));
                     }
@@ -196,6 +200,11 @@ pub fn add_samples(
     Ok(())
 }
 
+/// How many samples are stratified together when `samples` are taken.
+fn block(samples: u32) -> u32 {
+    (1 << samples.max(1).ilog2()).min(MAX_BLOCK)
+}
+
 /// The pixels of a tile, row by row.
 fn tile(x0: usize, y0: usize, width: usize, height: usize) -> impl Iterator<Item = (usize, usize)> {
     let xs = x0..(x0 + TILE).min(width);
@@ -207,9 +216,10 @@ fn tile(x0: usize, y0: usize, width: usize, height: usize) -> impl Iterator<Item
 pub fn irradiance(scene: &Scene, lights: &Lights, point: Vec3, normal: Vec3, settings: &Settings) -> (Vec3, Vec3) {
     let paths = Paths { scene, lights, max_bounces: settings.max_bounces, strategy: settings.strategy };
     let n = settings.samples.max(2);
+    let block = block(n);
     let mut sums = Sums::default();
     for index in 0..n {
-        let sampler = Sampler::new(settings.seed, IRRADIANCE_STREAM, index);
+        let sampler = Sampler::new(settings.seed, IRRADIANCE_STREAM, index, block);
         sums.add(0, paths.irradiance(point, normal, &sampler, &mut 0));
     }
     let n = f64::from(n);
