@@ -7,6 +7,7 @@
 #![allow(missing_docs, unreachable_pub, reason = "not a library")]
 
 mod chapel;
+mod denoise;
 mod simulate;
 
 use clerestory::panorama::{Layer, write_exr};

@@ -101,7 +101,7 @@ fn outer(windows: &[Window]) -> Vec<Opening> {
 }
 
 fn clerestory() -> Vec<Window> {
-    BAYS.map(|x| Window::new(x, [0.42, 0.3], [4.6, 4.75], 5.02)).into()
+    BAYS.map(|x| Window::new(x, [0.5, 0.4], [4.6, 4.68], 4.95)).into()
 }
 
 /// The cross-section of the nave's vault, or of a rib below it: height over z.
@@ -136,7 +136,7 @@ fn floors(m: &mut Model, version: Version) {
 fn south_wall(m: &mut Model) {
     m.object("south_wall");
     let (thickness, ends) = (0.6, [0.0, LENGTH]);
-    let low = [4.5, 7.5].map(|x| Window::new(x, [0.75, 0.42], [1.5, 1.75], 3.0));
+    let low = [4.5, 7.5].map(|x| Window::new(x, [0.85, 0.56], [1.4, 1.55], 3.05));
     let high = clerestory();
     let door = Opening::arch(10.2, 0.5, 0.0, 1.65, 12);
     let mut holes = inner(&low);
@@ -193,7 +193,7 @@ fn west_wall(m: &mut Model) {
     m.object("west_wall");
     let (thickness, ends, loft) = (0.7, [-HALF, HALF], 2.9);
     let portal = Opening::rectangle([-0.8, 0.8], [0.0, 2.3]);
-    let rose = [0.95, 0.65].map(|r| Opening::circle(dvec2(0.0, ROSE.y), r, 24));
+    let rose = [1.05, 0.85].map(|r| Opening::circle(dvec2(0.0, ROSE.y), r, 24));
     panel(m, &ASHLAR, &WEST, &level(ends, 0.0), &level(ends, loft), std::slice::from_ref(&portal));
     panel(m, &ASHLAR, &WEST, &level(ends, loft), &vault_line(HALF, RISE), &rose[..1]);
     reveal(m, &ASHLAR, &WEST, &portal, &portal, 0.25, true);
@@ -290,7 +290,7 @@ fn corbel(m: &mut Model, x: f64, sign: f64) {
 fn aisle(m: &mut Model, version: Version) {
     m.object("aisle");
     let (thickness, ends) = (0.6, [0.0, LENGTH]);
-    let windows = [1.5, 7.5].map(|x| Window::new(x, [0.62, 0.36], [1.5, 1.7], 2.7));
+    let windows = [1.5, 7.5].map(|x| Window::new(x, [0.75, 0.52], [1.3, 1.45], 2.75));
     let niches: &[f64] = if version.faulty() { &[4.5] } else { &[4.5, 10.5] };
     let mut holes = inner(&windows);
     holes.extend(niches.iter().map(|&x| Opening::arch(x, NICHE_RADIUS, NICHE_SILL, NICHE_SPRING, NICHE_SEGMENTS)));
@@ -364,7 +364,7 @@ fn apse(m: &mut Model) {
     let (inside, outside) = (half(APSE_RADIUS), half(apse_outer_radius()));
     for k in 0..5 {
         let plane = apse_side(k);
-        let windows: Vec<_> = if k % 2 == 1 { vec![Window::new(0.0, [0.48, 0.28], [1.7, 1.85], 2.6)] } else { vec![] };
+        let windows: Vec<_> = if k % 2 == 1 { vec![Window::new(0.0, [0.52, 0.38], [1.55, 1.65], 2.75)] } else { vec![] };
         let wall = |y: f64, half: f64| level([-half, half], y);
         panel(m, &ASHLAR, &plane, &wall(APSE_FLOOR, inside), &wall(APSE_SPRING, inside), &inner(&windows));
         windows.iter().for_each(|w| w.cut(m, &plane, APSE_WALL));
@@ -432,7 +432,7 @@ fn sacristy(m: &mut Model) {
     };
     let plane = |origin: DVec3, along: DVec3, normal: DVec3| Plane { origin, along, normal };
     let door = Opening::arch(10.2, 0.5, 0.0, 1.65, 12);
-    let window = Window::new(10.2, [0.6, 0.4], [1.1, 1.2], 1.9);
+    let window = Window::new(10.2, [0.65, 0.5], [1.05, 1.15], 1.9);
     let south = plane(dvec3(0.0, 0.0, z0 + side), DVec3::X, DVec3::NEG_Z);
     let (along_x, along_z) = ([x0, x0 + side], [z0, z0 + side]);
     panel(m, &PLASTER, &SOUTH.back(0.6), &level(along_x, 0.0), &lunette(centre.x), &[door]);

@@ -64,14 +64,14 @@ fn rose(m: &mut Model) {
             })
             .collect()
     };
-    tube(m, &CARVED, &circle(plane, 0.18, 20), 0.03, 6, true, DVec3::X);
+    tube(m, &CARVED, &circle(plane, 0.24, 20), 0.032, 6, true, DVec3::X);
     for k in 0..8 {
         let a = TAU * (f64::from(k) + 0.5) / 8.0;
         let out = dvec3(0.0, a.sin(), a.cos());
-        tube(m, &CARVED, &[plane + out * 0.18, plane + out * 0.8], 0.025, 6, false, DVec3::X);
+        tube(m, &CARVED, &[plane + out * 0.24, plane + out * 1.02], 0.026, 6, false, DVec3::X);
         let b = TAU * f64::from(k) / 8.0;
-        let petal = plane + dvec3(0.0, b.sin(), b.cos()) * 0.48;
-        tube(m, &CARVED, &circle(petal, 0.15, 14), 0.022, 5, true, DVec3::X);
+        let petal = plane + dvec3(0.0, b.sin(), b.cos()) * 0.64;
+        tube(m, &CARVED, &circle(petal, 0.2, 16), 0.022, 5, true, DVec3::X);
     }
 }
 

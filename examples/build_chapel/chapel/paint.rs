@@ -17,7 +17,7 @@ const PICTURES: [(&str, [u32; 2], fn(DVec2) -> DVec3); 14] = [
     ("wood.jpg", [256, 256], wood),
     ("frieze.jpg", [512, 128], frieze),
     ("stars.jpg", [192, 192], stars),
-    ("ship.jpg", [256, 320], ship),
+    ("ship.jpg", [240, 300], ship),
     ("rosette.jpg", [256, 256], rosette),
     ("rosette_recoloured.jpg", [256, 256], rosette_recoloured),
     ("vine.jpg", [192, 384], vine),

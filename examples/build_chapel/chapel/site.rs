@@ -129,6 +129,14 @@ pub fn probe_file(name: &str, lighting: &Lighting) -> String {
     format!("probes/{name}_{}.exr", lighting.file)
 }
 
+/// The pictures that are simulated into one of the folders `probes` and `photos`, relative to the site.
+pub fn pictures(folder: &str) -> Vec<String> {
+    match folder {
+        "photos" => VIEWS.iter().map(|view| format!("photos/{}.exr", view.0)).collect(),
+        _ => LIGHTINGS.iter().flat_map(|l| PROBES.iter().map(|probe| probe_file(probe.0, l))).collect(),
+    }
+}
+
 /// The planted faults, for whoever tests an audit: what differs from the real chapel, where, and how large.
 pub fn faults() -> String {
     let on = |k: usize, height: f64| {
