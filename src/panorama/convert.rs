@@ -15,9 +15,6 @@ const MAX_SAMPLES: usize = 32;
 /// Each pixel is the mean over a grid of samples fine enough that no source pixel under it is stepped over (at least
 /// 2 × 2, at most 32 × 32). What the panorama does not show takes no part; pixels that see nothing are black.
 pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: usize) -> Picture {
-    let rotation = panorama.rotation();
-    let source = panorama.picture();
-    let shows = |d| panorama.projection().pixel(source.width, source.height, d);
     let mut picture = Picture::new(width, height);
     picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -28,9 +25,10 @@ pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: us
             for i in 0..n * n {
                 let sub = |k: usize| (k as f64 + 0.5) / n as f64;
                 let d = target.direction(width, height, x as f64 + sub(i % n), y as f64 + sub(i / n));
-                let Some(d) = d.filter(|&d| shows(d).is_some()) else { continue };
-                sum += panorama.radiance((rotation * d).as_vec3()).as_dvec3();
-                count += 1;
+                if let Some(radiance) = d.and_then(|d| panorama.shown(d)) {
+                    sum += radiance.as_dvec3();
+                    count += 1;
+                }
             }
             if count > 0 {
                 *pixel = (sum / f64::from(count)).as_vec3();

@@ -1,6 +1,6 @@
 //! Drawing directions from a panorama in proportion to its light.
 
-use glam::{DMat3, Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 use super::latlong::latlong_pixel_fast;
 use super::view::neighbours_latlong;
@@ -140,21 +140,20 @@ fn luminance(p: Vec3) -> f32 {
     (p.x + p.y + p.z) / 3.0
 }
 
-/// The panorama in latitude/longitude, keeping its own axes.
+/// The panorama in latitude/longitude, turned as it was.
 fn as_latlong(panorama: Panorama) -> Panorama {
     if panorama.projection() == Projection::LatLong {
         return panorama;
     }
     let rotation = panorama.rotation();
     let (width, height) = convert::latlong_size(&panorama);
-    let own = Panorama::new(panorama.picture().clone(), panorama.projection(), DMat3::IDENTITY);
-    Panorama::new(convert::convert(&own, Projection::LatLong, width, height), Projection::LatLong, rotation)
+    Panorama::new(convert::convert(&panorama, Projection::LatLong, width, height), Projection::LatLong, rotation)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
+    use glam::{DMat3, DVec3};
 
     /// A dim sky with a one-pixel sun, a black ground and light at the pole.
     fn sky(width: usize, height: usize) -> Picture {

@@ -42,10 +42,19 @@ impl Panorama {
     /// only pixels that show something (in a cube cross: of the same face) take part.
     pub fn radiance(&self, d: Vec3) -> Vec3 {
         let local = self.to_camera * d;
-        let (w, h) = (self.picture.width, self.picture.height);
+        if self.projection == Projection::LatLong {
+            let (w, h) = (self.picture.width as f32, self.picture.height as f32);
+            return bilinear_latlong(&self.picture, latlong_pixel_fast(local, w, h));
+        }
+        self.shown(local.as_dvec3()).unwrap_or(Vec3::ZERO)
+    }
+
+    /// Radiance from a direction in the camera's axes; `None` where the picture does not show it.
+    pub(super) fn shown(&self, local: DVec3) -> Option<Vec3> {
+        let p = self.projection.pixel(self.picture.width, self.picture.height, local)?;
         match self.projection {
-            Projection::LatLong => bilinear_latlong(&self.picture, latlong_pixel_fast(local, w as f32, h as f32)),
-            other => other.pixel(w, h, local.as_dvec3()).map_or(Vec3::ZERO, |p| self.bilinear_shown(p)),
+            Projection::LatLong => Some(bilinear_latlong(&self.picture, p.as_vec2())),
+            _ => Some(self.bilinear_shown(p)),
         }
     }
 

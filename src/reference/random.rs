@@ -78,7 +78,7 @@ fn sobol_1_reversed(index: u32) -> u32 {
 fn permute(mut i: u32, mask: u32, seed: u32) -> u32 {
     let half = (32 - mask.leading_zeros()).div_ceil(2).max(1);
     let mut key = seed;
-    for _ in 0..3 {
+    for _ in 0..4 {
         i = (i ^ key) & mask;
         i = i.wrapping_mul((key >> 7) | 1) & mask;
         i ^= i >> half;

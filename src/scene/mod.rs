@@ -8,7 +8,7 @@ mod obj;
 mod texture;
 mod tracer;
 
-pub use health::Health;
+pub use health::{Edges, Health, MaterialArea, edges};
 pub use load::{SceneError, load};
 pub use mesh::{Material, Mesh};
 pub use texture::Texture;
@@ -90,6 +90,31 @@ impl Scene {
             albedo *= texture.sample(uv, level);
         }
         albedo
+    }
+
+    /// Albedo averaged over what a thin pencil of rays sees of a surface: `width_m` wide across the ray, and stretched
+    /// along the surface by the angle it is seen at (up to 8 times).
+    pub fn pencil_albedo(&self, surface: &Surface, direction: Vec3, width_m: f32) -> Vec3 {
+        let material = &self.materials[self.mesh.materials[surface.triangle as usize] as usize];
+        if material.texture.is_none() {
+            return self.filtered_albedo(surface.triangle, surface.barycentric, width_m);
+        }
+        let cos = -surface.normal.dot(direction);
+        let taps = (1.0 / cos.max(0.125) - 0.25).ceil();
+        if taps <= 1.0 {
+            return self.filtered_albedo(surface.triangle, surface.barycentric, width_m);
+        }
+        let along = (direction + surface.normal * cos).normalize_or_zero() * (width_m / cos.max(0.125));
+        let [a, b, c] = self.mesh.corners(surface.triangle);
+        let (e1, e2) = (b - a, c - a);
+        let n = e1.cross(e2);
+        let step = Vec2::new(along.cross(e2).dot(n), e1.cross(along).dot(n)) / n.length_squared();
+        let mut sum = Vec3::ZERO;
+        for k in 0..taps as u32 {
+            let at = surface.barycentric + step * ((k as f32 + 0.5) / taps - 0.5);
+            sum += self.filtered_albedo(surface.triangle, at, width_m);
+        }
+        sum / taps
     }
 
     /// Radiance that a triangle sends out of itself (both sides).

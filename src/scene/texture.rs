@@ -42,12 +42,12 @@ struct Level {
 }
 
 impl Texture {
-    /// Reads an 8- or 16-bit sRGB picture; alpha is dropped.
+    /// Reads an 8- or 16-bit sRGB picture; alpha is dropped. `None` for a format that is not read.
     ///
     /// # Errors
     ///
-    /// A file that is not a PNG, JPEG or TIFF picture, is damaged, or is larger than what may be decoded.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
+    /// A picture that is damaged, or larger than what may be decoded.
+    pub fn load(path: &Path) -> Result<Option<Self>, SceneError> {
         let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
         let reader = image::ImageReader::open(path).and_then(|r| r.with_guessed_format());
         let mut reader = reader.map_err(|e| fault(e.to_string()))?;
@@ -56,14 +56,18 @@ impl Texture {
         limits.max_image_height = Some(MAX_SIDE);
         limits.max_alloc = Some(MAX_DECODE_BYTES);
         reader.limits(limits);
-        let picture = reader.decode().map_err(|e| fault(e.to_string()))?.into_rgba8();
+        let picture = match reader.decode() {
+            Ok(picture) => picture.into_rgba8(),
+            Err(image::ImageError::Unsupported(_)) => return Ok(None),
+            Err(e) => return Err(fault(e.to_string())),
+        };
         let (width, height) = picture.dimensions();
         if width == 0 || height == 0 {
             return Err(fault("it has no pixels".to_owned()));
         }
         let texels = picture.pixels().map(|p| p.0).collect();
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self::new(name, width as usize, height as usize, texels))
+        Ok(Some(Self::new(name, width as usize, height as usize, texels)))
     }
 
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.

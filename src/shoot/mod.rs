@@ -1,1 +1,13 @@
-//! shoot
+//! Shooting (paper, section 4.1): every probe pixel's light is placed on the surface that the pixel sees.
+//!
+//! Casting the rays ([`Hits`]) does not depend on the lighting, so it is done once per probe; giving the hits the
+//! light of a picture ([`Records`]) is cheap and is done once per lighting.
+
+mod chart;
+mod hits;
+mod records;
+pub mod sunlight;
+
+pub use chart::Chart;
+pub use hits::Hits;
+pub use records::{Observation, Observations, Records};

@@ -52,6 +52,15 @@ impl Site {
     ///
     /// The first fault, with its place in the file, what was expected and what to do.
     pub fn load(path: &Path) -> Result<Self, SiteError> {
+        Self::load_with(path, Pictures::MustExist)
+    }
+
+    /// The same, for a site whose probes' and views' pictures may still be to be made.
+    ///
+    /// # Errors
+    ///
+    /// As [`Site::load`].
+    pub fn load_with(path: &Path, pictures: Pictures) -> Result<Self, SiteError> {
         let unreadable = |path: &Path, why: String, help: &str| SiteError::Unreadable {
             path: path.to_owned(),
             why,
@@ -66,7 +75,7 @@ impl Site {
         })?;
         let text = String::from_utf8(bytes)
             .map_err(|_| unreadable(&file, "the file is not UTF-8 text".to_owned(), "Save it as UTF-8"))?;
-        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text))
+        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text), pictures)
     }
 
     /// All lightings that any probe has, in the file's order; `""` is the lone picture's.
@@ -79,6 +88,15 @@ impl Site {
         }
         all
     }
+}
+
+/// Whether the pictures of probes and the photographs of views must be there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pictures {
+    /// A missing one is a fault.
+    MustExist,
+    /// They are still to be made; those that are there are checked.
+    MayBeMissing,
 }
 
 /// Where the light outside comes from.

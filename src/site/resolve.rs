@@ -11,23 +11,23 @@ use super::fault::{SiteError, Source};
 use super::file::{
     EnvironmentTable, ImageKey, PlanTable, ProbeTable, ProjectionKey, SiteFile, SunTable, UpKey, ViewTable,
 };
-use super::files::{find_loosely, is_url, picture_size};
+use super::files::{find_loosely, is_url};
 use super::frame::{Frame, Pose, Up};
 use super::pose::{Orientation, finite, finite_number};
-use super::{Environment, LitPicture, Match, Plan, Probe, Site, Sun, UnposedView, View};
-use crate::panorama::Projection;
+use super::{Environment, LitPicture, Match, Pictures, Plan, Probe, Site, Sun, UnposedView, View};
+use crate::panorama::{self, Projection};
 
 /// Largest relative difference between a picture's aspect and its projection's.
 const ASPECT_TOLERANCE: f64 = 0.01;
 
 /// Reads and checks a site file's text. `path` is the file itself.
-pub(super) fn site(path: &Path, text: &str) -> Result<Site, SiteError> {
+pub(super) fn site(path: &Path, text: &str, pictures: Pictures) -> Result<Site, SiteError> {
     let source = Source { path, text };
     let file: SiteFile = toml::from_str(text).map_err(|e| source.parse_fault(&e))?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut warnings = Vec::new();
     let frame = frame(&source, &file, &mut warnings)?;
-    let resolver = Resolver { source, folder: folder.clone(), frame };
+    let resolver = Resolver { source, folder: folder.clone(), frame, pictures };
     let s = &resolver.source;
 
     let probes = file.probe.iter().map(|p| resolver.probe(p)).collect::<Result<Vec<_>, _>>()?;
@@ -104,6 +104,7 @@ struct Resolver<'a> {
     source: Source<'a>,
     folder: PathBuf,
     frame: Frame,
+    pictures: Pictures,
 }
 
 impl Resolver<'_> {
@@ -141,6 +142,13 @@ impl Resolver<'_> {
         fault(format!("there is no file “{}” for {what}", path.display()), help)
     }
 
+    /// Where a picture that is still to be made will be; `None` where it is there already or has to be.
+    fn to_be_made(&self, name: &str) -> Option<PathBuf> {
+        let path = self.folder.join(name);
+        let may_be = self.pictures == Pictures::MayBeMissing && !name.trim().is_empty() && !is_url(name);
+        (may_be && !path.exists()).then_some(path)
+    }
+
     /// A picture that exists and whose aspect can be its projection's.
     fn panorama(&self, name: &str, at: Range<usize>, projection: &Projection) -> Result<PathBuf, SiteError> {
         let path = self.existing(name, at.clone(), "the picture")?;
@@ -162,17 +170,15 @@ impl Resolver<'_> {
         ))
     }
 
+    /// Width and height, from the picture's header alone.
     fn size_of(&self, path: &Path, at: Range<usize>) -> Result<(u32, u32), SiteError> {
-        let why = match picture_size(path) {
-            Ok((width, height)) if width > 0 && height > 0 => return Ok((width, height)),
-            Ok(_) => "it has no pixels".to_owned(),
-            Err(why) => why,
+        let why = match panorama::dimensions(path).map(|(w, h)| (u32::try_from(w), u32::try_from(h))) {
+            Ok((Ok(width), Ok(height))) => return Ok((width, height)),
+            Ok(_) => format!("{}: the picture is too large", path.display()),
+            Err(why) => why.to_string(),
         };
-        Err(self.source.fault(
-            at,
-            format!("“{}” cannot be read as a picture: {why}", path.display()),
-            "Give an OpenEXR, Radiance HDR, PNG, JPEG or TIFF file",
-        ))
+        let help = "Give an OpenEXR, Radiance HDR, PNG, JPEG or TIFF picture";
+        Err(self.source.fault(at, format!("the picture cannot be read: {why}"), help))
     }
 
     fn environment(&self, table: &Spanned<EnvironmentTable>) -> Result<Environment, SiteError> {
@@ -283,7 +289,8 @@ impl Resolver<'_> {
         let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, &t.position)?)?;
         let projection = self.projection(&t.projection, &t.fov_y)?;
         let picture = |lighting: &str, name: &str, at: Range<usize>| {
-            Ok(LitPicture { lighting: lighting.to_owned(), path: self.panorama(name, at, &projection)? })
+            let path = self.to_be_made(name).map_or_else(|| self.panorama(name, at, &projection), Ok)?;
+            Ok(LitPicture { lighting: lighting.to_owned(), path })
         };
         let pictures = match t.image.get_ref() {
             ImageKey::One(name) => vec![picture("", name, t.image.span())?],
@@ -313,7 +320,10 @@ impl Resolver<'_> {
         let file = |key: &Option<Spanned<String>>, what: &str| {
             key.as_ref().map(|k| self.existing(k.get_ref(), k.span(), what)).transpose()
         };
-        let photo = file(&t.photo, "the photograph")?;
+        let photo = match t.photo.as_ref().and_then(|k| self.to_be_made(k.get_ref())) {
+            Some(path) => Some(path),
+            None => file(&t.photo, "the photograph")?,
+        };
         let mask = file(&t.mask, "the mask")?;
         let [width, height] = self.picture_size_of(table, photo.as_deref(), mask.as_deref())?;
         let matches = self.matches(t, width, height)?;
@@ -349,7 +359,7 @@ impl Resolver<'_> {
     ) -> Result<[u32; 2], SiteError> {
         let t = table.get_ref();
         let at = |key: &Option<Spanned<String>>| key.as_ref().map_or(table.span(), Spanned::span);
-        let photo_size = photo.map(|p| self.size_of(p, at(&t.photo))).transpose()?;
+        let photo_size = photo.filter(|p| p.exists()).map(|p| self.size_of(p, at(&t.photo))).transpose()?;
         let size = match (&t.size, photo_size) {
             (Some(size), _) if size.get_ref().iter().all(|n| (1..=65_536).contains(n)) => *size.get_ref(),
             (Some(size), _) => {

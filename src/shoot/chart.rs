@@ -1,0 +1,111 @@
+//! How a probe's records are laid out: rows of cells of nearly equal solid angle.
+//!
+//! A latitude/longitude picture has as many pixels in its polar rows as at its equator, in far less solid angle. Its
+//! chart is therefore a reduced grid: each row holds only as many cells as its solid angle deserves, which saves a
+//! share of 1 − 2/π = 36 % of the rays and evens out the records' sizes. A perspective photograph keeps its pixels.
+
+use glam::{Mat3, Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+use std::ops::Range;
+
+use crate::panorama::Picture;
+
+/// The cells of a probe and the directions they look along, in the probe's axes (+x right, +y forward, +z up).
+#[derive(Clone, Debug)]
+pub struct Chart {
+    lens: Lens,
+    /// Index of each row's first cell, and one past the last.
+    starts: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Lens {
+    LatLong,
+    /// Tangents of half the horizontal and vertical field of view.
+    Perspective(Vec2),
+}
+
+impl Chart {
+    /// The reduced grid of a latitude/longitude picture.
+    pub fn latlong(width: usize, height: usize) -> Self {
+        let mut starts = vec![0];
+        let mut total = 0;
+        for row in 0..height {
+            let sine = (PI * (row as f32 + 0.5) / height as f32).sin();
+            total += ((width as f32 * sine).ceil() as u32).clamp(4.min(width as u32), width as u32);
+            starts.push(total);
+        }
+        Self { lens: Lens::LatLong, starts }
+    }
+
+    /// The pixels of a perspective picture with the given vertical field of view in radians.
+    pub fn perspective(width: usize, height: usize, fov_y: f32) -> Self {
+        let tangent = (0.5 * fov_y).tan();
+        let half = Vec2::new(tangent * width as f32 / height as f32, tangent);
+        Self { lens: Lens::Perspective(half), starts: (0..=height).map(|row| (row * width) as u32).collect() }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.starts[self.rows()] as usize
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// The cells of a row, from left to right.
+    pub fn row(&self, row: usize) -> Range<usize> {
+        self.starts[row] as usize..self.starts[row + 1] as usize
+    }
+
+    /// Whether the left end of a row touches its right end.
+    pub fn wraps(&self) -> bool {
+        matches!(self.lens, Lens::LatLong)
+    }
+
+    /// The unit direction of a place in a row: `x` in cells from the row's left end, `y` in rows from the top.
+    pub fn direction(&self, row: usize, x: f32, y: f32) -> Vec3 {
+        let u = x / self.row(row).len() as f32;
+        let v = y / self.rows() as f32;
+        match self.lens {
+            Lens::LatLong => {
+                let (sin_phi, cos_phi) = ((u - 0.5) * TAU).sin_cos();
+                let (sin_theta, cos_theta) = (v * PI).sin_cos();
+                Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
+            }
+            Lens::Perspective(half) => Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize(),
+        }
+    }
+
+    /// The place of a direction (need not be a unit vector): fraction of a row from its left end, and rows from the
+    /// top; `None` where the picture does not reach.
+    pub fn place(&self, d: Vec3) -> Option<Vec2> {
+        match self.lens {
+            Lens::LatLong => {
+                let u = 0.5 + d.x.atan2(d.y) / TAU;
+                let v = d.truncate().length().atan2(d.z) / PI;
+                Some(Vec2::new(u, v * self.rows() as f32))
+            }
+            Lens::Perspective(half) => {
+                let p = Vec2::new(d.x, -d.z) / d.y / half;
+                (d.y > 0.0 && p.abs().max_element() <= 1.0)
+                    .then(|| Vec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0) * self.rows() as f32))
+            }
+        }
+    }
+
+    /// Angle between neighbouring rows in radians: the side of a cell.
+    pub fn cell_angle(&self) -> f32 {
+        match self.lens {
+            Lens::LatLong => PI / self.rows() as f32,
+            Lens::Perspective(half) => 2.0 * half.y / self.rows() as f32,
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! What each cell of a probe sees: the geometric half of shooting.
+
+use glam::{Mat3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::Chart;
+use crate::scene::{Ray, Scene, Surface};
+
+/// Rays shorter than this are taken for the tripod or a probe that touches a wall, metres.
+const NEAREST_M: f32 = 1e-3;
+
+/// The surfaces that a probe sees, one per cell of its chart. Holds no light.
+pub struct Hits {
+    /// The probe's place, local metres.
+    pub origin: Vec3,
+    /// From the program's axes to the probe's.
+    pub to_probe: Mat3,
+    /// Where each cell looks.
+    pub chart: Chart,
+    pub(super) cells: Vec<CellHit>,
+}
+
+/// What one cell sees; 16 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellHit {
+    /// Surface normal towards the probe, octahedral.
+    pub(super) normal: u32,
+    /// The surface's plane: normal · (point − probe), metres, below zero; infinite where nothing was hit.
+    pub(super) plane: f32,
+    /// Albedo averaged over the cell's footprint, 0..=1 in 65535 steps.
+    pub(super) albedo: [u16; 3],
+    /// Share of the cell that sees this very surface, 0..=1 in 65535 steps: low beside a depth edge.
+    pub(super) purity: u16,
+}
+
+impl CellHit {
+    const MISS: Self = Self { normal: 0, plane: f32::INFINITY, albedo: [0; 3], purity: 0 };
+
+    pub(super) fn is_hit(&self) -> bool {
+        self.plane.is_finite()
+    }
+
+    /// Whether a point (relative to the probe) lies on this cell's surface, within a tolerance in metres.
+    fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
+        let n = unpack_normal(self.normal);
+        (n.dot(point) - self.plane).abs() < tolerance_m && n.dot(normal) > 0.8
+    }
+}
+
+impl Hits {
+    /// Casts one ray per cell from `origin`, then looks closer where neighbouring cells see different surfaces.
+    pub fn shoot(scene: &Scene, origin: Vec3, to_world: Mat3, chart: Chart) -> Self {
+        let mut cells = vec![CellHit::MISS; chart.len()];
+        let rows: Vec<(usize, &mut [CellHit])> = split_rows(&chart, &mut cells);
+        rows.into_par_iter().for_each(|(row, cells)| {
+            for (x, cell) in cells.iter_mut().enumerate() {
+                let at = Vec2::new(x as f32 + 0.5, row as f32 + 0.5);
+                if let Some(surface) = look(scene, origin, to_world * chart.direction(row, at.x, at.y)) {
+                    *cell = see(scene, origin, to_world, &chart, row, at, &surface);
+                }
+            }
+        });
+        let mut hits = Self { origin, to_probe: to_world.transpose(), chart, cells };
+        let purity = hits.purities(scene);
+        for (cell, purity) in hits.cells.iter_mut().zip(purity) {
+            cell.purity = purity;
+        }
+        hits
+    }
+
+    /// Number of cells that see a surface.
+    pub fn count(&self) -> usize {
+        self.cells.iter().filter(|c| c.is_hit()).count()
+    }
+
+    /// The purity of each cell: 1 within a surface; beside an edge, the share of four rays near the cell's corners
+    /// that find the same surface as its centre.
+    fn purities(&self, scene: &Scene) -> Vec<u16> {
+        let to_world = self.to_probe.transpose();
+        (0..self.chart.rows())
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let range = self.chart.row(row);
+                range.clone().map(move |i| {
+                    let cell = &self.cells[i];
+                    if !cell.is_hit() {
+                        return 0;
+                    }
+                    let x = i - range.start;
+                    if !self.beside_edge(row, x) {
+                        return u16::MAX;
+                    }
+                    let corners = [(0.05, 0.05), (0.95, 0.05), (0.05, 0.95), (0.95, 0.95)];
+                    let same = corners
+                        .iter()
+                        .filter(|&&(dx, dy)| {
+                            let d = to_world * self.chart.direction(row, x as f32 + dx, row as f32 + dy);
+                            look(scene, self.origin, d).is_some_and(|s| {
+                                let p = s.position - self.origin;
+                                cell.holds(p, s.normal, 0.5 * p.length() * self.chart.cell_angle())
+                            })
+                        })
+                        .count();
+                    (same * usize::from(u16::MAX) / corners.len()) as u16
+                })
+            })
+            .collect()
+    }
+
+    /// The cells to the left and right of one, above and below it.
+    pub(super) fn neighbours(&self, row: usize, x: usize) -> impl Iterator<Item = usize> {
+        let chart = &self.chart;
+        let here = chart.row(row);
+        let n = here.len();
+        let wrap = |x: usize| chart.wraps().then_some(here.start + x);
+        let left = if x > 0 { Some(here.start + x - 1) } else { wrap(n - 1) };
+        let right = if x + 1 < n { Some(here.start + x + 1) } else { wrap(0) };
+        let beside = |row: usize| {
+            let other = chart.row(row);
+            other.start + (x * 2 + 1) * other.len() / (2 * n)
+        };
+        let above = row.checked_sub(1).map(beside);
+        let below = (row + 1 < chart.rows()).then(|| beside(row + 1));
+        [left, right, above, below].into_iter().flatten()
+    }
+
+    /// Whether a cell's neighbours see another surface.
+    fn beside_edge(&self, row: usize, x: usize) -> bool {
+        let cell = &self.cells[self.chart.row(row).start + x];
+        let d = self.to_probe.transpose() * self.chart.direction(row, x as f32 + 0.5, row as f32 + 0.5);
+        let distance = cell.plane / unpack_normal(cell.normal).dot(d);
+        let p = d * distance;
+        self.neighbours(row, x).any(|j| {
+            // symmetric, and on curved surfaces milder than asking the neighbour's point of this plane
+            let other = &self.cells[j];
+            !other.is_hit() || !other.holds(p, unpack_normal(cell.normal), distance * self.chart.cell_angle())
+        })
+    }
+}
+
+/// The surface nearest to a probe along a direction.
+fn look(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<Surface> {
+    let ray = Ray { origin, direction };
+    scene.tracer.closest(&ray, NEAREST_M).map(|hit| scene.surface(&ray, &hit))
+}
+
+/// A cell that sees a surface, with the albedo averaged over its footprint.
+fn see(scene: &Scene, origin: Vec3, to_world: Mat3, chart: &Chart, row: usize, at: Vec2, surface: &Surface) -> CellHit {
+    let p = surface.position - origin;
+    let plane = surface.normal.dot(p);
+    let mut albedo = Vec3::ZERO;
+    // four points of the footprint, found on the surface's plane without casting rays
+    let corner = scene.mesh.corners(surface.triangle);
+    let width = 0.5 * p.length() * chart.cell_angle();
+    for (dx, dy) in [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)] {
+        let d = to_world * chart.direction(row, at.x + dx, at.y + dy);
+        let along = surface.normal.dot(d);
+        let q = if along < -1e-4 { origin + d * (plane / along) } else { surface.position };
+        albedo += scene.filtered_albedo(surface.triangle, barycentric(corner, q), width);
+    }
+    let albedo = (albedo * 0.25).clamp(Vec3::ZERO, Vec3::ONE) * 65535.0 + 0.5;
+    CellHit {
+        normal: pack_normal(surface.normal),
+        plane,
+        albedo: [albedo.x as u16, albedo.y as u16, albedo.z as u16],
+        purity: u16::MAX,
+    }
+}
+
+/// Barycentric coordinates of a point on a triangle's plane; may be outside the triangle.
+fn barycentric([a, b, c]: [Vec3; 3], point: Vec3) -> Vec2 {
+    let (e1, e2, p) = (b - a, c - a, point - a);
+    let n = e1.cross(e2);
+    let inv = 1.0 / n.length_squared();
+    Vec2::new(p.cross(e2).dot(n) * inv, e1.cross(p).dot(n) * inv)
+}
+
+/// The cells of each row.
+fn split_rows<'a, T>(chart: &Chart, mut cells: &'a mut [T]) -> Vec<(usize, &'a mut [T])> {
+    (0..chart.rows())
+        .map(|row| {
+            let (head, tail) = std::mem::take(&mut cells).split_at_mut(chart.row(row).len());
+            cells = tail;
+            (row, head)
+        })
+        .collect()
+}
+
+/// A unit vector in 32 bits: octahedral map (Cigolle et al., *A Survey of Efficient Representations for Independent
+/// Unit Vectors*, 2014), error at most 0.004°.
+pub(super) fn pack_normal(n: Vec3) -> u32 {
+    let n = n / (n.x.abs() + n.y.abs() + n.z.abs());
+    let p = if n.z >= 0.0 {
+        Vec2::new(n.x, n.y)
+    } else {
+        Vec2::new((1.0 - n.y.abs()).copysign(n.x), (1.0 - n.x.abs()).copysign(n.y))
+    };
+    let code = |v: f32| u32::from((v * 32767.0).round() as i16 as u16);
+    code(p.x) | code(p.y) << 16
+}
+
+/// The unit vector of [`pack_normal`].
+#[inline]
+pub(super) fn unpack_normal(code: u32) -> Vec3 {
+    let x = f32::from(code as u16 as i16) / 32767.0;
+    let y = f32::from((code >> 16) as u16 as i16) / 32767.0;
+    let z = 1.0 - x.abs() - y.abs();
+    let fold = (-z).max(0.0);
+    Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z).normalize()
+}

@@ -1,0 +1,71 @@
+//! Which cells the sun shines on, where its direction is known.
+//!
+//! The edge of a sun patch is far sharper than a probe's pixels. Records on either side of it are kept apart, so that
+//! neither bleeds into the other; where a rendered point has both kinds around, one shadow ray decides which it takes.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::hits::{Hits, unpack_normal};
+use crate::scene::{Ray, Scene};
+
+/// Whether the sun shines on a cell's surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Sunlit {
+    /// In shade.
+    No,
+    /// In direct sun.
+    Yes,
+    /// The edge of a shadow runs through the cell.
+    Partly,
+}
+
+/// Whether the sun (unit direction towards it) reaches a point of a surface with this normal (on either side).
+pub fn reaches(scene: &Scene, point: Vec3, normal: Vec3, sun: Vec3) -> bool {
+    let origin = point + normal * (1e-4 + 1e-5 * point.abs().max_element());
+    normal.dot(sun) > 0.0 && !scene.tracer.occluded(&Ray { origin, direction: sun }, 1e-4, f32::INFINITY)
+}
+
+/// The sun's reach for each cell.
+pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
+    let chart = &hits.chart;
+    let to_world = hits.to_probe.transpose();
+    let reaches_at = |i: usize, row: usize, x: f32, y: f32| {
+        let cell = &hits.cells[i];
+        let normal = unpack_normal(cell.normal);
+        let d = to_world * chart.direction(row, x, y);
+        let along = normal.dot(d);
+        // the plane may be left behind past a grazing cell's corner
+        along < -1e-3 && reaches(scene, hits.origin + d * (cell.plane / along), normal, sun)
+    };
+    let centres: Vec<bool> = (0..chart.rows())
+        .into_par_iter()
+        .flat_map_iter(|row| {
+            let range = chart.row(row);
+            range.clone().map(move |i| {
+                hits.cells[i].is_hit() && reaches_at(i, row, (i - range.start) as f32 + 0.5, row as f32 + 0.5)
+            })
+        })
+        .collect();
+    (0..chart.rows())
+        .into_par_iter()
+        .flat_map_iter(|row| {
+            let (range, centres) = (chart.row(row), &centres);
+            range.clone().map(move |i| {
+                let here = centres[i];
+                let x = i - range.start;
+                if !hits.cells[i].is_hit() || hits.neighbours(row, x).all(|j| centres[j] == here) {
+                    return if here { Sunlit::Yes } else { Sunlit::No };
+                }
+                let corners = [(0.05, 0.05), (0.95, 0.05), (0.05, 0.95), (0.95, 0.95)];
+                let (x, y) = (x as f32, row as f32);
+                if corners.iter().all(|&(dx, dy)| reaches_at(i, row, x + dx, y + dy) == here) {
+                    if here { Sunlit::Yes } else { Sunlit::No }
+                } else {
+                    Sunlit::Partly
+                }
+            })
+        })
+        .collect()
+}
