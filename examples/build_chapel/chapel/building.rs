@@ -60,6 +60,17 @@ pub fn apse_side(k: usize) -> Plane {
     Plane { origin: APSE + out * distance, along: dvec3(-a.sin(), 0.0, a.cos()), normal: -out }
 }
 
+/// The sacristy's south wall, inner face.
+const SACRISTY_SOUTH: Plane =
+    Plane { origin: dvec3(0.0, 0.0, SACRISTY[1] + SACRISTY_SIDE), along: DVec3::X, normal: DVec3::NEG_Z };
+
+/// How thick walls are.
+const SOUTH_WALL: f64 = 0.6;
+const NORTH_WALL: f64 = 0.5;
+const WEST_WALL: f64 = 0.7;
+const AISLE_WALL: f64 = 0.6;
+const SACRISTY_WALL: f64 = 0.4;
+
 /// Everything that is wall, vault, floor or roof.
 pub fn build(m: &mut Model, version: Version) {
     floors(m, version);
@@ -90,6 +101,50 @@ impl Window {
     fn cut(&self, m: &mut Model, plane: &Plane, thickness: f64) {
         reveal(m, &PLASTER, plane, &self.inner, &self.outer, thickness, true);
     }
+}
+
+/// Rectangles that hold the windows' outer rims: middle and halves of the sides.
+pub fn windows() -> Vec<[DVec3; 3]> {
+    let mut all = Vec::new();
+    let mut add = |plane: &Plane, thickness: f64, windows: &[Window]| {
+        for window in windows {
+            let rim = || window.outer.low.iter().chain(&window.outer.high);
+            let low = rim().copied().reduce(|a, b| a.min(b)).unwrap_or_default();
+            let high = rim().copied().reduce(|a, b| a.max(b)).unwrap_or_default();
+            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+            all.push([plane.at(middle.x, middle.y, thickness), plane.along * half.x, DVec3::Y * half.y]);
+        }
+    };
+    add(&SOUTH, SOUTH_WALL, &south_windows());
+    add(&SOUTH, SOUTH_WALL, &clerestory());
+    add(&NORTH, NORTH_WALL, &clerestory());
+    add(&WEST, WEST_WALL, &[rose_window()]);
+    add(&AISLE, AISLE_WALL, &aisle_windows());
+    add(&apse_side(1), APSE_WALL, &[apse_window()]);
+    add(&apse_side(3), APSE_WALL, &[apse_window()]);
+    add(&SACRISTY_SOUTH, SACRISTY_WALL, &[sacristy_window()]);
+    all
+}
+
+fn south_windows() -> [Window; 2] {
+    [4.5, 7.5].map(|x| Window::new(x, [0.85, 0.56], [1.4, 1.55], 3.05))
+}
+
+fn aisle_windows() -> [Window; 2] {
+    [1.5, 7.5].map(|x| Window::new(x, [0.75, 0.52], [1.3, 1.45], 2.75))
+}
+
+fn apse_window() -> Window {
+    Window::new(0.0, [0.52, 0.38], [1.55, 1.65], 2.75)
+}
+
+fn sacristy_window() -> Window {
+    Window::new(10.2, [0.65, 0.5], [1.05, 1.15], 1.9)
+}
+
+fn rose_window() -> Window {
+    let [inner, outer] = [1.05, 0.85].map(|r| Opening::circle(dvec2(0.0, ROSE.y), r, 24));
+    Window { inner, outer }
 }
 
 fn inner(windows: &[Window]) -> Vec<Opening> {
@@ -135,8 +190,8 @@ fn floors(m: &mut Model, version: Version) {
 
 fn south_wall(m: &mut Model) {
     m.object("south_wall");
-    let (thickness, ends) = (0.6, [0.0, LENGTH]);
-    let low = [4.5, 7.5].map(|x| Window::new(x, [0.85, 0.56], [1.4, 1.55], 3.05));
+    let (thickness, ends) = (SOUTH_WALL, [0.0, LENGTH]);
+    let low = south_windows();
     let high = clerestory();
     let door = Opening::arch(10.2, 0.5, 0.0, 1.65, 12);
     let mut holes = inner(&low);
@@ -162,7 +217,7 @@ fn south_wall(m: &mut Model) {
 
 fn north_wall(m: &mut Model) {
     m.object("arcade");
-    let (thickness, ends) = (0.5, [0.0, LENGTH]);
+    let (thickness, ends) = (NORTH_WALL, [0.0, LENGTH]);
     let between = [0.3, LENGTH - 0.3];
     let arches = BAYS.map(|x| Opening::arch(x, 1.2, CAPITAL, CAPITAL, 20));
     let high = clerestory();
@@ -191,21 +246,21 @@ pub const ROSE: DVec3 = dvec3(0.0, 5.0, 0.0);
 
 fn west_wall(m: &mut Model) {
     m.object("west_wall");
-    let (thickness, ends, loft) = (0.7, [-HALF, HALF], 2.9);
+    let (thickness, ends, loft) = (WEST_WALL, [-HALF, HALF], 2.9);
     let portal = Opening::rectangle([-0.8, 0.8], [0.0, 2.3]);
-    let rose = [1.05, 0.85].map(|r| Opening::circle(dvec2(0.0, ROSE.y), r, 24));
+    let rose = rose_window();
     panel(m, &ASHLAR, &WEST, &level(ends, 0.0), &level(ends, loft), std::slice::from_ref(&portal));
-    panel(m, &ASHLAR, &WEST, &level(ends, loft), &vault_line(HALF, RISE), &rose[..1]);
+    panel(m, &ASHLAR, &WEST, &level(ends, loft), &vault_line(HALF, RISE), std::slice::from_ref(&rose.inner));
     reveal(m, &ASHLAR, &WEST, &portal, &portal, 0.25, true);
     for leaf in [[-0.8, 0.0], [0.0, 0.8]] {
         rectangle(m, &WOOD, Side::East, dvec3(-0.25, 0.0, leaf[0]), dvec3(-0.25, 2.3, leaf[1]));
     }
-    reveal(m, &PLASTER, &WEST, &rose[0], &rose[1], thickness, true);
+    rose.cut(m, &WEST, thickness);
 
     m.object("outside_west");
     let back = WEST.back(thickness);
     let gable = vec![dvec2(-3.5, 6.3), dvec2(0.05, 8.5), dvec2(3.6, 6.3)];
-    panel(m, &OUTSIDE, &back, &level([-3.5, 3.6], GROUND), &gable, &rose[1..]);
+    panel(m, &OUTSIDE, &back, &level([-3.5, 3.6], GROUND), &gable, &[rose.outer]);
     let lean_to = vec![dvec2(-6.0, 4.1), dvec2(-3.5, 4.5)];
     panel(m, &OUTSIDE, &back, &level([-6.0, -3.5], GROUND), &lean_to, &[]);
 }
@@ -289,8 +344,8 @@ fn corbel(m: &mut Model, x: f64, sign: f64) {
 
 fn aisle(m: &mut Model, version: Version) {
     m.object("aisle");
-    let (thickness, ends) = (0.6, [0.0, LENGTH]);
-    let windows = [1.5, 7.5].map(|x| Window::new(x, [0.75, 0.52], [1.3, 1.45], 2.75));
+    let (thickness, ends) = (AISLE_WALL, [0.0, LENGTH]);
+    let windows = aisle_windows();
     let niches: &[f64] = if version.faulty() { &[4.5] } else { &[4.5, 10.5] };
     let mut holes = inner(&windows);
     holes.extend(niches.iter().map(|&x| Opening::arch(x, NICHE_RADIUS, NICHE_SILL, NICHE_SPRING, NICHE_SEGMENTS)));
@@ -364,7 +419,7 @@ fn apse(m: &mut Model) {
     let (inside, outside) = (half(APSE_RADIUS), half(apse_outer_radius()));
     for k in 0..5 {
         let plane = apse_side(k);
-        let windows: Vec<_> = if k % 2 == 1 { vec![Window::new(0.0, [0.52, 0.38], [1.55, 1.65], 2.75)] } else { vec![] };
+        let windows: Vec<_> = if k % 2 == 1 { vec![apse_window()] } else { vec![] };
         let wall = |y: f64, half: f64| level([-half, half], y);
         panel(m, &ASHLAR, &plane, &wall(APSE_FLOOR, inside), &wall(APSE_SPRING, inside), &inner(&windows));
         windows.iter().for_each(|w| w.cut(m, &plane, APSE_WALL));
@@ -422,7 +477,7 @@ fn apse_floor(m: &mut Model) {
 
 fn sacristy(m: &mut Model) {
     m.object("sacristy");
-    let ([x0, z0], side, thickness) = (SACRISTY, SACRISTY_SIDE, 0.4);
+    let ([x0, z0], side, thickness) = (SACRISTY, SACRISTY_SIDE, SACRISTY_WALL);
     let (radius, centre) = (0.5 * side, dvec2(x0 + 0.5 * side, z0 + 0.5 * side));
     let angle = |i: usize| PI * i as f64 / GROIN_SEGMENTS as f64;
     let lunette = |c: f64| -> Line {
@@ -430,15 +485,13 @@ fn sacristy(m: &mut Model) {
             .map(|i| dvec2(c - radius * angle(i).cos(), SACRISTY_SPRING + radius * angle(i).sin()))
             .collect()
     };
-    let plane = |origin: DVec3, along: DVec3, normal: DVec3| Plane { origin, along, normal };
     let door = Opening::arch(10.2, 0.5, 0.0, 1.65, 12);
-    let window = Window::new(10.2, [0.65, 0.5], [1.05, 1.15], 1.9);
-    let south = plane(dvec3(0.0, 0.0, z0 + side), DVec3::X, DVec3::NEG_Z);
+    let (window, south) = (sacristy_window(), SACRISTY_SOUTH);
     let (along_x, along_z) = ([x0, x0 + side], [z0, z0 + side]);
-    panel(m, &PLASTER, &SOUTH.back(0.6), &level(along_x, 0.0), &lunette(centre.x), &[door]);
+    panel(m, &PLASTER, &SOUTH.back(SOUTH_WALL), &level(along_x, 0.0), &lunette(centre.x), &[door]);
     panel(m, &PLASTER, &south, &level(along_x, 0.0), &lunette(centre.x), std::slice::from_ref(&window.inner));
     for (x, normal) in [(x0, DVec3::X), (x0 + side, DVec3::NEG_X)] {
-        let wall = plane(dvec3(x, 0.0, 0.0), DVec3::Z, normal);
+        let wall = Plane { origin: dvec3(x, 0.0, 0.0), along: DVec3::Z, normal };
         panel(m, &PLASTER, &wall, &level(along_z, 0.0), &lunette(centre.y), &[]);
     }
     window.cut(m, &south, thickness);
