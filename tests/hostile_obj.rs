@@ -1,5 +1,5 @@
 //! Models that are odd, broken or extreme: each is read right or refused with a clear message, never a panic.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;

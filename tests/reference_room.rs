@@ -1,5 +1,7 @@
 //! The path tracer against an outside one: `truth/room`, two pictures, each with two independent halves.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
+
 use clerestory::panorama;
 use clerestory::reference::{Lights, Settings, render_camera, unwatched};
 use clerestory::scene;

@@ -1,5 +1,7 @@
 //! `clerestory simulate` on a small site written here.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
+
 use assert_cmd::Command;
 use clerestory::panorama;
 use std::fs;

@@ -106,7 +106,12 @@ fn sphere(count: usize) -> impl Iterator<Item = glam::Vec3> {
     })
 }
 
-/// Whether `scene` is wound well enough for fronts and backs to mean something.
+/// Straight down, and a little beside it: a ray that meets an edge exactly may slip through.
+fn downward() -> [glam::Vec3; 3] {
+    [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)].map(|(x, y)| glam::Vec3::new(x, y, -1.0).normalize())
+}
+
+/// Whether a mesh with such edges is wound well enough for fronts and backs to mean something.
 fn winding_means_something(edges: &Edges) -> bool {
     edges.inverted * 20 <= edges.total
 }
@@ -145,7 +150,7 @@ impl Surroundings {
             close_share: share(hits.iter().filter(|h| h.0 < CLOSE_M).count(), RAYS),
             back_share: share(hits.iter().filter(|h| h.1).count(), hits.len()),
             open_share: share(RAYS - hits.len(), RAYS),
-            beneath_m: cast(glam::Vec3::NEG_Z).map(|h| h.0),
+            beneath_m: downward().into_iter().find_map(cast).map(|h| h.0),
         }
     }
 }

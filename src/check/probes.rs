@@ -192,7 +192,8 @@ mod tests {
     }
 
     const ROOM: ([f32; 3], [f32; 3], bool) = ([0.0; 3], [6.0, 5.0, 4.0], true);
-    const PILLAR: ([f32; 3], [f32; 3], bool) = ([2.0, 2.0, 0.0], [3.0, 3.0, 4.0], false);
+    /// Its ends stand out of floor and ceiling.
+    const PILLAR: ([f32; 3], [f32; 3], bool) = ([2.0, 2.0, -0.1], [3.0, 3.0, 4.1], false);
 
     #[test]
     fn a_probe_in_a_room_is_fine_and_one_in_a_pillar_is_not() {
@@ -202,7 +203,8 @@ mod tests {
         assert!((free.beneath_m.unwrap() - 1.6).abs() < 1e-4 && (free.nearest_m - 1.0).abs() < 0.01);
         assert_eq!(place_warnings(&free, Some(true)), Vec::<String>::new());
         let inside = Surroundings::of(&scene, Vec3::new(2.5, 2.5, 1.6));
-        assert!(inside.back_share > 0.99);
+        // floor and ceiling run through the pillar and show their fronts
+        assert!(inside.back_share > 0.8);
         assert!(place_warnings(&inside, Some(true))[0].contains("inside a wall"));
         assert!(!place_warnings(&inside, None).iter().any(|w| w.contains("inside a wall")));
     }

@@ -4,7 +4,10 @@ use glam::{Vec2, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
 
+use crate::panorama::{linear_to_srgb, srgb_to_linear};
+
 use super::load::SceneError;
+use crate::panorama::{linear_to_srgb, srgb_to_linear};
 
 /// The most pixels a texture may have along a side.
 pub(super) const MAX_SIDE: u32 = 32_768;
@@ -14,16 +17,6 @@ const MAX_DECODE_BYTES: u64 = 2 << 30;
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
-
-/// Linear light of an sRGB-encoded value in 0..=1 (IEC 61966-2-1).
-pub fn srgb_to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-/// sRGB encoding of a linear value in 0..=1 (IEC 61966-2-1).
-pub fn linear_to_srgb(v: f32) -> f32 {
-    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
 
 /// A picture that multiplies a material's albedo. Repeats in both directions; v = 0 is the picture's bottom row.
 #[derive(Clone, Debug)]

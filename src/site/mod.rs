@@ -1,4 +1,22 @@
 //! The site file: what a site is made of, checked, with every pose brought into the program's frame.
+//!
+//! `file` knows the keys, `resolve` checks them table by table, `fault` says what is wrong and where.
+//!
+//! # Orientation
+//!
+//! A probe or view is turned by one of
+//!
+//! | keys | meaning |
+//! |---|---|
+//! | `heading`, `pitch`, `roll` | degrees clockwise from true north seen from above; up; clockwise as the camera sees it. All default to 0 |
+//! | `look_at = [x, y, z]` | a point of the model in the picture's centre; the horizon level |
+//! | `rotation = [w, x, y, z]` | a unit quaternion from the camera's axes to the model's |
+//! | `matrix = [[…], […], […]]` | the same as rows of a rotation matrix |
+//!
+//! The camera's axes of a quaternion or matrix are those of OpenGL, Blender and glTF: +x right, +y up, −z forward; so
+//! the matrix's columns are the camera's right, up and backward in the model's axes. A panorama's forward is its centre
+//! column. Unit length and right angles may be off by 10⁻³. Inside the program a camera has +x right, +y forward, +z up
+//! ([`Pose::rotation`]).
 
 mod camera;
 mod fault;

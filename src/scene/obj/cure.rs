@@ -191,7 +191,7 @@ impl<R: Read> Cure<R> {
         let (Some(x), Some(y), Some(z)) = first_three else {
             return Err(Fault::Line(format!("expected v and three numbers, found “v {}”", shorten(rest))));
         };
-        self.out.push_str("v ");
+        self.out.push('v');
         match more {
             // a weight: the point is divided by it
             (Some(w), None, _) => {
@@ -199,7 +199,8 @@ impl<R: Read> Cure<R> {
                 let (Some(x), Some(y), Some(z), Some(w)) = (number(x), number(y), number(z), number(w)) else {
                     return Err(Fault::Line(format!("expected v and numbers, found “v {}”", shorten(rest))));
                 };
-                self.write_words([x / w, y / w, z / w]);
+                // writing to a String cannot fail
+                let _ = write!(self.out, " {} {} {}", x / w, y / w, z / w);
             }
             _ => self.write_words([x, y, z]),
         }
@@ -211,18 +212,18 @@ impl<R: Read> Cure<R> {
         match (colour, self.colours) {
             (Some(_), false) => return Err(Fault::NeedsColours),
             (Some(rgb), true) => self.write_words(rgb),
-            (None, true) => self.out.push_str(" 1 1 1"),
+            (None, true) => self.write_words(["1"; 3]),
             (None, false) => {}
         }
         self.out.push('\n');
         Ok(())
     }
 
-    fn write_words<T: std::fmt::Display>(&mut self, words: [T; 3]) {
-        let [a, b, c] = words;
-        let gap = if self.out.ends_with(' ') { "" } else { " " };
-        // writing to a String cannot fail
-        let _ = write!(self.out, "{gap}{a} {b} {c}");
+    fn write_words<const N: usize>(&mut self, words: [&str; N]) {
+        for word in words {
+            self.out.push(' ');
+            self.out.push_str(word);
+        }
     }
 
     /// `vt u`, `vt u v` or `vt u v w`.
@@ -233,7 +234,9 @@ impl<R: Read> Cure<R> {
         };
         let v = words.next().unwrap_or("0");
         self.texcoords += 1;
-        let _ = writeln!(self.out, "vt {u} {v}");
+        self.out.push_str("vt");
+        self.write_words([u, v]);
+        self.out.push('\n');
         Ok(())
     }
 
@@ -269,16 +272,34 @@ impl<R: Read> Cure<R> {
         self.out.push('f');
         for corner in rest.split_ascii_whitespace() {
             let mut indices = corner.split('/');
-            let vertex = resolve(indices.next().unwrap_or(""), self.oddities.vertices as i64, "vertex")?;
-            let texcoord = indices.next().unwrap_or("");
-            let _ = if textured {
-                let texcoord = resolve(texcoord, self.texcoords, "texture coordinate")?;
-                write!(self.out, " {vertex}/{texcoord}")
-            } else {
-                write!(self.out, " {vertex}")
-            };
+            self.out.push(' ');
+            self.index(indices.next().unwrap_or(""), self.oddities.vertices as i64, "vertex")?;
+            if textured {
+                self.out.push('/');
+                self.index(indices.next().unwrap_or(""), self.texcoords, "texture coordinate")?;
+            }
         }
         self.out.push('\n');
+        Ok(())
+    }
+
+    /// Writes an index, counted from 1, for one counted from 1 or back from the last.
+    fn index(&mut self, word: &str, count: i64, what: &str) -> Result<(), Fault> {
+        let Ok(index) = word.parse::<i64>() else {
+            return Err(Fault::Line(format!("expected a face of {what} numbers, found “{}” in it", shorten(word))));
+        };
+        let resolved = if index < 0 { index.saturating_add(count + 1) } else { index };
+        if !(1..=count).contains(&resolved) {
+            return Err(Fault::Line(format!(
+                "the face names {what} {index}, but {count} come before it, counted from 1"
+            )));
+        }
+        if resolved == index {
+            // as it stands: most are, and writing numbers takes time
+            self.out.push_str(word);
+        } else {
+            let _ = write!(self.out, "{resolved}");
+        }
         Ok(())
     }
 
@@ -291,18 +312,6 @@ impl<R: Read> Cure<R> {
             let _ = writeln!(self.out, "g {}", self.material);
         }
     }
-}
-
-/// A positive index for one from 1 or back from the last.
-fn resolve(word: &str, count: i64, what: &str) -> Result<i64, Fault> {
-    let Ok(index) = word.parse::<i64>() else {
-        return Err(Fault::Line(format!("expected a face of {what} numbers, found “{}” in it", shorten(word))));
-    };
-    let resolved = if index < 0 { count + 1 + index } else { index };
-    if (1..=count).contains(&resolved) {
-        return Ok(resolved);
-    }
-    Err(Fault::Line(format!("the face names {what} {index}, but {count} come before it, counted from 1")))
 }
 
 /// What stands before a comment. A `#` inside a word begins none: some compilers print NaN as `1.#QNAN`.
