@@ -1,17 +1,30 @@
 //! HDR pictures and how their pixels map to directions.
 
+mod convert;
+mod cube;
+mod environment;
 mod error;
+mod exposure;
+mod latlong;
 mod picture;
+mod pinhole;
 mod projection;
+mod radial;
 mod read;
 mod read_exr;
 mod read_hdr;
 mod read_raster;
+mod view;
 mod write;
 
+pub use convert::convert;
+pub use environment::{EnvironmentSample, EnvironmentSampler};
 pub use error::PanoramaError;
-pub use picture::Picture;
-pub use projection::{Projection, latlong_direction, latlong_pixel, latlong_solid_angle};
+pub use exposure::{Exposure, luminance};
+pub use latlong::latlong_pixel_fast;
+pub use picture::{Picture, PictureHealth};
+pub use projection::Projection;
 pub use read::{MAX_PIXELS, dimensions, read};
 pub use read_raster::{linear_to_srgb, srgb_to_linear};
-pub use write::{Channel, Layer, write_exr};
+pub use view::Panorama;
+pub use write::{Channel, Layer, write_exr, write_png};

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use super::{PanoramaError, Picture, read_exr, read_hdr, read_raster};
@@ -26,11 +27,11 @@ type Result<T> = std::result::Result<T, PanoramaError>;
 /// allocated for pixels before the header is found plausible.
 pub fn read(path: &Path) -> Result<Picture> {
     let (format, file) = open(path)?;
-    match format {
+    guarded(path, || match format {
         Format::Exr => read_exr::read(path, file),
         Format::Hdr => read_hdr::read(path, file),
         Format::Raster(kind) => read_raster::read(path, file, kind),
-    }
+    })
 }
 
 /// Width and height in pixels, from the header alone.
@@ -39,11 +40,11 @@ pub fn read(path: &Path) -> Result<Picture> {
 /// As [`read`], as far as the header tells.
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
     let (format, file) = open(path)?;
-    match format {
+    guarded(path, || match format {
         Format::Exr => read_exr::dimensions(path, file),
         Format::Hdr => read_hdr::dimensions(path, file),
         Format::Raster(kind) => read_raster::dimensions(path, file, kind),
-    }
+    })
 }
 
 enum Format {
@@ -75,6 +76,12 @@ fn format_of(head: &[u8]) -> Option<Format> {
         }
         _ => None,
     }
+}
+
+/// Decoders may panic on damaged bytes (exr's B44 does, on an exponent out of range): that is damage, not our end.
+fn guarded<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err(PanoramaError::damaged(path, "its decoder broke off")))
 }
 
 /// Refuses sizes that no honest picture has, before anything is allocated.

@@ -43,11 +43,11 @@ pub(super) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     let colour = find_colour(path, &meta)?;
     let header = &meta.headers[colour.layer];
     let (width, height) = checked_windows(path, header)?;
-    let mut picture = allocate(path, width, height)?;
-
     let wanted =
         |_: &MetaData, _, index: block::BlockIndex| index.layer == colour.layer && index.level == exr::math::Vec2(0, 0);
     let mut chunks = reader.filter_chunks(false, wanted).map_err(|e| told(path, e))?;
+    // only once the first pixels prove right: a lying header must not cost memory
+    let mut picture = None;
     loop {
         // decompress in the caller's own thread pool, a bounded batch at a time
         let batch = chunks.by_ref().take(64).collect::<exr::error::Result<Vec<_>>>().map_err(|e| told(path, e))?;
@@ -57,10 +57,15 @@ pub(super) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
         let blocks: Vec<_> =
             batch.into_par_iter().map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false)).collect();
         for block in blocks {
-            place(&block.map_err(|e| told(path, e))?, header, &colour.channels, &mut picture);
+            let block = block.map_err(|e| told(path, e))?;
+            let picture = match &mut picture {
+                Some(picture) => picture,
+                none => none.insert(allocate(path, width, height)?),
+            };
+            place(&block, header, &colour.channels, picture);
         }
     }
-    Ok(picture)
+    picture.ok_or_else(|| PanoramaError::damaged(path, "it holds no pixels"))
 }
 
 /// The first layer with R, G and B; those without a layer's name first; else the first with luminance.
@@ -73,7 +78,7 @@ fn find_colour(path: &Path, meta: &MetaData) -> Result<Colour> {
         }
     }
     if meta.headers.iter().all(|h| h.deep) {
-        return Err(PanoramaError::unsupported(path, "deep OpenEXR data", "flatten it and export again"));
+        return Err(deep(path));
     }
     let names: Vec<_> = flat().flat_map(|(_, h)| h.channels.list.iter().map(|c| c.name.to_string())).collect();
     let what = format!("no colour among its channels ({})", names.join(", "));
@@ -171,14 +176,133 @@ fn from_chroma(ry: f32, y: f32, by: f32) -> Vec3 {
     Vec3::new(r, g, b)
 }
 
+fn deep(path: &Path) -> PanoramaError {
+    PanoramaError::unsupported(path, "deep OpenEXR data, many samples a pixel", "flatten it and export it again")
+}
+
 fn told(path: &Path, error: exr::error::Error) -> PanoramaError {
     use exr::error::Error;
     match error {
+        Error::NotSupported(what) if what.contains("deep") => deep(path),
         Error::NotSupported(what) => {
             PanoramaError::unsupported(path, what, "export it as an ordinary scan-line OpenEXR file")
+        }
+        Error::Invalid(what) if what == "reference to missing bytes" => {
+            PanoramaError::damaged(path, "it is cut short, or its header points past its end")
+        }
+        Error::Invalid(what) if what.contains("exceeding integer maximum") => {
+            PanoramaError::damaged(path, "its header claims an impossible size")
         }
         Error::Invalid(what) => PanoramaError::damaged(path, what),
         Error::Io(source) => PanoramaError::io(path, source),
         Error::Aborted => PanoramaError::damaged(path, "reading stopped"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::panorama::{PanoramaError, dimensions, read};
+    use exr::prelude::{
+        AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+        Layer, LayerAttributes, LineOrder, Text, Vec2, WritableImage, f16,
+    };
+    use glam::Vec3;
+    use std::path::PathBuf;
+
+    fn ramp(count: usize, scale: f32) -> FlatSamples {
+        FlatSamples::F32((0..count).map(|i| i as f32 * scale).collect())
+    }
+
+    fn layer(
+        size: (usize, usize),
+        attributes: LayerAttributes,
+        encoding: Encoding,
+        channels: Vec<(&str, FlatSamples)>,
+    ) -> Layer<AnyChannels<FlatSamples>> {
+        let list = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
+        Layer::new(size, attributes, encoding, AnyChannels::sort(list))
+    }
+
+    fn written(
+        name: &str,
+        display: IntegerBounds,
+        layers: Vec<Layer<AnyChannels<FlatSamples>>>,
+    ) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        Image::from_layers(ImageAttributes::new(display), layers).write().to_file(&path).unwrap();
+        (folder, path)
+    }
+
+    fn bounds(x: i32, y: i32, width: usize, height: usize) -> IntegerBounds {
+        IntegerBounds::new((x, y), (width, height))
+    }
+
+    #[test]
+    fn colour_is_found_in_a_named_layer_beside_others() {
+        let lossless = Encoding::SMALL_LOSSLESS;
+        let depth = layer((4, 3), LayerAttributes::named("depth"), lossless, vec![("Z", ramp(12, 1.0))]);
+        let beauty = vec![
+            ("beauty.B", ramp(12, 3.0)),
+            ("beauty.G", FlatSamples::F16((0..12).map(|i| f16::from_f32(i as f32 * 2.0)).collect())),
+            ("beauty.R", FlatSamples::U32((0..12).collect())),
+            ("normal.X", ramp(12, 9.0)),
+        ];
+        let beauty = layer((4, 3), LayerAttributes::named("beauty"), lossless, beauty);
+        let (_folder, path) = written("layers.exr", bounds(0, 0, 4, 3), vec![depth, beauty]);
+        let picture = read(&path).unwrap();
+        for (i, p) in picture.pixels.iter().enumerate() {
+            assert_eq!(*p, Vec3::new(1.0, 2.0, 3.0) * i as f32);
+        }
+    }
+
+    #[test]
+    fn plain_colour_goes_before_named_and_luminance_before_nothing() {
+        let channels = ["R", "G", "B", "a.R", "a.G", "a.B"].map(|n| (n, ramp(4, if n.len() == 1 { 1.0 } else { 7.0 })));
+        let both = layer((2, 2), LayerAttributes::default(), Encoding::FAST_LOSSLESS, channels.to_vec());
+        let (_folder, path) = written("both.exr", bounds(0, 0, 2, 2), vec![both]);
+        assert_eq!(read(&path).unwrap().pixels[3], Vec3::splat(3.0));
+
+        let grey = layer((2, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, vec![("Y", ramp(4, 0.5))]);
+        let (_folder, path) = written("grey.exr", bounds(0, 0, 2, 2), vec![grey]);
+        assert_eq!(read(&path).unwrap().pixels[3], Vec3::splat(1.5));
+
+        let none = layer((2, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, vec![("Z", ramp(4, 0.5))]);
+        let (_folder, path) = written("none.exr", bounds(0, 0, 2, 2), vec![none]);
+        let error = read(&path).unwrap_err();
+        assert!(matches!(&error, PanoramaError::Unsupported { what, .. } if what.contains('Z')), "{error}");
+    }
+
+    #[test]
+    fn a_data_window_lies_where_it_belongs_in_the_display_window() {
+        let mut attributes = LayerAttributes::default();
+        attributes.layer_position = Vec2(-3, 5);
+        let channels = ["R", "G", "B"].map(|n| (n, ramp(8 * 4, 1.0))).to_vec();
+        let crop = layer((8, 4), attributes, Encoding::SMALL_LOSSLESS, channels);
+        let (_folder, path) = written("crop.exr", bounds(-1, 2, 10, 6), vec![crop]);
+        assert_eq!(dimensions(&path).unwrap(), (10, 6));
+        let picture = read(&path).unwrap();
+        for (i, p) in picture.pixels.iter().enumerate() {
+            let (x, y) = ((i % 10) as i32 - 1, (i / 10) as i32 + 2);
+            let inside = (-3..5).contains(&x) && (5..9).contains(&y);
+            let expected = if inside { ((y - 5) * 8 + x + 3) as f32 } else { 0.0 };
+            assert_eq!(*p, Vec3::splat(expected), "({x}, {y})");
+        }
+    }
+
+    #[test]
+    fn tiles_and_any_line_order_are_read() {
+        for line_order in [LineOrder::Increasing, LineOrder::Decreasing] {
+            for blocks in [Blocks::Tiles(Vec2(7, 5)), Blocks::ScanLines] {
+                for compression in [Compression::PIZ, Compression::ZIP16, Compression::RLE, Compression::Uncompressed] {
+                    let encoding = Encoding { compression, blocks, line_order };
+                    let channels = ["A", "B", "G", "R"].map(|n| (n, ramp(300, 0.25))).to_vec();
+                    let layer = layer((20, 15), LayerAttributes::named(Text::from("x")), encoding, channels);
+                    let (_folder, path) = written("tiles.exr", bounds(0, 0, 20, 15), vec![layer]);
+                    let picture = read(&path).unwrap();
+                    assert!(picture.pixels.iter().enumerate().all(|(i, p)| *p == Vec3::splat(i as f32 * 0.25)));
+                }
+            }
+        }
     }
 }

@@ -74,3 +74,46 @@ pub(super) fn told(path: &Path, error: image::ImageError) -> PanoramaError {
         other => PanoramaError::damaged(path, other.to_string()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageBuffer, Luma, Rgb, Rgba};
+
+    #[test]
+    fn integers_are_decoded_from_srgb_and_floats_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        ImageBuffer::from_fn(3, 2, |x, _| Rgb([x as u8 * 100, 255, 0])).save(path("8.png")).unwrap();
+        ImageBuffer::from_fn(3, 2, |x, _| Rgba([x as u16 * 30_000, 65535, 0, 9])).save(path("16.png")).unwrap();
+        ImageBuffer::from_fn(3, 2, |x, _| Luma([x as u16 * 30_000])).save(path("grey.tif")).unwrap();
+        ImageBuffer::from_fn(3, 2, |x, _| Rgb([x as f32 * 1e5, -1.0, 0.5])).save(path("float.tif")).unwrap();
+        let at = |name: &str| super::super::read(&path(name)).unwrap().pixels[2];
+        let near = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-5, "{a} {b}");
+        near(at("8.png"), Vec3::new(srgb_to_linear(200.0 / 255.0), 1.0, 0.0));
+        near(at("16.png"), Vec3::new(srgb_to_linear(60_000.0 / 65535.0), 1.0, 0.0));
+        near(at("grey.tif"), Vec3::splat(srgb_to_linear(60_000.0 / 65535.0)));
+        near(at("float.tif"), Vec3::new(2e5, -1.0, 0.5));
+        assert_eq!(super::super::dimensions(&path("16.png")).unwrap(), (3, 2));
+    }
+
+    #[test]
+    fn the_name_does_not_decide_and_strangers_are_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("really-a-png.jpg");
+        ImageBuffer::from_pixel(2, 2, Rgb([255u8; 3])).save_with_format(&path, ImageFormat::Png).unwrap();
+        assert_eq!(super::super::read(&path).unwrap().pixels[0], Vec3::ONE);
+        std::fs::write(&path, "hello").unwrap();
+        assert!(matches!(super::super::read(&path), Err(PanoramaError::UnknownFormat { .. })));
+        assert!(matches!(super::super::read(folder.path()), Err(PanoramaError::Io { .. })));
+        assert!(matches!(super::super::read(&folder.path().join("none.exr")), Err(PanoramaError::Io { .. })));
+    }
+
+    #[test]
+    fn srgb_encoding_is_undone() {
+        for i in 0..=100 {
+            let v = i as f32 / 100.0;
+            assert!((srgb_to_linear(linear_to_srgb(v)) - v).abs() < 1e-5);
+        }
+    }
+}

@@ -10,7 +10,7 @@ use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::f16;
 
-use super::{PanoramaError, Picture};
+use super::{Exposure, PanoramaError, Picture};
 
 type Result<T> = std::result::Result<T, PanoramaError>;
 
@@ -94,6 +94,25 @@ pub fn write_exr(path: &Path, width: usize, height: usize, layers: &[Layer], not
     })
 }
 
+/// Writes an 8-bit sRGB PNG for people to look at, as [`Exposure::show`] tone-maps it. The file appears whole or not at
+/// all.
+///
+/// # Errors
+/// [`PanoramaError::Unwritable`] for a picture without pixels; [`PanoramaError::Io`] when the file system refuses.
+pub fn write_png(path: &Path, picture: &Picture, exposure: Exposure) -> Result<()> {
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let bytes = |p: &glam::Vec3| (exposure.show(*p) * 255.0 + 0.5).to_array().map(|v| v as u8);
+    let pixels: Vec<u8> = picture.pixels.iter().flat_map(bytes).collect();
+    write_atomically(path, |file| {
+        use image::ImageEncoder;
+        let encoder = image::codecs::png::PngEncoder::new(file);
+        encoder.write_image(&pixels, width, height, image::ExtendedColorType::Rgb8).map_err(|e| match e {
+            image::ImageError::IoError(e) => PanoramaError::io(path, e),
+            other => PanoramaError::unwritable(path, other.to_string()),
+        })
+    })
+}
+
 fn exr_channel(path: &Path, name: String, channel: &Channel, count: usize) -> Result<AnyChannel<FlatSamples>> {
     if channel.values.len() != count {
         let what = format!("channel {name} has {} values for {count} pixels", channel.values.len());
@@ -171,6 +190,21 @@ mod tests {
         write_exr(&path, 37, 21, &layers, Some("{\"a\":1}")).unwrap();
         assert!(first == fs::read(&path).unwrap(), "the same input must give the same bytes");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "temporary files must be gone");
+    }
+
+    #[test]
+    fn a_png_shows_what_exposure_says() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.png");
+        let picture = ramp(20, 10);
+        write_png(&path, &picture, Exposure(0.003)).unwrap();
+        let back = read(&path).unwrap();
+        for (a, b) in picture.pixels.iter().zip(&back.pixels) {
+            let shown = Exposure(0.003).show(*a);
+            let stored = Vec3::from(b.to_array().map(crate::panorama::linear_to_srgb));
+            assert!(shown.distance(stored) < 0.5 / 255.0 * 3f32.sqrt() + 1e-4, "{shown} {stored}");
+        }
+        assert!(write_png(&path, &Picture { width: 3, height: 0, pixels: vec![] }, Exposure(1.0)).is_err());
     }
 
     #[test]

@@ -1,0 +1,143 @@
+//! From one projection and size to another.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::{Panorama, Picture, Projection};
+
+/// The most samples along a target pixel's side.
+const MAX_SAMPLES: usize = 32;
+
+/// The panorama as a camera with the same axes but another projection would have taken it, `width × height` pixels.
+///
+/// Each pixel is the mean over a grid of samples fine enough that no source pixel under it is stepped over (at least
+/// 2 × 2, at most 32 × 32). What the panorama does not show takes no part; pixels that see nothing are black.
+pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: usize) -> Picture {
+    let mut picture = Picture::new(width, height);
+    picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let n = samples(panorama, target.solid_angle(width, height, x, y), || {
+                target.direction(width, height, x as f64 + 0.5, y as f64 + 0.5)
+            });
+            let (mut sum, mut count) = (DVec3::ZERO, 0);
+            for i in 0..n * n {
+                let sub = |k: usize| (k as f64 + 0.5) / n as f64;
+                let d = target.direction(width, height, x as f64 + sub(i % n), y as f64 + sub(i / n));
+                if let Some(radiance) = d.and_then(|d| panorama.shown(d)) {
+                    sum += radiance.as_dvec3();
+                    count += 1;
+                }
+            }
+            if count > 0 {
+                *pixel = (sum / f64::from(count)).as_vec3();
+            }
+        }
+    });
+    picture
+}
+
+/// Samples along a side for a target pixel of that solid angle, from the source pixel under its centre.
+fn samples(panorama: &Panorama, target: f64, centre: impl Fn() -> Option<DVec3>) -> usize {
+    let source = panorama.picture();
+    let (w, h) = (source.width, source.height);
+    let Some(p) = centre().and_then(|d| panorama.projection().pixel(w, h, d)) else { return 4 };
+    let (x, y) = ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1));
+    let under = panorama.projection().solid_angle(w, h, x, y);
+    let ratio = if under > 0.0 { (target / under).sqrt() } else { 1.0 };
+    ((1.5 * ratio).ceil() as usize).clamp(2, MAX_SAMPLES)
+}
+
+/// A latitude/longitude size whose equator is as fine as the panorama's centre.
+pub(super) fn latlong_size(panorama: &Panorama) -> (usize, usize) {
+    let (w, h) = (panorama.picture().width, panorama.picture().height);
+    let forward = panorama.projection().pixel(w, h, DVec3::Y);
+    let (x, y) = forward.map_or((0, 0), |p| ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1)));
+    let side = panorama.projection().solid_angle(w, h, x, y).sqrt();
+    let height = (0.5 * TAU / side).ceil().clamp(16.0, 4096.0) as usize;
+    (2 * height, height)
+}
+
+/// The picture averaged down to a smaller size; a pixel that lies across several takes part in each with its overlap.
+pub(super) fn shrink(picture: &Picture, width: usize, height: usize) -> Picture {
+    let across = |row: &[Vec3]| average(row.len(), width, |i| row[i]);
+    let narrow: Vec<Vec<Vec3>> = picture.pixels.par_chunks(picture.width).map(across).collect();
+    let columns: Vec<Vec<Vec3>> =
+        (0..width).into_par_iter().map(|x| average(picture.height, height, |y| narrow[y][x])).collect();
+    let pixels = (0..width * height).map(|i| columns[i % width][i / width]).collect();
+    Picture { width, height, pixels }
+}
+
+/// `from` values averaged down to `to` cells of equal length.
+fn average(from: usize, to: usize, value: impl Fn(usize) -> Vec3) -> Vec<Vec3> {
+    let step = from as f64 / to as f64;
+    let cell = |k: usize| {
+        let (start, end) = (k as f64 * step, ((k + 1) as f64 * step).min(from as f64));
+        let overlap = |i: usize| (end.min(i as f64 + 1.0) - start.max(i as f64)).max(0.0);
+        let parts = (start as usize..(end.ceil() as usize).min(from)).map(|i| value(i).as_dvec3() * overlap(i));
+        (parts.sum::<DVec3>() / (end - start)).as_vec3()
+    };
+    (0..to).map(cell).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    /// A smooth function on the sphere with something in every direction.
+    fn light(d: DVec3) -> Vec3 {
+        Vec3::new(1.0 + d.x as f32, 1.5 + (d.y * d.z) as f32, 2.0 - (d.z * d.z) as f32)
+    }
+
+    fn picture_of(projection: Projection, width: usize, height: usize) -> Picture {
+        let mut picture = Picture::new(width, height);
+        for y in 0..height {
+            for x in 0..width {
+                if let Some(d) = projection.direction(width, height, x as f64 + 0.5, y as f64 + 0.5) {
+                    picture.pixels[y * width + x] = light(d);
+                }
+            }
+        }
+        picture
+    }
+
+    #[test]
+    fn every_projection_shows_the_same_world() {
+        let cases = [
+            (Projection::LatLong, 256, 128),
+            (Projection::Angular, 256, 256),
+            (Projection::MirrorBall, 512, 512),
+            (Projection::CubeCross, 192, 256),
+            (Projection::CubeCross, 256, 192),
+        ];
+        let rotation = DMat3::from_rotation_z(1.0);
+        for (source, w, h) in cases {
+            let panorama = Panorama::new(picture_of(source, w, h), source, rotation);
+            for (target, w, h) in cases {
+                let (w, h) = (w / 4, h / 4);
+                let got = convert(&panorama, target, w, h);
+                for (i, pixel) in got.pixels.iter().enumerate() {
+                    let Some(d) = target.direction(w, h, (i % w) as f64 + 0.5, (i / w) as f64 + 0.5) else { continue };
+                    // near its rim the ball squeezes half the world into a few pixels
+                    let (blunt, sharp) = (Projection::MirrorBall, 0.03);
+                    let most = if (source == blunt || target == blunt) && d.y < -0.7 { 0.5 } else { sharp };
+                    assert!(
+                        pixel.distance(light(d)) < most,
+                        "{source:?} → {target:?} at {d}: {pixel} for {}",
+                        light(d)
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shrinking_keeps_the_mean() {
+        let picture = picture_of(Projection::LatLong, 97, 53);
+        let small = shrink(&picture, 40, 20);
+        let mean = |p: &Picture| p.pixels.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / p.pixels.len() as f64;
+        assert!(mean(&picture).distance(mean(&small)) < 1e-6);
+    }
+}
