@@ -12,6 +12,7 @@
 //! [`scene::Scene::origin`]. Colour is linear Rec. 709 RGB.
 
 pub mod panorama;
+pub mod paper;
 pub mod reference;
 pub mod render;
 pub mod scene;

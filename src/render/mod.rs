@@ -1,6 +1,10 @@
 //! Rendering (paper, section 4.3): one primary ray a sample, irradiance from the records that see the point, else from
 //! the volume, times albedo/π.
 
+mod source;
+
+pub use source::Source;
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;

@@ -5,9 +5,11 @@
 
 mod chart;
 mod hits;
+mod kdtree;
 mod records;
 pub mod sunlight;
 
 pub use chart::Chart;
 pub use hits::Hits;
+pub use kdtree::KdTree;
 pub use records::{Observation, Observations, Records};
