@@ -1,10 +1,10 @@
 //! A k-d tree for radius search (Bentley, *Multidimensional Binary Search Trees Used for Associative Searching*, 1975):
 //! the paper's index over its records (section 4.1).
 //!
-//! The tree is the order in which it keeps its entries. A node is a run of entries; its median splits the run in two
-//! halves across the longest side of the run's box, until runs are short. Halves have equal numbers of entries, so
-//! neither pointers nor split positions are stored, only one byte for a node's axis: less than an eighth of a byte an
-//! entry beside the entries themselves.
+//! The tree is the order in which it keeps its entries. A node is a run of entries, and the entry in its middle is the
+//! median along the longest side of the run's box: entries before it lie on one side of it, entries after it on the
+//! other. Runs are halved until they are short. So neither pointers nor split positions are stored, only one byte for a
+//! node's axis: less than an eighth of a byte an entry beside the entries themselves.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ const PARALLEL: usize = 1 << 14;
 
 /// Values at points, found by their distance from a place.
 pub struct KdTree<T> {
-    /// In tree order: each node's first half before its second.
+    /// In tree order: each node's first half, its median, its second half.
     entries: Vec<(Vec3, T)>,
     /// The axis that each node splits, 0..3; a node before its first half's nodes, and those before its second's.
     axes: Vec<u8>,
@@ -65,7 +65,8 @@ fn split(keys: &mut [(Vec3, u32)], axes: &mut [u8]) {
     let middle = keys.len() / 2;
     keys.select_nth_unstable_by(middle, |a, b| a.0[longest].total_cmp(&b.0[longest]));
     let parallel = keys.len() > PARALLEL;
-    let (first, second) = keys.split_at_mut(middle);
+    let (first, rest) = keys.split_at_mut(middle);
+    let second = &mut rest[1..];
     let (below_first, below_second) = below.split_at_mut(below.len() / 2);
     if parallel {
         rayon::join(|| split(first, below_first), || split(second, below_second));
@@ -92,18 +93,14 @@ impl Search {
     /// Visits a node; `offset` leads from the point to the nearest place of the node's part of space.
     fn visit<T>(&self, entries: &[(Vec3, T)], axes: &[u8], offset: Vec3, found: &mut impl FnMut(&T, f32)) {
         let Some((&axis, below)) = axes.split_first() else {
-            for (position, value) in entries {
-                let distance2 = self.point.distance_squared(*position);
-                if distance2 < self.radius2 {
-                    found(value, distance2);
-                }
-            }
+            self.test(entries, found);
             return;
         };
         let axis = usize::from(axis);
-        let (first, second) = entries.split_at(entries.len() / 2);
+        let (first, rest) = entries.split_at(entries.len() / 2);
+        let (median, second) = rest.split_at(1);
         let (below_first, below_second) = below.split_at(below.len() / 2);
-        let beyond = self.point[axis] - second[0].0[axis];
+        let beyond = self.point[axis] - median[0].0[axis];
         let mut across = offset;
         across[axis] = beyond;
         let near_is_first = beyond < 0.0;
@@ -111,8 +108,18 @@ impl Search {
         if offset_first.length_squared() < self.radius2 {
             self.visit(first, below_first, offset_first, found);
         }
+        self.test(median, found);
         if offset_second.length_squared() < self.radius2 {
             self.visit(second, below_second, offset_second, found);
+        }
+    }
+
+    fn test<T>(&self, entries: &[(Vec3, T)], found: &mut impl FnMut(&T, f32)) {
+        for (position, value) in entries {
+            let distance2 = self.point.distance_squared(*position);
+            if distance2 < self.radius2 {
+                found(value, distance2);
+            }
         }
     }
 }
@@ -170,7 +177,7 @@ mod tests {
 
     #[test]
     fn is_small_and_the_same_on_any_number_of_threads() {
-        let points: Vec<Vec3> = (0..100_000u32)
+        let points: Vec<Vec3> = (0..100_000u64)
             .map(|i| Vec3::new((i * 7919 % 10_007) as f32, (i * 104_729 % 997) as f32, (i % 13) as f32))
             .collect();
         let build = |threads| {
