@@ -1,6 +1,8 @@
 //! Damaged, odd and absurd pictures: never a panic, never a hang, never a huge allocation; a clear message or the right
 //! pixels.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -24,7 +26,7 @@ fn corpus(folder: &str) -> Vec<PathBuf> {
 fn read_safely(path: &Path) -> Result<Picture, PanoramaError> {
     let (send, receive) = mpsc::channel();
     let file = path.to_path_buf();
-    std::thread::spawn(move || send.send((read(&file), dimensions(&file))));
+    std::thread::spawn(move || drop(send.send((read(&file), dimensions(&file)))));
     match receive.recv_timeout(Duration::from_secs(10)) {
         Ok((Ok(picture), size)) => {
             assert_eq!(picture.pixels.len(), picture.width * picture.height);

@@ -5,6 +5,8 @@
 //! z = +Y: a rotation, no mirror. The cube chart stacks its faces as +X, −X, +Y, −Y, +Z, −Z, each seen from inside with
 //! Y up; +Y has Z up, −Y has Z down.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use std::path::PathBuf;
 
 use clerestory::panorama::{Panorama, Picture, Projection, convert, read};

@@ -50,7 +50,7 @@ fn samples(panorama: &Panorama, target: f64, centre: impl Fn() -> Option<DVec3>)
 }
 
 /// A latitude/longitude size whose equator is as fine as the panorama's centre.
-pub(super) fn latlong_size(panorama: &Panorama) -> (usize, usize) {
+pub fn latlong_size(panorama: &Panorama) -> (usize, usize) {
     let (w, h) = (panorama.picture().width, panorama.picture().height);
     let forward = panorama.projection().pixel(w, h, DVec3::Y);
     let (x, y) = forward.map_or((0, 0), |p| ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1)));

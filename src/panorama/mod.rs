@@ -8,6 +8,7 @@ mod exposure;
 mod latlong;
 mod picture;
 mod pinhole;
+mod primaries;
 mod projection;
 mod radial;
 mod read;
@@ -17,7 +18,7 @@ mod read_raster;
 mod view;
 mod write;
 
-pub use convert::convert;
+pub use convert::{convert, latlong_size};
 pub use environment::{EnvironmentSample, EnvironmentSampler};
 pub use error::PanoramaError;
 pub use exposure::{Exposure, luminance};

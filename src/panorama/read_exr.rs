@@ -9,9 +9,10 @@ use exr::meta::MetaData;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use exr::prelude::f16;
-use glam::Vec3;
+use glam::{DMat3, DVec2, Vec3};
 use rayon::prelude::*;
 
+use super::primaries::{Primaries, converted};
 use super::read::{allocate, check_size};
 use super::{PanoramaError, Picture};
 
@@ -43,6 +44,10 @@ pub(super) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     let colour = find_colour(path, &meta)?;
     let header = &meta.headers[colour.layer];
     let (width, height) = checked_windows(path, header)?;
+    let primaries = primaries(header);
+    let unusable = || PanoramaError::damaged(path, "its chromaticities span no colour space");
+    let weights = primaries.weights().ok_or_else(unusable)?;
+    let to_rec709 = primaries.to_rec709().ok_or_else(unusable)?;
     let wanted =
         |_: &MetaData, _, index: block::BlockIndex| index.layer == colour.layer && index.level == exr::math::Vec2(0, 0);
     let mut chunks = reader.filter_chunks(false, wanted).map_err(|e| told(path, e))?;
@@ -62,10 +67,14 @@ pub(super) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
                 Some(picture) => picture,
                 none => none.insert(allocate(path, width, height)?),
             };
-            place(&block, header, &colour.channels, picture);
+            place(&block, header, &colour.channels, weights, picture);
         }
     }
-    picture.ok_or_else(|| PanoramaError::damaged(path, "it holds no pixels"))
+    let mut picture = picture.ok_or_else(|| PanoramaError::damaged(path, "it holds no pixels"))?;
+    if to_rec709 != DMat3::IDENTITY {
+        picture.pixels.par_iter_mut().for_each(|p| *p = converted(&to_rec709, *p));
+    }
+    Ok(picture)
 }
 
 /// The first layer with R, G and B; those without a layer's name first; else the first with luminance.
@@ -110,6 +119,18 @@ fn luminance(header: &Header) -> Option<Channels> {
     find(header, "Y").map(Channels::Luminance)
 }
 
+/// The file's own primaries, Rec. 709 where it states none.
+fn primaries(header: &Header) -> Primaries {
+    let xy = |c: exr::math::Vec2<f32>| DVec2::new(c.x().into(), c.y().into());
+    let stated = header.shared_attributes.chromaticities;
+    stated.map_or(Primaries::REC709, |c| Primaries {
+        red: xy(c.red),
+        green: xy(c.green),
+        blue: xy(c.blue),
+        white: xy(c.white),
+    })
+}
+
 /// The size of the display window, after a look at all sizes that reading depends on.
 fn checked_windows(path: &Path, header: &Header) -> Result<(usize, usize)> {
     check_size(path, header.layer_size.x() as u64, header.layer_size.y() as u64)?;
@@ -118,7 +139,7 @@ fn checked_windows(path: &Path, header: &Header) -> Result<(usize, usize)> {
 }
 
 /// Copies one block's colour to where it lies in the display window; what lies outside is dropped.
-fn place(block: &UncompressedBlock, header: &Header, channels: &Channels, picture: &mut Picture) {
+fn place(block: &UncompressedBlock, header: &Header, channels: &Channels, weights: Vec3, picture: &mut Picture) {
     let list = &header.channels.list;
     let width = block.index.pixel_size.x();
     let mut offset = 0;
@@ -145,7 +166,9 @@ fn place(block: &UncompressedBlock, header: &Header, channels: &Channels, pictur
             picture.pixels[y * picture.width + x] = match *channels {
                 Channels::Rgb([r, g, b]) => Vec3::new(value(r, column), value(g, column), value(b, column)),
                 Channels::Luminance(l) => Vec3::splat(value(l, column)),
-                Channels::Chroma([ry, l, by]) => from_chroma(value(ry, column), value(l, column), value(by, column)),
+                Channels::Chroma([ry, l, by]) => {
+                    from_chroma(weights, value(ry, column), value(l, column), value(by, column))
+                }
             };
         }
     }
@@ -167,12 +190,12 @@ fn four(line: &[u8], x: usize) -> [u8; 4] {
     [line[4 * x], line[4 * x + 1], line[4 * x + 2], line[4 * x + 3]]
 }
 
-/// RGB from OpenEXR's luminance and chroma, with Rec. 709 weights (*Technical Introduction to OpenEXR*,
-/// "Luminance/Chroma Images").
-fn from_chroma(ry: f32, y: f32, by: f32) -> Vec3 {
+/// RGB from OpenEXR's luminance and chroma (*Technical Introduction to OpenEXR*, "Luminance/Chroma Images"); the
+/// weights are the primaries' luminances.
+fn from_chroma(weights: Vec3, ry: f32, y: f32, by: f32) -> Vec3 {
     let r = (ry + 1.0) * y;
     let b = (by + 1.0) * y;
-    let g = (y - 0.2126 * r - 0.0722 * b) / 0.7152;
+    let g = (y - weights.x * r - weights.z * b) / weights.y;
     Vec3::new(r, g, b)
 }
 
@@ -202,6 +225,7 @@ fn told(path: &Path, error: exr::error::Error) -> PanoramaError {
 #[cfg(test)]
 mod tests {
     use crate::panorama::{PanoramaError, dimensions, read};
+    use exr::meta::attribute::Chromaticities;
     use exr::prelude::{
         AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
         Layer, LayerAttributes, LineOrder, Text, Vec2, WritableImage, f16,
@@ -275,8 +299,7 @@ mod tests {
 
     #[test]
     fn a_data_window_lies_where_it_belongs_in_the_display_window() {
-        let mut attributes = LayerAttributes::default();
-        attributes.layer_position = Vec2(-3, 5);
+        let attributes = LayerAttributes::default().with_position(Vec2(-3, 5));
         let channels = ["R", "G", "B"].map(|n| (n, ramp(8 * 4, 1.0))).to_vec();
         let crop = layer((8, 4), attributes, Encoding::SMALL_LOSSLESS, channels);
         let (_folder, path) = written("crop.exr", bounds(-1, 2, 10, 6), vec![crop]);
@@ -288,6 +311,27 @@ mod tests {
             let expected = if inside { ((y - 5) * 8 + x + 3) as f32 } else { 0.0 };
             assert_eq!(*p, Vec3::splat(expected), "({x}, {y})");
         }
+    }
+
+    #[test]
+    fn other_primaries_become_rec_709() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("aces.exr");
+        let channels = ["R", "G", "B"].map(|n| (n, ramp(4, 1.0))).to_vec();
+        let layer = layer((2, 2), LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
+        let mut image = Image::from_layers(ImageAttributes::new(bounds(0, 0, 2, 2)), vec![layer]);
+        image.attributes.chromaticities = Some(Chromaticities {
+            red: Vec2(0.7347, 0.2653),
+            green: Vec2(0.0, 1.0),
+            blue: Vec2(0.0001, -0.077),
+            white: Vec2(0.32168, 0.33767),
+        });
+        image.write().to_file(&path).unwrap();
+        // grey is grey in any primaries
+        assert!(read(&path).unwrap().pixels[3].distance(Vec3::splat(3.0)) < 1e-5);
+        image.attributes.chromaticities.as_mut().unwrap().green = Vec2(0.7347, 0.2653);
+        image.write().to_file(&path).unwrap();
+        assert!(read(&path).unwrap_err().to_string().contains("chromaticities"));
     }
 
     #[test]

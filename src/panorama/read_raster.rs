@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use glam::Vec3;
+use image::metadata::Orientation::{self, Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::read::{MAX_PIXELS, allocate, check_size};
@@ -13,9 +14,16 @@ use super::{PanoramaError, Picture};
 type Result<T> = std::result::Result<T, PanoramaError>;
 
 pub(super) fn dimensions(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<(usize, usize)> {
-    let decoder = ImageReader::with_format(file, format).into_decoder().map_err(|e| told(path, e))?;
+    let mut decoder = ImageReader::with_format(file, format).into_decoder().map_err(|e| told(path, e))?;
     let (width, height) = decoder.dimensions();
-    check_size(path, width.into(), height.into())
+    let (width, height) = check_size(path, width.into(), height.into())?;
+    let sideways = matches!(turned(&mut decoder), Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH);
+    Ok(if sideways { (height, width) } else { (width, height) })
+}
+
+/// How the camera was held, as the file says; unturned where it does not say.
+fn turned(decoder: &mut impl ImageDecoder) -> Orientation {
+    decoder.orientation().unwrap_or(Orientation::NoTransforms)
 }
 
 pub(super) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<Picture> {
@@ -23,11 +31,13 @@ pub(super) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> R
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_PIXELS * 16);
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|e| told(path, e))?;
+    let mut decoder = reader.into_decoder().map_err(|e| told(path, e))?;
     let (width, height) = decoder.dimensions();
-    let (width, height) = check_size(path, width.into(), height.into())?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| told(path, e))?;
-    let mut picture = allocate(path, width, height)?;
+    check_size(path, width.into(), height.into())?;
+    let orientation = turned(&mut decoder);
+    let mut decoded = DynamicImage::from_decoder(decoder).map_err(|e| told(path, e))?;
+    decoded.apply_orientation(orientation);
+    let mut picture = allocate(path, decoded.width() as usize, decoded.height() as usize)?;
     match decoded {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             for (pixel, v) in picture.pixels.iter_mut().zip(decoded.into_rgb32f().pixels()) {
@@ -95,6 +105,24 @@ mod tests {
         near(at("grey.tif"), Vec3::splat(srgb_to_linear(60_000.0 / 65535.0)));
         near(at("float.tif"), Vec3::new(2e5, -1.0, 0.5));
         assert_eq!(super::super::dimensions(&path("16.png")).unwrap(), (3, 2));
+    }
+
+    #[test]
+    fn a_camera_held_sideways_is_set_upright() {
+        use image::ImageEncoder;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sideways.jpg");
+        let mut encoder = image::codecs::jpeg::JpegEncoder::new(std::fs::File::create(&path).unwrap());
+        // one TIFF entry: tag 0x112 (orientation), short, count 1, value 6: turn 90° clockwise to show
+        let exif = b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0".to_vec();
+        encoder.set_exif_metadata(exif).unwrap();
+        let stored = ImageBuffer::from_fn(64, 32, |x, _| Rgb([if x < 32 { 255u8 } else { 0 }; 3]));
+        encoder.write_image(stored.as_raw(), 64, 32, image::ExtendedColorType::Rgb8).unwrap();
+        assert_eq!(super::super::dimensions(&path).unwrap(), (32, 64));
+        let picture = super::super::read(&path).unwrap();
+        assert_eq!((picture.width, picture.height), (32, 64));
+        // what was left is on top now
+        assert!(picture.pixels[5 * 32 + 5].x > 0.9 && picture.pixels[60 * 32 + 5].x < 0.1);
     }
 
     #[test]

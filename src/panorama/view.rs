@@ -16,8 +16,9 @@ pub struct Panorama {
 
 impl Panorama {
     /// A panorama from a picture; `rotation` takes the camera's axes (+x right, +y forward, +z up) to the program's.
-    /// Pixels that are no light (see [`Picture::valid`]) become black.
+    /// Pixels that are no light (see [`Picture::valid`]) become black; a picture without pixels is black all over.
     pub fn new(picture: Picture, projection: Projection, rotation: DMat3) -> Self {
+        let picture = if picture.pixels.is_empty() { Picture::new(1, 1) } else { picture };
         let to_camera = rotation.transpose().as_mat3();
         Self { picture: picture.cleaned(), projection, rotation, to_camera }
     }
@@ -50,7 +51,7 @@ impl Panorama {
     }
 
     /// Radiance from a direction in the camera's axes; `None` where the picture does not show it.
-    pub(super) fn shown(&self, local: DVec3) -> Option<Vec3> {
+    pub fn shown(&self, local: DVec3) -> Option<Vec3> {
         let p = self.projection.pixel(self.picture.width, self.picture.height, local)?;
         match self.projection {
             Projection::LatLong => Some(bilinear_latlong(&self.picture, p.as_vec2())),
@@ -100,7 +101,7 @@ pub(super) fn neighbours_latlong(width: usize, height: usize, p: Vec2) -> ([[usi
     let q = p - 0.5;
     let floor = q.floor();
     let (w, h) = (width as i64, height as i64);
-    let (x, y) = (floor.x as i64, floor.y as i64);
+    let (x, y) = ((floor.x as i64).clamp(-1, w - 1), (floor.y as i64).clamp(-1, h - 1));
     let row = |y: i64| {
         let (y, across) = if y < 0 {
             (-1 - y, w / 2)
@@ -109,8 +110,17 @@ pub(super) fn neighbours_latlong(width: usize, height: usize, p: Vec2) -> ([[usi
         } else {
             (y, 0)
         };
-        let column = |x: i64| (x + across).rem_euclid(w) as usize;
-        ([column(x), column(x + 1)], y.clamp(0, h - 1) as usize)
+        // both ends once round at most: no division
+        let column = |x: i64| {
+            (if x < 0 {
+                x + w
+            } else if x >= w {
+                x - w
+            } else {
+                x
+            }) as usize
+        };
+        ([column(x + across), column(x + 1 + across)], y as usize)
     };
     let ((top, y0), (bottom, y1)) = (row(y), row(y + 1));
     ([top, bottom], [y0, y1], q - floor)
@@ -145,6 +155,12 @@ mod tests {
             };
             assert!(at(a).distance(at(b)) < 0.02, "{} {}", at(a), at(b));
         }
+    }
+
+    #[test]
+    fn nothing_is_black() {
+        let panorama = Panorama::new(Picture::new(0, 0), Projection::LatLong, DMat3::IDENTITY);
+        assert_eq!(panorama.radiance(Vec3::X), Vec3::ZERO);
     }
 
     #[test]

@@ -65,22 +65,26 @@ impl SceneError {
 }
 
 /// Loads a site's model: geometry in local metres, materials, textures, and the ray caster over them. `health` gets
-/// what was odd.
+/// what was odd. Colours of vertices are taken as linear.
 ///
 /// # Errors
 ///
-/// Unreadable, malformed or empty models, and pictures that are broken or too large.
+/// Unreadable, malformed or empty models, and pictures that are damaged or too large. Missing materials and pictures
+/// are warnings.
 pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
     let model = obj::read(&site.model, &site.frame)?;
+    warn_of_oddities(&model, health);
     let folder = site.model.parent().unwrap_or(Path::new(""));
-    let library = libraries(folder, &model.libraries, health);
-    let (materials, maps) = materials(&model.material_names, &library, health);
+    let library = library(&site.model, folder, &model, health);
+    let used = used(&model.materials, model.material_names.len());
+    let (mut materials, maps) = materials(&model.material_names, &used, &library, health);
     let (textures, indices) = textures(folder, &maps, health)?;
-    let materials = materials
-        .into_iter()
-        .zip(&maps)
-        .map(|(m, map)| Material { texture: map.as_ref().and_then(|m| indices.get(&m.name).copied()), ..m })
-        .collect();
+    for (material, map) in materials.iter_mut().zip(&maps) {
+        material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
+        if let (Some(map), None) = (map, material.texture) {
+            material.albedo = map.plain_albedo;
+        }
+    }
     let mut mesh = Mesh {
         positions: model.positions,
         uvs: model.uvs,
@@ -89,18 +93,51 @@ pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
         materials: model.materials,
     };
     health::clean(&mut mesh, health);
-    Ok(Scene::new(mesh, materials, textures, model.origin))
+    if mesh.triangles.is_empty() {
+        let why = format!(
+            "{} vertices, {} triangles, {} of them without area, {} not finite",
+            model.oddities.vertices, health.triangles_read, health.zero_area, health.not_finite
+        );
+        return Err(SceneError::Empty { path: site.model.clone(), why });
+    }
+    health::settle_uvs(&mut mesh, &mut materials, &textures, health);
+    let scene = Scene::new(mesh, materials, textures, model.origin);
+    health::measure(&scene, &site.frame, health);
+    Ok(scene)
 }
 
-/// All materials of all MTL files the model names.
-fn libraries(folder: &Path, names: &[String], health: &mut Health) -> BTreeMap<String, MtlMaterial> {
+fn warn_of_oddities(model: &obj::Model, health: &mut Health) {
+    let o = model.oddities;
+    let mut warn = |count: u64, what: &str| {
+        if count > 0 {
+            health.warnings.push(format!("{what}: {count}."));
+        }
+    };
+    warn(o.points + o.lines, "Point and line elements ignored, as only faces have a surface");
+    warn(o.short_faces, "Faces with fewer than three corners ignored");
+    warn(o.free_form, "Free-form curves and surfaces ignored (export them as polygons)");
+    warn(o.fans, "Faces that cross themselves, or with corners on a line or very many, cut only roughly");
+    if o.coloured > 0 && o.coloured < o.vertices {
+        warn(o.vertices - o.coloured, "Vertices without a colour, taken as white, while others have one");
+    }
+    if o.byte_colours {
+        health.warnings.push("Vertex colours are above 1: they are taken as 0 to 255.".to_owned());
+    }
+}
+
+/// All materials of all MTL files the model names, by name.
+fn library(model_file: &Path, folder: &Path, model: &obj::Model, health: &mut Health) -> BTreeMap<String, MtlMaterial> {
     let mut all = BTreeMap::new();
-    for name in names {
-        let path = folder.join(name);
+    for path in library_files(model_file, folder, model, health) {
         match std::fs::read(&path) {
             Ok(bytes) => {
                 for material in mtl::read(&path, &String::from_utf8_lossy(&bytes), &mut health.warnings) {
-                    all.insert(material.name.clone(), material);
+                    let name = material.name.clone();
+                    if all.insert(name.clone(), material).is_some() {
+                        health
+                            .warnings
+                            .push(format!("{}: material “{name}” comes twice: the last counts.", path.display()));
+                    }
                 }
             }
             Err(e) => health.warnings.push(format!("{}: the material file cannot be read ({e}).", path.display())),
@@ -109,30 +146,86 @@ fn libraries(folder: &Path, names: &[String], health: &mut Health) -> BTreeMap<S
     all
 }
 
+/// The MTL files that exist, in order, each once.
+fn library_files(model_file: &Path, folder: &Path, model: &obj::Model, health: &mut Health) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for names in &model.libraries {
+        let (found, missing) = split_names(folder, names);
+        for name in missing {
+            health.warnings.push(format!("There is no material file “{}”.", folder.join(name).display()));
+        }
+        files.extend(found);
+    }
+    if model.libraries.is_empty() && model.material_names.len() > 1 {
+        let beside = model_file.with_extension("mtl");
+        if beside.is_file() {
+            health.warnings.push(format!("The model names no material file: “{}” is taken.", beside.display()));
+            files.push(beside);
+        }
+    }
+    let mut once: Vec<PathBuf> = Vec::new();
+    for file in files {
+        if !once.contains(&file) {
+            once.push(file);
+        }
+    }
+    once
+}
+
+/// The files in a list of names that are separated by blanks and may hold blanks themselves: at each place the longest
+/// name that exists. Second, what is missing; the whole text where nothing exists.
+fn split_names(folder: &Path, names: &str) -> (Vec<PathBuf>, Vec<String>) {
+    let unescaped = names.replace("\\ ", " ");
+    let words: Vec<&str> = unescaped.split_whitespace().collect();
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    let mut from = 0;
+    while from < words.len() {
+        // a name of more than a few words is a mistake, and trying all would be slow
+        let longest = words.len().min(from + 16);
+        let hit =
+            (from + 1..=longest).rev().find_map(|to| Some((to, find_loosely(folder, &words[from..to].join(" "))?)));
+        match hit {
+            Some((to, path)) => {
+                found.push(path);
+                from = to;
+            }
+            None => {
+                missing.push(words[from].to_owned());
+                from += 1;
+            }
+        }
+    }
+    if found.is_empty() { (found, vec![names.to_owned()]) } else { (found, missing) }
+}
+
+/// Which of `count` materials any triangle has.
+fn used(materials: &[u32], count: usize) -> Vec<bool> {
+    let mut used = vec![false; count];
+    materials.iter().for_each(|&m| used[m as usize] = true);
+    used
+}
+
+/// The materials in the model's order; and which picture each wants.
 fn materials(
     names: &[Option<String>],
+    used: &[bool],
     library: &BTreeMap<String, MtlMaterial>,
     health: &mut Health,
 ) -> (Vec<Material>, Vec<Option<Map>>) {
-    let mut materials = Vec::new();
-    let mut maps = Vec::new();
-    for name in names {
+    let one = |(name, used): (&Option<String>, &bool)| {
         let found = name.as_ref().and_then(|n| library.get(n));
-        if let (Some(name), None) = (name, found) {
-            health
-                .warnings
-                .push(format!("The model uses material “{name}”, which no material file holds: grey 0.5 is taken."));
+        if let (Some(name), None, true) = (name, found, used) {
+            health.warnings.push(format!("No material file holds material “{name}”: grey 0.5 is taken."));
         }
-        let name = name.clone().unwrap_or_default();
-        materials.push(Material {
-            name,
+        let material = Material {
+            name: name.clone().unwrap_or_default(),
             albedo: found.map_or(Vec3::splat(mtl::UNKNOWN_ALBEDO), |m| m.albedo),
             texture: None,
             emission: found.map_or(Vec3::ZERO, |m| m.emission),
-        });
-        maps.push(found.and_then(|m| m.map.clone()));
-    }
-    (materials, maps)
+        };
+        (material, found.filter(|_| *used).and_then(|m| m.map.clone()))
+    };
+    names.iter().zip(used).map(one).unzip()
 }
 
 /// Decodes each picture once; the map tells which texture a name became.
@@ -142,32 +235,51 @@ fn textures(
     health: &mut Health,
 ) -> Result<(Vec<Texture>, BTreeMap<String, u32>), SceneError> {
     let mut paths: Vec<PathBuf> = Vec::new();
-    let mut indices = BTreeMap::new();
+    let mut wanted = BTreeMap::new();
     for map in maps.iter().flatten() {
-        if indices.contains_key(&map.name) {
+        if wanted.contains_key(&map.name) {
             continue;
         }
-        let place = format!("{}:{}", map.file.display(), map.line);
-        let exact = folder.join(&map.name);
-        let path = if exact.is_file() {
-            exact
-        } else if let Some(near) = find_loosely(folder, &map.name) {
-            health.warnings.push(format!(
-                "{place}: there is no picture “{}”; “{}” is taken.",
-                map.name,
-                near.display()
-            ));
-            near
-        } else {
-            health.warnings.push(format!("{place}: there is no picture “{}”: the plain colour is taken.", map.name));
-            continue;
-        };
-        let index = paths.iter().position(|p| *p == path).unwrap_or_else(|| {
-            paths.push(path);
-            paths.len() - 1
-        });
-        indices.insert(map.name.clone(), index as u32);
+        if let Some(path) = texture_file(folder, map, health) {
+            let index = paths.iter().position(|p| *p == path).unwrap_or_else(|| {
+                paths.push(path);
+                paths.len() - 1
+            });
+            wanted.insert(map.name.clone(), index);
+        }
     }
-    let textures = paths.par_iter().map(|p| Texture::load(p)).collect::<Result<_, _>>()?;
+    let decoded = paths.par_iter().map(|p| Texture::load(p)).collect::<Vec<_>>();
+    let mut textures = Vec::new();
+    let mut places = Vec::new();
+    for (path, texture) in paths.iter().zip(decoded) {
+        let texture = texture?;
+        places.push(texture.is_some().then_some(textures.len() as u32));
+        if texture.is_none() {
+            health.warnings.push(format!(
+                "{}: not a PNG, JPEG or TIFF picture: the plain colour is taken. Save it again as PNG.",
+                path.display()
+            ));
+        }
+        textures.extend(texture);
+    }
+    let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
     Ok((textures, indices))
+}
+
+/// The file a material means: beside its MTL file or the model, as written, in other letters, or by its last name.
+fn texture_file(folder: &Path, map: &Map, health: &mut Health) -> Option<PathBuf> {
+    let place = format!("{}:{}", map.file.display(), map.line);
+    let folders = [map.file.parent().unwrap_or(folder), folder];
+    if let Some(exact) = folders.iter().map(|f| f.join(&map.name)).find(|p| p.is_file()) {
+        return Some(exact);
+    }
+    let last = map.name.rsplit(['/', '\\']).next().unwrap_or(&map.name);
+    let names = [map.name.as_str(), last].into_iter().filter(|n| !n.is_empty());
+    let near = names.flat_map(|n| folders.iter().map(move |f| (f, n))).find_map(|(f, n)| find_loosely(f, n));
+    let fate = match &near {
+        Some(near) => format!("“{}” is taken", near.display()),
+        None => "the plain colour is taken".to_owned(),
+    };
+    health.warnings.push(format!("{place}: there is no picture “{}”: {fate}.", map.name));
+    near
 }

@@ -8,7 +8,7 @@ mod obj;
 mod texture;
 mod tracer;
 
-pub use health::Health;
+pub use health::{Edges, Health, MaterialArea, edges};
 pub use load::{SceneError, load};
 pub use mesh::{Material, Mesh};
 pub use texture::Texture;

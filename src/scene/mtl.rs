@@ -28,6 +28,8 @@ pub(super) struct Map {
     pub(super) file: PathBuf,
     /// Line, from 1.
     pub(super) line: usize,
+    /// The material's albedo where the picture cannot be had.
+    pub(super) plain_albedo: Vec3,
 }
 
 /// Reads the text of an MTL file. `warnings` gets a sentence for each oddity.
@@ -90,10 +92,12 @@ impl Reader<'_> {
     /// Settles what needs the whole material.
     fn finish(&mut self, material: Option<&mut MtlMaterial>) {
         let Some(material) = material else { return };
-        let Some(map) = &material.map else { return };
+        let Some(map) = &mut material.map else { return };
+        map.plain_albedo = material.albedo;
         if !self.kd_given {
             material.albedo = Vec3::ONE;
         } else if material.albedo == Vec3::ZERO {
+            map.plain_albedo = Vec3::splat(UNKNOWN_ALBEDO);
             material.albedo = Vec3::ONE;
             self.line = map.line;
             self.warn(&format!(
@@ -188,7 +192,7 @@ impl Reader<'_> {
             self.warn(&format!("material “{material}” has a map_Kd without a file name"));
             return None;
         }
-        Some(Map { name: name.to_owned(), file: self.path.to_owned(), line: self.line })
+        Some(Map { name: name.to_owned(), file: self.path.to_owned(), line: self.line, plain_albedo: Vec3::ZERO })
     }
 }
 

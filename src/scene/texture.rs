@@ -4,7 +4,10 @@ use glam::{Vec2, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
 
+use crate::panorama::{linear_to_srgb, srgb_to_linear};
+
 use super::load::SceneError;
+use crate::panorama::{linear_to_srgb, srgb_to_linear};
 
 /// The most pixels a texture may have along a side.
 pub(super) const MAX_SIDE: u32 = 32_768;
@@ -14,16 +17,6 @@ const MAX_DECODE_BYTES: u64 = 2 << 30;
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
-
-/// Linear light of an sRGB-encoded value in 0..=1 (IEC 61966-2-1).
-pub fn srgb_to_linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-/// sRGB encoding of a linear value in 0..=1 (IEC 61966-2-1).
-pub fn linear_to_srgb(v: f32) -> f32 {
-    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
 
 /// A picture that multiplies a material's albedo. Repeats in both directions; v = 0 is the picture's bottom row.
 #[derive(Clone, Debug)]
@@ -42,12 +35,12 @@ struct Level {
 }
 
 impl Texture {
-    /// Reads an 8- or 16-bit sRGB picture; alpha is dropped.
+    /// Reads an 8- or 16-bit sRGB picture; alpha is dropped. `None` for a format that is not read.
     ///
     /// # Errors
     ///
-    /// A file that is not a PNG, JPEG or TIFF picture, is damaged, or is larger than what may be decoded.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
+    /// A picture that is damaged, or larger than what may be decoded.
+    pub fn load(path: &Path) -> Result<Option<Self>, SceneError> {
         let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
         let reader = image::ImageReader::open(path).and_then(|r| r.with_guessed_format());
         let mut reader = reader.map_err(|e| fault(e.to_string()))?;
@@ -56,14 +49,18 @@ impl Texture {
         limits.max_image_height = Some(MAX_SIDE);
         limits.max_alloc = Some(MAX_DECODE_BYTES);
         reader.limits(limits);
-        let picture = reader.decode().map_err(|e| fault(e.to_string()))?.into_rgba8();
+        let picture = match reader.decode() {
+            Ok(picture) => picture.into_rgba8(),
+            Err(image::ImageError::Unsupported(_)) => return Ok(None),
+            Err(e) => return Err(fault(e.to_string())),
+        };
         let (width, height) = picture.dimensions();
         if width == 0 || height == 0 {
             return Err(fault("it has no pixels".to_owned()));
         }
         let texels = picture.pixels().map(|p| p.0).collect();
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self::new(name, width as usize, height as usize, texels))
+        Ok(Some(Self::new(name, width as usize, height as usize, texels)))
     }
 
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.

@@ -4,21 +4,21 @@
 //! chart is therefore a reduced grid: each row holds only as many cells as its solid angle deserves, which saves a
 //! share of 1 − 2/π = 36 % of the rays and evens out the records' sizes. A perspective photograph keeps its pixels.
 
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::ops::Range;
 
-use crate::panorama::Picture;
+use crate::panorama::latlong_pixel_fast;
 
 /// The cells of a probe and the directions they look along, in the probe's axes (+x right, +y forward, +z up).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     lens: Lens,
     /// Index of each row's first cell, and one past the last.
     starts: Vec<u32>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Lens {
     LatLong,
     /// Tangents of half the horizontal and vertical field of view.
@@ -80,9 +80,7 @@ impl Chart {
                 let (sin_theta, cos_theta) = (v * PI).sin_cos();
                 Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
             }
-            Lens::Perspective(half) => {
-                Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize()
-            }
+            Lens::Perspective(half) => Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize(),
         }
     }
 
@@ -90,17 +88,67 @@ impl Chart {
     /// top; `None` where the picture does not reach.
     pub fn place(&self, d: Vec3) -> Option<Vec2> {
         match self.lens {
-            Lens::LatLong => {
-                let u = 0.5 + d.x.atan2(d.y) / TAU;
-                let v = d.truncate().length().atan2(d.z) / PI;
-                Some(Vec2::new(u, v * self.rows() as f32))
-            }
+            Lens::LatLong => Some(latlong_pixel_fast(d, 1.0, self.rows() as f32)),
             Lens::Perspective(half) => {
                 let p = Vec2::new(d.x, -d.z) / d.y / half;
                 (d.y > 0.0 && p.abs().max_element() <= 1.0)
                     .then(|| Vec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0) * self.rows() as f32))
             }
         }
+    }
+
+    /// The direction of the middle of a cell.
+    pub fn middle(&self, row: usize, x: usize) -> Vec3 {
+        self.direction(row, x as f32 + 0.5, row as f32 + 0.5)
+    }
+
+    /// The four cells around a place, with bilinear weights that sum to 1.
+    #[inline]
+    pub fn around(&self, place: Vec2) -> [(usize, f32); 4] {
+        let y = place.y - 0.5;
+        let y0 = y.floor();
+        let fy = y - y0;
+        let last = self.rows() as i32 - 1;
+        let top = self.beside(place.x, (y0 as i32).clamp(0, last) as usize);
+        let bottom = self.beside(place.x, (y0 as i32 + 1).clamp(0, last) as usize);
+        let [(a, wa), (b, wb)] = top;
+        let [(c, wc), (d, wd)] = bottom;
+        [(a, wa * (1.0 - fy)), (b, wb * (1.0 - fy)), (c, wc * fy), (d, wd * fy)]
+    }
+
+    /// The two cells of a row to the left and right of a fraction of it, with linear weights.
+    #[inline]
+    fn beside(&self, u: f32, row: usize) -> [(usize, f32); 2] {
+        let range = self.row(row);
+        let n = range.len() as i32;
+        let x = u * n as f32 - 0.5;
+        let x0 = x.floor();
+        let f = x - x0;
+        let (left, right) = (x0 as i32, x0 as i32 + 1);
+        let (left, right) = if self.wraps() {
+            (if left < 0 { left + n } else { left }, if right >= n { right - n } else { right })
+        } else {
+            (left.max(0), right.min(n - 1))
+        };
+        [(range.start + left as usize, 1.0 - f), (range.start + right as usize, f)]
+    }
+
+    /// The cells of the 3 × 3 neighbourhood of a cell (fewer at a border), with the weights of a tent kernel two cells
+    /// in radius.
+    pub fn patch(&self, row: usize, x: usize) -> impl Iterator<Item = (usize, f32)> {
+        let u = (x as f32 + 0.5) / self.row(row).len() as f32;
+        (row.saturating_sub(1)..=(row + 1).min(self.rows() - 1)).flat_map(move |r| {
+            let range = self.row(r);
+            let n = range.len() as i32;
+            let at = u * n as f32 - 0.5;
+            let middle = at.round() as i32;
+            let wy = if r == row { 1.0 } else { 0.5 };
+            (middle - 1..=middle + 1).filter_map(move |column| {
+                let weight = wy * (1.0 - 0.5 * (column as f32 - at).abs());
+                let column = if self.wraps() { column.rem_euclid(n) } else { column };
+                (0..n).contains(&column).then(|| (range.start + column as usize, weight))
+            })
+        })
     }
 
     /// Angle between neighbouring rows in radians: the side of a cell.

@@ -40,10 +40,16 @@ impl CellHit {
         self.plane.is_finite()
     }
 
-    /// Whether a point (relative to the probe) lies on this cell's surface, within a tolerance in metres.
-    fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
+    /// The cosine between this cell's normal and that of a point (relative to the probe) that lies on this cell's plane
+    /// within a tolerance in metres; −1 where it does not.
+    pub(super) fn facing(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> f32 {
         let n = unpack_normal(self.normal);
-        (n.dot(point) - self.plane).abs() < tolerance_m && n.dot(normal) > 0.8
+        if (n.dot(point) - self.plane).abs() < tolerance_m { n.dot(normal) } else { -1.0 }
+    }
+
+    /// Whether a point lies on this cell's surface.
+    fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
+        self.facing(point, normal, tolerance_m) > 0.8
     }
 }
 
@@ -66,6 +72,29 @@ impl Hits {
             cell.purity = purity;
         }
         hits
+    }
+
+    /// The cell nearest to a point of a surface, if this probe sees it there.
+    pub fn find(&self, point: Vec3, normal: Vec3) -> Option<u32> {
+        let p = point - self.origin;
+        if normal.dot(p) >= 0.0 {
+            return None;
+        }
+        let place = self.chart.place(self.to_probe * p)?;
+        let tolerance = p.length() * self.chart.cell_angle();
+        let mut best = (0.0, None);
+        for (cell, kernel) in self.chart.around(place) {
+            let hit = &self.cells[cell];
+            if kernel > best.0 && hit.purity > u16::MAX / 2 && hit.holds(p, normal, tolerance) {
+                best = (kernel, Some(cell as u32));
+            }
+        }
+        best.1
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.cells.len() * size_of::<CellHit>()
     }
 
     /// Number of cells that see a surface.

@@ -6,10 +6,14 @@
 mod chart;
 mod hits;
 mod kdtree;
+mod light;
+mod picture;
 mod records;
 pub mod sunlight;
 
 pub use chart::Chart;
 pub use hits::Hits;
 pub use kdtree::KdTree;
-pub use records::{Observation, Observations, Records};
+pub use light::{Light, Outside};
+pub use picture::charted;
+pub use records::{Mean, Observation, Records};

@@ -1,112 +1,125 @@
 //! Records: a probe's hits with the light of one of its pictures.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::hits::{Hits, unpack_normal};
+use super::hits::{CellHit, Hits, unpack_normal};
 use super::sunlight::{self, Sunlit};
 use crate::panorama::Picture;
 use crate::scene::Scene;
 
-/// The irradiance records of one probe under one lighting: hits, which all lightings share, and 16 bytes of light each.
+/// The irradiance records of one probe under one lighting.
 ///
-/// A cell that measured radiance L on a surface of albedo ρ is an observation L = ρE/π of the irradiance E. Records are
-/// never divided by a texel: where E is wanted, it is the least-squares estimate π Σ w ρL / Σ w ρ² over the records
-/// around (see [`Observation`]), in which dark texels count for little.
+/// A cell that measured radiance L on a surface of albedo ρ is an observation L = ρE/π of its irradiance E. The paper
+/// divides by ρ (section 4.1), which explodes where ρ → 0. Here a record's E is the least-squares estimate
+/// E = π Σ w ρL / Σ w ρ² over the cells next to it that see the same surface under the same sun: dark texels count for
+/// little, cells that straddle an edge for next to nothing, and nothing is ever divided by a texel.
 pub struct Records {
     hits: Arc<Hits>,
-    light: Vec<CellLight>,
+    records: Vec<Record>,
 }
 
-#[derive(Clone, Copy)]
-struct CellLight {
-    /// Radiance.
-    radiance: [f32; 3],
-    /// How far to trust it, 0..=1 in 65535 steps: low beside a depth edge, 0 for a bad pixel.
+/// One cell's record; 24 bytes.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    /// Surface normal towards the probe, octahedral.
+    normal: u32,
+    /// normal · (point − probe), metres; infinite where there is no surface, `light` then is the sky's radiance.
+    plane: f32,
+    /// Irradiance.
+    light: [f32; 3],
+    /// How far to trust it, 0..=1 in 65535 steps.
     trust: u16,
     /// Whether the sun shines on the surface.
     sunlit: Sunlit,
 }
 
-/// Sums over records of what they say about a point's irradiance.
+/// A weighted mean of irradiance.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Observation {
-    /// Σ w ρL.
-    pub rho_l: Vec3,
-    /// Σ w ρ².
-    pub rho2: Vec3,
+pub struct Mean {
+    /// Σ w E.
+    pub sum: Vec3,
     /// Σ w.
     pub weight: f32,
 }
 
-impl Observation {
-    fn record(&mut self, rho: Vec3, radiance: Vec3, weight: f32) {
-        self.rho_l += rho * radiance * weight;
-        self.rho2 += rho * rho * weight;
+impl Mean {
+    fn add(&mut self, value: Vec3, weight: f32) {
+        self.sum += value * weight;
         self.weight += weight;
     }
 
-    /// Adds another observation, `scale` times as heavy.
-    pub fn add(&mut self, other: &Self, scale: f32) {
-        self.rho_l += other.rho_l * scale;
-        self.rho2 += other.rho2 * scale;
-        self.weight += other.weight * scale;
-    }
-
-    /// Irradiance, per channel; 0 where no surface reflects anything in that channel.
-    pub fn irradiance(&self) -> Vec3 {
-        let e = |l: f32, r: f32| if r > 0.0 { PI * l / r } else { 0.0 };
-        Vec3::new(e(self.rho_l.x, self.rho2.x), e(self.rho_l.y, self.rho2.y), e(self.rho_l.z, self.rho2.z))
+    /// The mean; zero where nothing was added.
+    pub fn value(&self) -> Vec3 {
+        if self.weight > 0.0 { self.sum / self.weight } else { Vec3::ZERO }
     }
 }
 
-/// What the records say about a point, apart for records in shadow and in sunlight.
+/// What records say about a point, apart for records in shade, in direct sun, and on the edge of a shadow.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Observations {
+pub struct Observation {
     /// From records that the sun does not reach.
-    pub shade: Observation,
+    pub shade: Mean,
     /// From records in direct sun.
-    pub sun: Observation,
+    pub sun: Mean,
     /// From records that a shadow's edge runs through.
-    pub mixed: Observation,
+    pub edge: Mean,
+    /// Standard deviation ÷ mean of what several probes say, at most 1.
+    pub disagreement: f32,
 }
 
-impl Observations {
-    /// Adds others, `scale` times as heavy.
+impl Observation {
+    /// Adds another, `scale` times as heavy.
     pub fn add(&mut self, other: &Self, scale: f32) {
-        self.shade.add(&other.shade, scale);
-        self.sun.add(&other.sun, scale);
-        self.mixed.add(&other.mixed, scale);
+        for (mine, theirs) in
+            [(&mut self.shade, &other.shade), (&mut self.sun, &other.sun), (&mut self.edge, &other.edge)]
+        {
+            mine.sum += theirs.sum * scale;
+            mine.weight += theirs.weight * scale;
+        }
+    }
+
+    /// Total weight: about 1 where a probe sees the point well, 0 where it does not see it.
+    pub fn weight(&self) -> f32 {
+        self.shade.weight + self.sun.weight + self.edge.weight
+    }
+
+    /// How far the probes agree, 0..=1; set by who adds several up.
+    pub fn agreement(&self) -> f32 {
+        1.0 - self.disagreement
+    }
+
+    /// Mean irradiance, whatever the sun does.
+    pub fn value(&self) -> Vec3 {
+        let weight = self.weight();
+        if weight > 0.0 { (self.shade.sum + self.sun.sum + self.edge.sum) / weight } else { Vec3::ZERO }
     }
 }
 
 impl Records {
-    /// Gives a probe's hits the light of a picture in the chart's own projection. `sun` is the direction towards the
-    /// sun, where it is known.
+    /// Gives a probe's hits the light of a picture in the chart's own projection, `gain` radiance per stored value.
+    /// `sun` is the direction towards the sun, where there is one.
     pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, gain: f32, sun: Option<Vec3>) -> Self {
         let sunlit = sun.map(|sun| sunlight::sunlit(scene, &hits, sun));
         let chart = &hits.chart;
-        let light = (0..chart.rows())
+        let radiance: Vec<Option<Vec3>> = (0..chart.rows())
             .into_par_iter()
             .flat_map_iter(|row| {
-                let (range, hits, sunlit) = (chart.row(row), &hits, &sunlit);
-                let n = range.len();
-                range.clone().map(move |i| {
-                    let sunlit = sunlit.as_ref().map_or(Sunlit::No, |s| s[i]);
-                    let purity = f32::from(hits.cells[i].purity) / 65535.0;
-                    let trust = purity.powi(4).max(1e-3);
-                    match row_average(picture, row, i - range.start, n) {
-                        Some(l) => {
-                            CellLight { radiance: (l * gain).to_array(), trust: (trust * 65535.0) as u16, sunlit }
-                        }
-                        None => CellLight { radiance: [0.0; 3], trust: 0, sunlit },
-                    }
-                })
+                let n = chart.row(row).len();
+                (0..n).map(move |x| row_average(picture, row, x, n).map(|l| l * gain))
             })
             .collect();
-        Self { light, hits }
+        let estimate = Estimate { hits: &hits, radiance: &radiance, sunlit: sunlit.as_deref() };
+        let records = (0..chart.rows())
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let estimate = &estimate;
+                (0..chart.row(row).len()).map(move |x| estimate.record(row, x))
+            })
+            .collect();
+        Self { hits, records }
     }
 
     /// The probe's hits.
@@ -114,10 +127,20 @@ impl Records {
         &self.hits
     }
 
-    /// What this probe says about the surface at `point` with unit normal `normal`. `reach` is the half width of the
-    /// kernel in cells; 1 is bilinear.
-    pub fn observe(&self, point: Vec3, normal: Vec3, reach: i32) -> Observations {
-        let mut sums = Observations::default();
+    /// Bytes held beside the hits.
+    pub fn bytes(&self) -> usize {
+        self.records.len() * size_of::<Record>()
+    }
+
+    /// Irradiance of the surface that a cell sees, or the sky's radiance if it sees none.
+    pub fn light(&self, cell: u32) -> Vec3 {
+        Vec3::from(self.records[cell as usize].light)
+    }
+
+    /// What this probe says about the surface at `point` with unit normal `normal`: the four records around it in the
+    /// probe's chart, bilinear, each as far as it lies on the same surface.
+    pub fn observe(&self, point: Vec3, normal: Vec3) -> Observation {
+        let mut sums = Observation::default();
         let chart = &self.hits.chart;
         let p = point - self.hits.origin;
         if normal.dot(p) >= 0.0 {
@@ -125,94 +148,175 @@ impl Records {
         }
         let Some(place) = chart.place(self.hits.to_probe * p) else { return sums };
         let tolerance = p.length() * chart.cell_angle();
-        let inv = 1.0 / reach as f32;
-        let y = place.y - 0.5;
-        for row in y.floor() as i32 + 1 - reach..=y.floor() as i32 + reach {
-            if row < 0 || row >= chart.rows() as i32 {
-                continue;
-            }
-            let wy = 1.0 - (row as f32 - y).abs() * inv;
-            let range = chart.row(row as usize);
-            let n = range.len() as i32;
-            let x = place.x * n as f32 - 0.5;
-            for column in x.floor() as i32 + 1 - reach..=x.floor() as i32 + reach {
-                let wx = 1.0 - (column as f32 - x).abs() * inv;
-                let column = if (0..n).contains(&column) {
-                    column
-                } else if chart.wraps() {
-                    column.rem_euclid(n)
-                } else {
-                    continue;
+        for (cell, kernel) in chart.around(place) {
+            let record = &self.records[cell];
+            let weight = kernel * record.agreement(p, normal, tolerance);
+            if weight > 0.0 {
+                let mean = match record.sunlit {
+                    Sunlit::No => &mut sums.shade,
+                    Sunlit::Yes => &mut sums.sun,
+                    Sunlit::Partly => &mut sums.edge,
                 };
-                let i = range.start + column as usize;
-                let cell = &self.hits.cells[i];
-                let n_cell = unpack_normal(cell.normal);
-                let facing = n_cell.dot(normal);
-                if (n_cell.dot(p) - cell.plane).abs() < tolerance && facing > 0.3 {
-                    let light = &self.light[i];
-                    let rho = Vec3::from(cell.albedo.map(f32::from)) / 65535.0;
-                    let w = (wx * wy + 1e-6) * facing.powi(4) * f32::from(light.trust) / 65535.0;
-                    let radiance = Vec3::from(light.radiance);
-                    match light.sunlit {
-                        Sunlit::No => sums.shade.record(rho, radiance, w),
-                        Sunlit::Yes => sums.sun.record(rho, radiance, w),
-                        Sunlit::Partly => sums.mixed.record(rho, radiance, w),
-                    }
-                }
+                mean.add(Vec3::from(record.light), weight);
             }
         }
         sums
     }
 
-    /// The places of bright things: for every cell whose brightest channel is above `threshold`, a position and its
-    /// radiance × area (m²) across the line of sight, summed over channels. A cell that sees the sky stands where the
-    /// frame of its window is, as far as the nearest surface a few cells beside it.
-    pub fn bright_places(&self, threshold: f32) -> Vec<(Vec3, f32)> {
-        let chart = &self.hits.chart;
-        let to_world = self.hits.to_probe.transpose();
-        let angle = chart.cell_angle();
-        let distance = |row: usize, i: usize| {
-            let cell = &self.hits.cells[i];
-            let d = to_world * chart.direction(row, (i - chart.row(row).start) as f32 + 0.5, row as f32 + 0.5);
-            cell.is_hit().then(|| cell.plane / unpack_normal(cell.normal).dot(d))
-        };
-        let mut places = Vec::new();
-        for row in 0..chart.rows() {
-            let range = chart.row(row);
-            for i in range.clone() {
-                let radiance = Vec3::from(self.light[i].radiance);
-                if radiance.max_element() <= threshold {
-                    continue;
-                }
-                let reach = (1..=40).flat_map(|k| [i.checked_sub(k), Some(i + k)]).flatten();
-                let beside = || reach.filter(|j| range.contains(j)).find_map(|j| distance(row, j));
-                if let Some(t) = distance(row, i).or_else(beside) {
-                    let d = to_world * chart.direction(row, (i - range.start) as f32 + 0.5, row as f32 + 0.5);
-                    places.push((self.hits.origin + d * t, radiance.element_sum() * angle * angle * t * t));
-                }
-            }
-        }
-        places
+    /// How fine this probe's records are on a surface: the solid angle of a square metre of it, in steradians; not
+    /// above zero where the surface faces away.
+    pub fn fineness(&self, point: Vec3, normal: Vec3) -> f32 {
+        let p = point - self.hits.origin;
+        let d2 = p.length_squared();
+        -normal.dot(p) / (d2 * d2.sqrt()).max(1e-12)
     }
 
-    /// Mean radiance over all cells with a surface.
+    /// The sky's radiance in a direction, where all four cells around it see the sky.
+    pub fn sky(&self, direction: Vec3) -> Option<Vec3> {
+        let place = self.hits.chart.place(self.hits.to_probe * direction)?;
+        let mut mean = Mean::default();
+        for (cell, kernel) in self.hits.chart.around(place) {
+            let record = &self.records[cell];
+            if record.plane.is_finite() {
+                return None;
+            }
+            mean.add(Vec3::from(record.light), kernel * f32::from(record.trust));
+        }
+        (mean.weight > 0.0).then(|| mean.value())
+    }
+
+    /// All trusted records of surfaces: (cell, normal, irradiance, in direct sun or not; edges are left out).
+    pub fn trusted(&self) -> impl Iterator<Item = (usize, Vec3, Vec3, bool)> {
+        self.records.iter().enumerate().filter_map(|(i, r)| {
+            let whole = r.plane.is_finite() && r.trust > u16::MAX / 2 && r.sunlit != Sunlit::Partly;
+            whole.then(|| (i, unpack_normal(r.normal), Vec3::from(r.light), r.sunlit == Sunlit::Yes))
+        })
+    }
+
+    /// Radiance that leaves the surface a cell sees, or comes from the sky behind it.
+    fn radiance(&self, cell: usize) -> Vec3 {
+        let hit = &self.hits.cells[cell];
+        let light = Vec3::from(self.records[cell].light);
+        if hit.is_hit() { hit.albedo() * light / PI } else { light }
+    }
+
+    /// Mean radiance over all cells that see a surface.
     pub fn mean_radiance(&self) -> Vec3 {
-        let mut sum = glam::DVec3::ZERO;
+        let mut sum = DVec3::ZERO;
         let mut count = 0u32;
-        for (light, cell) in self.light.iter().zip(&self.hits.cells) {
-            if cell.is_hit() && light.trust > 0 {
-                sum += Vec3::from(light.radiance).as_dvec3();
+        for (cell, hit) in self.hits.cells.iter().enumerate() {
+            if hit.is_hit() && self.records[cell].trust > 0 {
+                sum += self.radiance(cell).as_dvec3();
                 count += 1;
             }
         }
         (sum / f64::from(count.max(1))).as_vec3()
     }
 
-    /// How fine this probe's records are on a surface: the solid angle of a square metre of it, in steradians.
-    pub fn fineness(&self, point: Vec3, normal: Vec3) -> f32 {
-        let p = point - self.hits.origin;
-        let d2 = p.length_squared();
-        (-normal.dot(p) / (d2 * d2.sqrt())).max(0.0)
+    /// The places of bright things: for every cell whose brightest channel is above `threshold`, a position and its
+    /// radiance × area (m²) across the line of sight, summed over channels. A cell that sees the sky stands where the
+    /// frame of its window is: as far as the nearest surface beside it.
+    pub fn bright_places(&self, threshold: f32) -> Vec<(Vec3, f32)> {
+        /// How many cells beside a sky cell to look for its window's frame.
+        const FRAME: usize = 40;
+        let chart = &self.hits.chart;
+        let to_world = self.hits.to_probe.transpose();
+        let angle = chart.cell_angle();
+        (0..chart.rows())
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let range = chart.row(row);
+                let direction = move |i: usize| to_world * chart.middle(row, i - chart.row(row).start);
+                let distance = move |i: usize| {
+                    let hit = &self.hits.cells[i];
+                    hit.is_hit().then(|| hit.plane / unpack_normal(hit.normal).dot(direction(i)))
+                };
+                range.clone().filter_map(move |i| {
+                    let radiance = self.radiance(i);
+                    if radiance.max_element() <= threshold {
+                        return None;
+                    }
+                    let beside = || {
+                        (1..=FRAME)
+                            .flat_map(|k| [i.checked_sub(k), Some(i + k)])
+                            .flatten()
+                            .filter(|j| range.contains(j))
+                            .find_map(distance)
+                    };
+                    let t = distance(i).or_else(beside)?;
+                    let area = angle * angle * t * t;
+                    Some((self.hits.origin + direction(i) * t, radiance.element_sum() * area))
+                })
+            })
+            .collect()
+    }
+}
+
+impl Record {
+    /// How far a point (relative to the probe) with this normal is on this record's surface, 0..=1: the two conditions
+    /// of the paper's section 4.3, with the distance taken across the surface's plane and the normals' cosine to the
+    /// fourth power, times the record's trust.
+    #[inline]
+    fn agreement(&self, p: Vec3, normal: Vec3, tolerance_m: f32) -> f32 {
+        let n = unpack_normal(self.normal);
+        let facing = n.dot(normal);
+        if (n.dot(p) - self.plane).abs() < tolerance_m && facing > LEAST_FACING {
+            facing.powi(4) * f32::from(self.trust) / 65535.0
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Normals farther apart than the arc cosine of this (72°) are not one surface.
+const LEAST_FACING: f32 = 0.3;
+
+/// What the irradiance of a record is estimated from.
+struct Estimate<'a> {
+    hits: &'a Hits,
+    /// What each cell measured; `None` for bad pixels.
+    radiance: &'a [Option<Vec3>],
+    sunlit: Option<&'a [Sunlit]>,
+}
+
+impl Estimate<'_> {
+    fn sunlit(&self, cell: usize) -> Sunlit {
+        self.sunlit.map_or(Sunlit::No, |s| s[cell])
+    }
+
+    /// The record of cell `x` of a row: least squares over the 3 × 3 cells around it under a tent kernel.
+    fn record(&self, row: usize, x: usize) -> Record {
+        let chart = &self.hits.chart;
+        let cell = chart.row(row).start + x;
+        let hit = &self.hits.cells[cell];
+        let sunlit = self.sunlit(cell);
+        if !hit.is_hit() {
+            let trust = if self.radiance[cell].is_some() { u16::MAX } else { 0 };
+            let light = self.radiance[cell].unwrap_or_default().to_array();
+            return Record { normal: 0, plane: f32::INFINITY, light, trust, sunlit };
+        }
+        let normal = unpack_normal(hit.normal);
+        let d = self.hits.to_probe.transpose() * chart.middle(row, x);
+        let p = d * (hit.plane / normal.dot(d));
+        let tolerance = p.length() * chart.cell_angle();
+        let (mut rho_l, mut rho2, mut trust, mut total) = (Vec3::ZERO, Vec3::ZERO, 0.0, 0.0);
+        for (other, kernel) in chart.patch(row, x) {
+            total += kernel;
+            let (Some(l), theirs) = (self.radiance[other], &self.hits.cells[other]) else { continue };
+            let facing = theirs.facing(p, normal, tolerance);
+            if facing < LEAST_FACING || self.sunlit(other) != sunlit {
+                continue;
+            }
+            let weight = kernel * facing.powi(4) * theirs.trust();
+            let rho = theirs.albedo();
+            rho_l += rho * l * weight;
+            rho2 += rho * rho * weight;
+            trust += weight;
+        }
+        let e = |l: f32, r: f32| if r > 0.0 { (PI * l / r).min(f32::MAX) } else { 0.0 };
+        let light = [e(rho_l.x, rho2.x), e(rho_l.y, rho2.y), e(rho_l.z, rho2.z)];
+        let trust = (trust / total * 65535.0) as u16;
+        Record { normal: hit.normal, plane: hit.plane, light, trust, sunlit }
     }
 }
 
@@ -226,11 +330,22 @@ fn row_average(picture: &Picture, row: usize, x: usize, n: usize) -> Option<Vec3
     let mut weight = 0.0;
     for i in from as usize..(to.ceil() as usize).min(picture.width) {
         let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
-        let v = pixels[i];
-        if v.is_finite() && v.min_element() >= 0.0 {
-            sum += v * w;
+        if Picture::valid(pixels[i]) {
+            sum += pixels[i] * w;
             weight += w;
         }
     }
     (weight > 0.0).then(|| sum / weight)
+}
+
+impl CellHit {
+    /// Albedo averaged over the cell.
+    pub(super) fn albedo(&self) -> Vec3 {
+        Vec3::from(self.albedo.map(f32::from)) / 65535.0
+    }
+
+    /// How far to trust what the cell measured: falls steeply with the share of it that sees another surface.
+    fn trust(&self) -> f32 {
+        (f32::from(self.purity) / 65535.0).powi(4).max(1e-3)
+    }
 }

@@ -1,4 +1,22 @@
 //! The site file: what a site is made of, checked, with every pose brought into the program's frame.
+//!
+//! `file` knows the keys, `resolve` checks them table by table, `fault` says what is wrong and where.
+//!
+//! # Orientation
+//!
+//! A probe or view is turned by one of
+//!
+//! | keys | meaning |
+//! |---|---|
+//! | `heading`, `pitch`, `roll` | degrees clockwise from true north seen from above; up; clockwise as the camera sees it. All default to 0 |
+//! | `look_at = [x, y, z]` | a point of the model in the picture's centre; the horizon level |
+//! | `rotation = [w, x, y, z]` | a unit quaternion from the camera's axes to the model's |
+//! | `matrix = [[…], […], […]]` | the same as rows of a rotation matrix |
+//!
+//! The camera's axes of a quaternion or matrix are those of OpenGL, Blender and glTF: +x right, +y up, −z forward; so
+//! the matrix's columns are the camera's right, up and backward in the model's axes. A panorama's forward is its centre
+//! column. Unit length and right angles may be off by 10⁻³. Inside the program a camera has +x right, +y forward, +z up
+//! ([`Pose::rotation`]).
 
 mod camera;
 mod fault;
@@ -52,6 +70,15 @@ impl Site {
     ///
     /// The first fault, with its place in the file, what was expected and what to do.
     pub fn load(path: &Path) -> Result<Self, SiteError> {
+        Self::load_with(path, Pictures::MustExist)
+    }
+
+    /// The same, for a site whose probes' and views' pictures may still be to be made.
+    ///
+    /// # Errors
+    ///
+    /// As [`Site::load`].
+    pub fn load_with(path: &Path, pictures: Pictures) -> Result<Self, SiteError> {
         let unreadable = |path: &Path, why: String, help: &str| SiteError::Unreadable {
             path: path.to_owned(),
             why,
@@ -66,7 +93,7 @@ impl Site {
         })?;
         let text = String::from_utf8(bytes)
             .map_err(|_| unreadable(&file, "the file is not UTF-8 text".to_owned(), "Save it as UTF-8"))?;
-        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text))
+        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text), pictures)
     }
 
     /// All lightings that any probe has, in the file's order; `""` is the lone picture's.
@@ -79,6 +106,15 @@ impl Site {
         }
         all
     }
+}
+
+/// Whether the pictures of probes and the photographs of views must be there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pictures {
+    /// A missing one is a fault.
+    MustExist,
+    /// They are still to be made; those that are there are checked.
+    MayBeMissing,
 }
 
 /// Where the light outside comes from.

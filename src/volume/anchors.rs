@@ -85,6 +85,19 @@ impl Anchors {
         found.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     }
 
+    /// The anchors that points (position, normal) would take values from, each once, in order.
+    pub fn near(&self, points: &[(Vec3, Vec3)]) -> Vec<u32> {
+        let mut all = Vec::new();
+        let mut found = Vec::new();
+        for &(point, normal) in points {
+            self.around(point, normal, &mut found);
+            all.extend(found.iter().take(8).map(|f| f.1));
+        }
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
     fn weight(&self, anchor: u32, point: Vec3, normal: Vec3) -> f32 {
         let anchor = &self.list[anchor as usize];
         let facing = anchor.normal.dot(normal);

@@ -129,8 +129,11 @@ impl Lobes {
         if cos <= 0.0 {
             return None;
         }
-        let density: f32 =
-            self.lobes.iter().map(|l| if direction.dot(l.axis) >= l.cos * (1.0 - 1e-6) { l.density } else { 0.0 }).sum();
+        let density: f32 = self
+            .lobes
+            .iter()
+            .map(|l| if direction.dot(l.axis) >= l.cos * (1.0 - 1e-6) { l.density } else { 0.0 })
+            .sum();
         Some((direction, guided * density + (1.0 - guided) * cos / PI))
     }
 }

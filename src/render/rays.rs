@@ -1,0 +1,55 @@
+//! The primary rays of a camera.
+
+use glam::{DVec2, Vec2, Vec3};
+
+use crate::site::{Camera, Distortion};
+
+/// Directions of a camera's rays, fast for a lens without distortion.
+pub struct PrimaryRays {
+    camera: Camera,
+    /// Direction of pixel (0, 0)'s corner, and its change per pixel to the right and down, for a perfect pinhole.
+    pinhole: Option<[Vec3; 3]>,
+    /// Places of the samples inside a pixel, 0..1.
+    pub offsets: Vec<Vec2>,
+}
+
+impl PrimaryRays {
+    /// The rays of a camera with so many samples a pixel, spread evenly under a box filter: a grid where the number is a
+    /// square, else Roberts's additive recurrence.
+    pub fn new(camera: &Camera, samples: u32) -> Self {
+        let side = f64::from(samples).sqrt() as u32;
+        let offsets = if side * side == samples {
+            let at = |i: u32| (i as f32 + 0.5) / side as f32;
+            (0..samples).map(|s| Vec2::new(at(s % side), at(s / side))).collect()
+        } else {
+            let at = |s: u32, step: f64| (0.5 + f64::from(s) * step).fract() as f32;
+            (0..samples).map(|s| Vec2::new(at(s, 0.754_877_666_246_693), at(s, 0.569_840_290_998_053))).collect()
+        };
+        let pinhole = (camera.distortion == Distortion::default()).then(|| {
+            let m = camera.pose.rotation;
+            let right = m.x_axis / camera.focal.x;
+            let down = -m.z_axis / camera.focal.y;
+            let corner = m.y_axis - right * camera.centre.x - down * camera.centre.y;
+            [corner.as_vec3(), right.as_vec3(), down.as_vec3()]
+        });
+        Self { camera: *camera, pinhole, offsets }
+    }
+
+    /// Unit direction of a sample of a pixel.
+    #[inline]
+    pub fn direction(&self, x: usize, y: usize, sample: usize) -> Vec3 {
+        let at = Vec2::new(x as f32, y as f32) + self.offsets[sample];
+        match &self.pinhole {
+            Some([corner, right, down]) => (*corner + *right * at.x + *down * at.y).normalize(),
+            None => {
+                let at: DVec2 = at.as_dvec2();
+                self.camera.direction(at.x, at.y).as_vec3()
+            }
+        }
+    }
+
+    /// Width of one sample's pencil of rays per metre.
+    pub fn spread(&self) -> f32 {
+        (1.0 / (self.camera.focal.y * (self.offsets.len() as f64).sqrt())) as f32
+    }
+}

@@ -1,0 +1,272 @@
+//! Relights a view.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::PI;
+use std::time::Instant;
+
+use super::frame::{Frame, Pixel};
+use super::{PrimaryRays, Source};
+use crate::scene::{Hit, Ray, Scene, Surface};
+use crate::shoot::Light;
+use crate::site::Camera;
+use crate::volume::{Volume, Weighted};
+
+/// Nearer surfaces are not shown, metres: a lens that touches a wall.
+const NEAREST_M: f32 = 1e-3;
+
+/// Rows of pixels whose rays are cast before any of them is shaded.
+const BAND: usize = 32;
+
+/// What tells irradiance on surfaces, and the radiance behind windows.
+pub trait Irradiance: Sync {
+    /// Irradiance that several samples of one surface share, each at its own place: calls `put(sample, irradiance)` for
+    /// every one of `positions`. Returns where it came from and how far probes agree (0..=1).
+    fn irradiance(
+        &self,
+        normal: Vec3,
+        positions: &[Vec3],
+        scratch: &mut Vec<Weighted>,
+        put: &mut dyn FnMut(usize, Vec3),
+    ) -> (Source, f32);
+
+    /// Radiance of the sky.
+    fn sky(&self, direction: Vec3) -> Vec3;
+}
+
+/// A scene lit by records and, where they end, by a volume.
+pub struct Relit<'a> {
+    /// The model.
+    pub scene: &'a Scene,
+    /// The probes' light.
+    pub light: &'a Light,
+    /// Light where no probe sees; `None` where that is not needed.
+    pub volume: Option<&'a Volume<'a>>,
+    /// Takes all light from the volume, none from records: to see what the volume alone is worth.
+    pub volume_only: bool,
+}
+
+impl Irradiance for Relit<'_> {
+    fn irradiance(
+        &self,
+        normal: Vec3,
+        positions: &[Vec3],
+        scratch: &mut Vec<Weighted>,
+        put: &mut dyn FnMut(usize, Vec3),
+    ) -> (Source, f32) {
+        let (scene, light) = (self.scene, self.light);
+        let middle = positions.iter().sum::<Vec3>() / positions.len() as f32;
+        let mut agreement = 1.0;
+        if !self.volume_only
+            && let Some(o) = light.observe(middle, normal)
+        {
+            agreement = o.agreement();
+            let cos = light.sun_cosine(normal);
+            let mut left = 0;
+            match light.sunlit(&o) {
+                Some(in_sun) => match light.resolve(&o, in_sun, cos) {
+                    Some(e) => (0..positions.len()).for_each(|i| put(i, e)),
+                    None => left = positions.len(),
+                },
+                None => {
+                    let (shade, sun) = (light.resolve(&o, false, cos), light.resolve(&o, true, cos));
+                    for (i, &p) in positions.iter().enumerate() {
+                        let e = if light.sun_reaches(scene, p, normal) { sun } else { shade };
+                        match e {
+                            Some(e) => put(i, e),
+                            None => {
+                                left += 1;
+                                put(i, self.unseen(p, normal, scratch));
+                            }
+                        }
+                    }
+                    return (if left > positions.len() / 2 { Source::Volume } else { Source::Record }, agreement);
+                }
+            }
+            if left == 0 {
+                return (Source::Record, agreement);
+            }
+        }
+        let indirect = self.unseen(middle, normal, scratch);
+        for (i, &p) in positions.iter().enumerate() {
+            put(i, indirect + light.direct_sun(scene, p, normal));
+        }
+        (Source::Volume, agreement)
+    }
+
+    fn sky(&self, direction: Vec3) -> Vec3 {
+        self.light.sky(direction)
+    }
+}
+
+impl Relit<'_> {
+    /// Irradiance without direct sun where no record tells.
+    fn unseen(&self, point: Vec3, normal: Vec3, scratch: &mut Vec<Weighted>) -> Vec3 {
+        let Some(volume) = self.volume else { return Vec3::ZERO };
+        volume
+            .irradiance(self.scene, point, normal, scratch)
+            .unwrap_or_else(|| volume.gather(self.scene, self.light, point, normal, scratch))
+    }
+}
+
+/// Renders a view with so many samples a pixel (box filter). Rows of `done` so far and in all are told to `progress`.
+pub fn render(
+    scene: &Scene,
+    relit: &dyn Irradiance,
+    camera: &Camera,
+    samples: u32,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Frame {
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let rays = PrimaryRays::new(camera, samples);
+    let origin = scene.local(camera.pose.position);
+    let n = rays.offsets.len();
+    let (mut rays_s, mut shade_s) = (0.0, 0.0);
+    let mut pixels = vec![Pixel::default(); width * height];
+    for (band, pixels) in pixels.chunks_mut(BAND * width).enumerate() {
+        let top = band * BAND;
+        let start = Instant::now();
+        let hits = cast_band(scene, &rays, origin, width, top, pixels.len() / width);
+        rays_s += start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        pixels.par_chunks_mut(width).enumerate().for_each_init(Shader::default, |shader, (row, pixels)| {
+            for (x, pixel) in pixels.iter_mut().enumerate() {
+                let hits = &hits[(row * width + x) * n..][..n];
+                *pixel = shader.shade(scene, relit, &rays, origin, (x, top + row), hits);
+            }
+        });
+        shade_s += start.elapsed().as_secs_f64();
+        progress((top + BAND).min(height) as u64, height as u64);
+    }
+    Frame::from_pixels(width, height, &pixels, rays_s, shade_s)
+}
+
+/// The hits of a band of rows, a pixel's samples next to each other.
+fn cast_band(
+    scene: &Scene,
+    rays: &PrimaryRays,
+    origin: Vec3,
+    width: usize,
+    top: usize,
+    rows: usize,
+) -> Vec<Option<Hit>> {
+    let n = rays.offsets.len();
+    let mut hits = vec![None; rows * width * n];
+    hits.par_chunks_mut(width * n).enumerate().for_each(|(row, hits)| {
+        for (x, hits) in hits.chunks_mut(n).enumerate() {
+            for (sample, hit) in hits.iter_mut().enumerate() {
+                let direction = rays.direction(x, top + row, sample);
+                *hit = scene.tracer.closest(&Ray { origin, direction }, NEAREST_M);
+            }
+        }
+    });
+    hits
+}
+
+/// Scratch space for shading pixels: the samples of the pixel that met surfaces.
+#[derive(Default)]
+struct Shader {
+    samples: Vec<Sample>,
+    positions: Vec<Vec3>,
+    chosen: Vec<usize>,
+    scratch: Vec<Weighted>,
+}
+
+struct Sample {
+    surface: Surface,
+    albedo: Vec3,
+    distance: f32,
+    taken: bool,
+}
+
+impl Shader {
+    /// Samples on one surface share a look-up of irradiance; each has its own albedo and, near a shadow's edge, its own
+    /// sun.
+    fn shade(
+        &mut self,
+        scene: &Scene,
+        relit: &dyn Irradiance,
+        rays: &PrimaryRays,
+        origin: Vec3,
+        (x, y): (usize, usize),
+        hits: &[Option<Hit>],
+    ) -> Pixel {
+        let mut pixel = Pixel { agreement: 1.0, ..Pixel::default() };
+        self.samples.clear();
+        for (i, hit) in hits.iter().enumerate() {
+            let direction = rays.direction(x, y, i);
+            let Some(hit) = hit else {
+                pixel.radiance += relit.sky(direction);
+                continue;
+            };
+            let surface = scene.surface(&Ray { origin, direction }, hit);
+            let albedo = scene.pencil_albedo(&surface, direction, hit.t * rays.spread());
+            self.samples.push(Sample { surface, albedo, distance: hit.t, taken: false });
+        }
+        let share = 1.0 / hits.len() as f32;
+        for first in 0..self.samples.len() {
+            if self.samples[first].taken {
+                continue;
+            }
+            let Surface { position, normal, triangle, .. } = self.samples[first].surface;
+            let near = 2e-3 * self.samples[first].distance;
+            self.positions.clear();
+            self.chosen.clear();
+            for (i, sample) in self.samples.iter_mut().enumerate().skip(first) {
+                let s = &sample.surface;
+                if !sample.taken && (s.triangle == triangle || on_one_surface(s, position, normal, near)) {
+                    sample.taken = true;
+                    self.positions.push(s.position);
+                    self.chosen.push(i);
+                }
+            }
+            let (samples, chosen) = (&self.samples, &self.chosen);
+            let mut put = |i: usize, e: Vec3| pixel.radiance += samples[chosen[i]].albedo * e / PI;
+            let (source, agreement) = relit.irradiance(normal, &self.positions, &mut self.scratch, &mut put);
+            pixel.agreement = pixel.agreement.min(agreement);
+            if source == Source::Record {
+                pixel.recorded += self.positions.len() as u32;
+            }
+        }
+        pixel.radiance *= share;
+        pixel.surface = self.samples.len() as u32;
+        pixel.depth = f32::INFINITY;
+        if let Some(first) = self.samples.first() {
+            let n = self.samples.len() as f32;
+            pixel.normal = first.surface.normal;
+            pixel.depth = self.samples.iter().map(|s| s.distance).sum::<f32>() / n;
+            pixel.albedo = self.samples.iter().map(|s| s.albedo).sum::<Vec3>() / n;
+        }
+        pixel
+    }
+}
+
+/// Whether a sample lies on the plane through a position, within a tolerance in metres.
+fn on_one_surface(s: &Surface, position: Vec3, normal: Vec3, near_m: f32) -> bool {
+    s.normal.dot(normal) > 0.995 && normal.dot(s.position - position).abs() < near_m
+}
+
+/// The surface points (position, normal) that cameras show on a coarse grid of pixels and no probe sees.
+pub fn unseen_points(scene: &Scene, light: &Light, cameras: &[Camera]) -> Vec<(Vec3, Vec3)> {
+    /// Points along a picture's longer side.
+    const ALONG: usize = 128;
+    let look = |camera: &Camera| -> Vec<(Vec3, Vec3)> {
+        let rays = PrimaryRays::new(camera, 1);
+        let origin = scene.local(camera.pose.position);
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let step = width.max(height).div_ceil(ALONG);
+        let rows: Vec<usize> = (step / 2..height).step_by(step).collect();
+        rows.into_par_iter()
+            .flat_map_iter(|y| {
+                let rays = &rays;
+                (step / 2..width).step_by(step).filter_map(move |x| {
+                    let ray = Ray { origin, direction: rays.direction(x, y, 0) };
+                    let hit = scene.tracer.closest(&ray, NEAREST_M)?;
+                    let s = scene.surface(&ray, &hit);
+                    light.observe(s.position, s.normal).is_none().then_some((s.position, s.normal))
+                })
+            })
+            .collect()
+    };
+    cameras.iter().flat_map(look).collect()
+}

@@ -1,0 +1,188 @@
+//! Everything that views share, made once: shooting, giving light, the volume's rays.
+
+use serde::Serialize;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::unseen_points;
+use crate::panorama::{self, Panorama, PanoramaError, Picture};
+use crate::scene::Scene;
+use crate::shoot::{Hits, Light, Outside, charted};
+use crate::site::{Camera, Environment, Probe, Site};
+use crate::volume::{self, Transport};
+
+/// What to make.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The lightings to render, by name.
+    pub lightings: Vec<String>,
+    /// How many of the site's probes to use, in the file's order.
+    pub probes: usize,
+    /// Use the sun's direction, where the site gives it, to keep shadow edges sharp.
+    pub sun: bool,
+    /// How finely to fill what no probe sees.
+    pub volume: volume::Settings,
+    /// Build the volume even where nothing needs it.
+    pub all_stages: bool,
+}
+
+/// What all views share.
+pub struct Setup {
+    /// Per lighting its name and the records of all probes that have a picture of it.
+    pub lights: Vec<(String, Light)>,
+    /// Per lighting, which of [`Setup::transports`] fits its probes.
+    pub transport_of: Vec<Option<usize>>,
+    /// The volume's rays, one set per set of probes.
+    pub transports: Vec<Transport>,
+    /// Seconds.
+    pub timings: Timings,
+    /// What was not needed.
+    pub left_out: Vec<LeftOut>,
+    /// Number of records under the first lighting.
+    pub records: usize,
+    /// Bytes of hits and of one lighting's records.
+    pub record_bytes: usize,
+}
+
+/// Seconds that the stages took.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Timings {
+    /// Reading the site, the model and the probes' pictures.
+    pub load_s: f64,
+    /// Casting the probes' rays.
+    pub shoot_s: f64,
+    /// Giving the hits their light, as records that can be looked up.
+    pub index_s: f64,
+    /// Casting the volume's rays and sending the light along them.
+    pub volume_s: f64,
+}
+
+/// A stage that a site does not need.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeftOut {
+    /// The stage.
+    pub stage: &'static str,
+    /// Why it is not needed.
+    pub why: String,
+}
+
+/// Why a site cannot be relit.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// A picture cannot be read.
+    #[error(transparent)]
+    Panorama(#[from] PanoramaError),
+    /// Nothing gives light.
+    #[error(
+        "{site}: the site has no probe, so nothing can be relit. Add a [[probe]]; `clerestory plan` says where to take them and `clerestory simulate` makes rehearsal probes"
+    )]
+    NoProbe {
+        /// The site file.
+        site: String,
+    },
+    /// A lighting that no probe has.
+    #[error("{site}: no probe has a picture for the lighting “{lighting}”. The site's lightings: {known}")]
+    NoLighting {
+        /// The site file.
+        site: String,
+        /// What was asked for.
+        lighting: String,
+        /// What there is.
+        known: String,
+    },
+}
+
+/// Shoots a site's probes and gives them light; casts the volume's rays if some camera shows a point that no probe sees.
+pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options) -> Result<Setup, SetupError> {
+    let name = site.file.display().to_string();
+    if site.probes.is_empty() || options.probes == 0 {
+        return Err(SetupError::NoProbe { site: name });
+    }
+    let probes = &site.probes[..options.probes.min(site.probes.len())];
+    let known = || site.lightings().join(", ");
+    let mut timings = Timings::default();
+    let mut hits: Vec<Option<Arc<Hits>>> = vec![None; probes.len()];
+    let mut lights = Vec::new();
+    let mut sets: Vec<Vec<usize>> = Vec::new();
+    let mut set_of = Vec::new();
+    let outside = outside(site)?;
+    for lighting in &options.lightings {
+        let mut lit: Vec<(usize, Picture)> = Vec::new();
+        for (i, probe) in probes.iter().enumerate() {
+            let Some(file) = probe.pictures.iter().find(|p| p.lighting == *lighting) else { continue };
+            let start = Instant::now();
+            let (chart, picture) = charted(panorama::read(&file.path)?, probe.projection);
+            timings.load_s += start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            // hits do not depend on the lighting: shot once, unless this picture has another size
+            if hits[i].as_ref().is_none_or(|h| h.chart != chart) {
+                hits[i] = Some(Arc::new(shoot(scene, probe, chart)));
+            }
+            timings.shoot_s += start.elapsed().as_secs_f64();
+            lit.push((i, picture));
+        }
+        if lit.is_empty() {
+            return Err(SetupError::NoLighting { site: name, lighting: lighting.clone(), known: known() });
+        }
+        let start = Instant::now();
+        let with_hits: Vec<_> =
+            lit.iter().filter_map(|(i, picture)| hits[*i].clone().map(|h| (h, picture, probes[*i].gain))).collect();
+        let sun = site.sun.filter(|_| options.sun);
+        lights.push((lighting.clone(), Light::new(scene, &with_hits, sun, outside.clone())));
+        timings.index_s += start.elapsed().as_secs_f64();
+        let set: Vec<usize> = lit.iter().map(|l| l.0).collect();
+        let known = sets.iter().position(|s| *s == set);
+        set_of.push(known.unwrap_or_else(|| {
+            sets.push(set);
+            sets.len() - 1
+        }));
+    }
+    let start = Instant::now();
+    let mut left_out = Vec::new();
+    let mut transports = Vec::new();
+    let mut transport_of = vec![None; lights.len()];
+    for set in 0..sets.len() {
+        let mine: Vec<&Light> =
+            lights.iter().zip(&set_of).filter(|(_, s)| **s == set).map(|((_, light), _)| light).collect();
+        let wanted = unseen_points(scene, mine[0], cameras);
+        if wanted.is_empty() && !options.all_stages {
+            let why = "every sampled point in every view is seen by a probe".to_owned();
+            left_out.push(LeftOut { stage: "volume", why });
+            continue;
+        }
+        transports.push(Transport::cast(scene, &wanted, &mine, &options.volume));
+        for (slot, s) in transport_of.iter_mut().zip(&set_of) {
+            if *s == set {
+                *slot = Some(transports.len() - 1);
+            }
+        }
+    }
+    timings.volume_s = start.elapsed().as_secs_f64();
+    if probes.len() == 1 {
+        left_out.push(LeftOut { stage: "merge", why: "the site has one probe".to_owned() });
+    }
+    if scene.textures.is_empty() {
+        left_out.push(LeftOut { stage: "textures", why: "no material has a picture".to_owned() });
+    }
+    let first = &lights[0].1.records;
+    let records = first.iter().map(|r| r.hits().count()).sum();
+    let record_bytes = first.iter().map(|r| r.bytes() + r.hits().bytes()).sum();
+    Ok(Setup { lights, transport_of, transports, timings, left_out, records, record_bytes })
+}
+
+/// Casts a probe's rays.
+fn shoot(scene: &Scene, probe: &Probe, chart: crate::shoot::Chart) -> Hits {
+    Hits::shoot(scene, scene.local(probe.pose.position), probe.pose.rotation.as_mat3(), chart)
+}
+
+/// Light from outside as the site gives it.
+fn outside(site: &Site) -> Result<Option<Outside>, PanoramaError> {
+    Ok(match &site.environment {
+        None => None,
+        Some(Environment::Uniform(radiance)) => Some(Outside::Uniform(*radiance)),
+        Some(Environment::Image { path, rotation, projection }) => {
+            let picture = panorama::read(path)?.cleaned();
+            Some(Outside::Image(Arc::new(Panorama::new(picture, *projection, *rotation))))
+        }
+    })
+}

@@ -1,0 +1,189 @@
+//! Geometry from OBJ files: the one door to tobj.
+//!
+//! tobj parses numbers and unites equal corners; [`cure`] feeds it only lines that it gets right. Each run of faces
+//! becomes a tobj model whose name carries the run's material, so that runs stay short and memory small.
+
+mod cure;
+mod polygon;
+
+use glam::{DVec3, Vec2, Vec3};
+use std::fs::File;
+use std::path::Path;
+
+use super::load::SceneError;
+use crate::site::Frame;
+use cure::Cure;
+
+/// An OBJ file's triangles, not yet cleaned.
+#[derive(Default)]
+pub(super) struct Model {
+    /// What positions are relative to: metres in the program's axes.
+    pub(super) origin: DVec3,
+    /// Metres in the program's axes; not finite where the file's numbers are not.
+    pub(super) positions: Vec<Vec3>,
+    /// Per vertex, NaN where a vertex has none; or empty.
+    pub(super) uvs: Vec<Vec2>,
+    /// Per vertex, white where a vertex has none; or empty.
+    pub(super) colours: Vec<Vec3>,
+    /// Corners, polygons already cut into triangles.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Index into the names, per triangle.
+    pub(super) materials: Vec<u32>,
+    /// Names after `usemtl`; the first is for faces before any.
+    pub(super) material_names: Vec<Option<String>>,
+    /// What stands after each `mtllib`.
+    pub(super) libraries: Vec<String>,
+    /// What was passed over.
+    pub(super) oddities: Oddities,
+}
+
+/// Counts of what an OBJ file holds and import passes over or mends.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Oddities {
+    pub(super) points: u64,
+    pub(super) lines: u64,
+    /// Faces of fewer than three corners.
+    pub(super) short_faces: u64,
+    /// Statements of curves and free-form surfaces.
+    pub(super) free_form: u64,
+    /// Vertices with a colour.
+    pub(super) coloured: u64,
+    /// All vertices.
+    pub(super) vertices: u64,
+    /// Faces with more corners than can be cut properly, cut as a fan.
+    pub(super) fans: u64,
+    /// Colours were 0..=255 and were scaled.
+    pub(super) byte_colours: bool,
+}
+
+/// Reads an OBJ file, brings it into metres and the program's axes, and centres it.
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+    let (models, cure) = match parse(path, false)? {
+        Some(done) => done,
+        // tobj keeps colours in step with vertices only if all have one
+        None => parse(path, true)?.ok_or_else(|| malformed(path, 0, "vertex colours cannot be told".to_owned()))?,
+    };
+    let mut model = Model {
+        origin: centre(&models, frame),
+        material_names: cure.materials,
+        libraries: cure.libraries,
+        oddities: cure.oddities,
+        ..Model::default()
+    };
+    reserve(&mut model, &models);
+    for part in models {
+        append(&mut model, frame, part).map_err(|problem| malformed(path, 0, problem))?;
+    }
+    scale_byte_colours(&mut model);
+    Ok(model)
+}
+
+/// What tobj made of the file, and what the reader before it kept.
+type Parsed = (Vec<tobj::Model>, Cure<File>);
+
+/// Lets tobj parse the cured text; `None` where `colours` is needed and was not asked for.
+fn parse(path: &Path, colours: bool) -> Result<Option<Parsed>, SceneError> {
+    let file = File::open(path).map_err(|e| SceneError::io(path, &e))?;
+    let mut cure = Cure::new(file, colours);
+    let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
+    let no_materials = |_: &Path| Ok((Vec::new(), Default::default()));
+    match (tobj::load_obj_buf(&mut cure, &options, no_materials), cure.fault.take()) {
+        (_, Some(cure::Fault::NeedsColours)) => Ok(None),
+        (_, Some(cure::Fault::Io(e))) => Err(SceneError::io(path, &e)),
+        (_, Some(cure::Fault::NotObj(found))) => Err(SceneError::NotObj { path: path.to_owned(), found }),
+        (_, Some(cure::Fault::Line(problem))) => Err(malformed(path, cure.line, problem)),
+        (Ok((models, _)), None) => Ok(Some((models, cure))),
+        (Err(error), None) => Err(malformed(path, cure.line, explain(&error, &cure.statement()))),
+    }
+}
+
+fn malformed(path: &Path, line: usize, problem: String) -> SceneError {
+    SceneError::Malformed { path: path.to_owned(), line, problem }
+}
+
+fn explain(error: &tobj::LoadError, statement: &str) -> String {
+    let expected = match error {
+        tobj::LoadError::PositionParseError => "expected v and three numbers",
+        tobj::LoadError::TexcoordParseError => "expected vt and two numbers",
+        tobj::LoadError::ColorParseError => "expected v, three numbers and a colour of three numbers",
+        _ => return format!("“{statement}” cannot be read ({error})"),
+    };
+    format!("{expected}, found “{statement}”")
+}
+
+/// The middle of all finite vertices in whole metres, in the program's axes.
+fn centre(models: &[tobj::Model], frame: &Frame) -> DVec3 {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for p in models.iter().flat_map(|m| m.mesh.positions.chunks_exact(3)) {
+        let p = DVec3::from_slice(p);
+        if p.is_finite() {
+            low = low.min(p);
+            high = high.max(p);
+        }
+    }
+    let middle = frame.point_in(0.5 * low + 0.5 * high).round();
+    if middle.is_finite() { middle } else { DVec3::ZERO }
+}
+
+fn reserve(model: &mut Model, parts: &[tobj::Model]) {
+    let count = |f: fn(&tobj::Mesh) -> usize| parts.iter().map(|p| f(&p.mesh)).sum::<usize>();
+    let vertices = count(|m| m.positions.len() / 3);
+    model.positions.reserve_exact(vertices);
+    if parts.iter().any(|p| !p.mesh.texcoords.is_empty()) {
+        model.uvs.reserve_exact(vertices);
+    }
+    if parts.iter().any(|p| !p.mesh.vertex_color.is_empty()) {
+        model.colours.reserve_exact(vertices);
+    }
+    let triangles = count(|m| m.indices.len().saturating_sub(2 * m.face_arities.len()).max(m.indices.len() / 3));
+    model.triangles.reserve_exact(triangles);
+    model.materials.reserve_exact(triangles);
+}
+
+/// Adds one run of faces.
+fn append(model: &mut Model, frame: &Frame, part: tobj::Model) -> Result<(), String> {
+    let mesh = part.mesh;
+    // the name is ours: see `cure`
+    let material = part.name.parse().unwrap_or(0);
+    let base = u32::try_from(model.positions.len() + mesh.positions.len() / 3)
+        .map(|end| end - (mesh.positions.len() / 3) as u32)
+        .map_err(|_| "the model has more than 4294967295 vertices".to_owned())?;
+    let points: Vec<DVec3> =
+        mesh.positions.chunks_exact(3).map(|p| frame.point_in(DVec3::from_slice(p)) - model.origin).collect();
+    model.positions.extend(points.iter().map(|p| p.as_vec3()));
+    // every corner of a run has texture coordinates, or none has
+    if model.uvs.capacity() > 0 {
+        model.uvs.extend(mesh.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0] as f32, t[1] as f32)));
+        model.uvs.resize(model.positions.len(), Vec2::NAN);
+    }
+    model.colours.extend(mesh.vertex_color.chunks_exact(3).map(|c| DVec3::from_slice(c).as_vec3()));
+    let mut add = |corners: [u32; 3]| {
+        model.triangles.push(corners.map(|i| base + i));
+        model.materials.push(material);
+    };
+    if mesh.face_arities.is_empty() {
+        mesh.indices.chunks_exact(3).for_each(|t| add([t[0], t[1], t[2]]));
+        return Ok(());
+    }
+    let mut indices = &mesh.indices[..];
+    for arity in mesh.face_arities {
+        let (face, rest) = indices.split_at(arity as usize);
+        indices = rest;
+        if !polygon::triangulate(face, &points, &mut add) {
+            model.oddities.fans += 1;
+        }
+    }
+    Ok(())
+}
+
+/// Some scanners' programs write colours as 0..=255.
+fn scale_byte_colours(model: &mut Model) {
+    if model.colours.iter().any(|c| c.max_element() > 1.0) {
+        model.oddities.byte_colours = true;
+        model.colours.iter_mut().for_each(|c| *c /= 255.0);
+    }
+    for c in &mut model.colours {
+        *c = if c.is_finite() { c.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE };
+    }
+}

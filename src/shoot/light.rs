@@ -1,0 +1,185 @@
+//! What probes and site say about the light under one lighting.
+
+use glam::Vec3;
+use std::sync::Arc;
+
+use super::{Hits, Observation, Records, sunlight};
+use crate::panorama::{Panorama, Picture, luminance};
+use crate::scene::Scene;
+use crate::site::Sun;
+
+/// The records of all probes under one lighting, and the light from outside.
+pub struct Light {
+    /// One set per probe.
+    pub records: Vec<Records>,
+    /// The sun, its irradiance as the records tell it.
+    pub sun: Option<Sun>,
+    /// What is behind the windows where no probe tells.
+    outside: Option<Outside>,
+}
+
+/// Light from outside as the site file gives it.
+#[derive(Clone)]
+pub enum Outside {
+    /// The same radiance from everywhere.
+    Uniform(Vec3),
+    /// A panorama around the site.
+    Image(Arc<Panorama>),
+}
+
+/// A probe seen less sharply than this share of the sharpest one's solid angle per area is not asked.
+const COARSEST: f32 = 0.15;
+
+/// Below this weight records say too little of a point: all of them straddle edges.
+const LEAST_WEIGHT: f32 = 0.01;
+
+impl Light {
+    /// Gives each probe's hits the light of its picture (with its gain). `sun` is the site's sun: its direction keeps
+    /// sunlit and shaded records apart; its irradiance is measured anew from them, and a sun of which they show nothing
+    /// is dropped.
+    pub fn new(
+        scene: &Scene,
+        probes: &[(Arc<Hits>, &Picture, f32)],
+        sun: Option<Sun>,
+        outside: Option<Outside>,
+    ) -> Self {
+        let shine = |sun: Option<Vec3>| -> Vec<Records> {
+            probes.iter().map(|(hits, picture, gain)| Records::new(scene, hits.clone(), picture, *gain, sun)).collect()
+        };
+        let records = shine(sun.map(|s| s.direction));
+        let measured = sun.map(|sun| measured_sun(&records, sun));
+        match measured {
+            Some(None) => Self { records: shine(None), sun: None, outside },
+            measured => Self { records, sun: measured.flatten(), outside },
+        }
+    }
+
+    /// What the probes that see a point most sharply say about it; `None` where none sees it.
+    pub fn observe(&self, point: Vec3, normal: Vec3) -> Option<Observation> {
+        let mut best = 0.0;
+        let mut sum = Observation::default();
+        let mut moments = Vec3::ZERO;
+        let mut order = [(0.0f32, 0usize); 32];
+        let mut many;
+        let order: &mut [(f32, usize)] = if self.records.len() <= order.len() {
+            &mut order[..self.records.len()]
+        } else {
+            many = vec![(0.0, 0); self.records.len()];
+            &mut many
+        };
+        for (i, (slot, probe)) in order.iter_mut().zip(&self.records).enumerate() {
+            *slot = (probe.fineness(point, normal), i);
+        }
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        for &mut (fine, i) in order {
+            if fine <= COARSEST * best || fine <= 0.0 {
+                break;
+            }
+            let o = self.records[i].observe(point, normal);
+            if o.weight() > LEAST_WEIGHT {
+                best = if best > 0.0 { best } else { fine };
+                let share = (fine / best) * (fine / best);
+                sum.add(&o, share);
+                moments += Vec3::new(1.0, luminance(o.value()), luminance(o.value()).powi(2)) * (share * o.weight());
+            }
+        }
+        let mean = moments.y / moments.x;
+        let variance = (moments.z / moments.x - mean * mean).max(0.0);
+        sum.disagreement = (variance.sqrt() / mean.max(f32::MIN_POSITIVE)).min(1.0);
+        (best > 0.0).then_some(sum)
+    }
+
+    /// Irradiance at a point that an observation is about, given whether the sun reaches it; `cos` is the sun's cosine
+    /// there. Records in sun and in shade are never mixed. `None` where the records say too little.
+    pub fn resolve(&self, o: &Observation, in_sun: bool, cos: f32) -> Option<Vec3> {
+        let Some(sun) = self.sun else { return Some(o.value()) };
+        match in_sun {
+            true if o.sun.weight > LEAST_WEIGHT => Some(o.sun.value()),
+            true if o.shade.weight > LEAST_WEIGHT => Some(o.shade.value() + sun.irradiance * cos.max(0.0)),
+            true => Some(o.value().max(sun.irradiance * cos.max(0.0))),
+            false if o.shade.weight > LEAST_WEIGHT => Some(o.shade.value()),
+            // taking the sun away from what is nearly all sun leaves only noise: let the volume tell
+            false => None,
+        }
+    }
+
+    /// Whether the sun shines on a point that an observation is about, as far as its records agree on it.
+    pub fn sunlit(&self, o: &Observation) -> Option<bool> {
+        let few = 1e-3 * o.weight();
+        if self.sun.is_none() || o.sun.weight + o.edge.weight < few {
+            Some(false)
+        } else if o.shade.weight + o.edge.weight < few {
+            Some(true)
+        } else {
+            None
+        }
+    }
+
+    /// Whether the sun reaches a point, by a shadow ray.
+    pub fn sun_reaches(&self, scene: &Scene, point: Vec3, normal: Vec3) -> bool {
+        self.sun.is_some_and(|s| sunlight::reaches(scene, point, normal, s.direction))
+    }
+
+    /// Cosine between a normal and the direction to the sun; 0 without a sun.
+    pub fn sun_cosine(&self, normal: Vec3) -> f32 {
+        self.sun.map_or(0.0, |s| normal.dot(s.direction))
+    }
+
+    /// Direct sun on a surface, as irradiance.
+    pub fn direct_sun(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Vec3 {
+        match self.sun {
+            Some(s) if sunlight::reaches(scene, point, normal, s.direction) => s.irradiance * normal.dot(s.direction),
+            _ => Vec3::ZERO,
+        }
+    }
+
+    /// Radiance of the sky in a direction: as the probes saw it, else as the site gives it, else black.
+    pub fn sky(&self, direction: Vec3) -> Vec3 {
+        self.records.iter().find_map(|r| r.sky(direction)).unwrap_or_else(|| match &self.outside {
+            Some(Outside::Uniform(radiance)) => *radiance,
+            Some(Outside::Image(panorama)) => panorama.radiance(direction),
+            None => Vec3::ZERO,
+        })
+    }
+
+    /// Mean radiance of all surfaces the probes see.
+    pub fn mean_radiance(&self) -> Vec3 {
+        let n = self.records.len().max(1) as f32;
+        self.records.iter().map(Records::mean_radiance).sum::<Vec3>() / n
+    }
+}
+
+/// The sun with its irradiance measured: per channel the median, over records in sun, of what they have above the median
+/// record in shade, ÷ cosine. `None` where that is under a twentieth of the site's figure.
+fn measured_sun(records: &[Records], sun: Sun) -> Option<Sun> {
+    let mut shade: [Vec<f32>; 3] = Default::default();
+    let mut lit: Vec<(Vec3, f32)> = Vec::new();
+    for (_, normal, e, in_sun) in records.iter().flat_map(Records::trusted) {
+        if in_sun {
+            let cos = normal.dot(sun.direction);
+            if cos > 0.2 {
+                lit.push((e, cos));
+            }
+        } else {
+            for (all, e) in shade.iter_mut().zip(e.to_array()) {
+                all.push(e);
+            }
+        }
+    }
+    if lit.len() < 20 {
+        // no probe shows a sun patch: nothing to measure, and nothing to keep apart
+        return Some(sun);
+    }
+    let base = Vec3::from(shade.map(|mut all| median(&mut all).unwrap_or(0.0)));
+    let channel = |c: usize| {
+        let mut all: Vec<f32> = lit.iter().map(|(e, cos)| (e[c] - base[c]) / cos).collect();
+        median(&mut all).unwrap_or(0.0).max(0.0)
+    };
+    let irradiance = Vec3::new(channel(0), channel(1), channel(2));
+    (irradiance.element_sum() > 0.05 * sun.irradiance.element_sum()).then_some(Sun { irradiance, ..sun })
+}
+
+fn median(values: &mut [f32]) -> Option<f32> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
+}

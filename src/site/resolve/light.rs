@@ -1,0 +1,67 @@
+//! The light outside: `[environment]` and `[sun]`.
+
+use glam::Vec3;
+use toml::Spanned;
+
+use super::super::fault::SiteError;
+use super::super::file::{EnvironmentTable, SunTable};
+use super::super::pose::{finite, finite_number};
+use super::super::{Environment, Sun};
+use super::Resolver;
+use crate::panorama::Projection;
+
+impl Resolver<'_> {
+    pub(super) fn environment(&self, table: &Spanned<EnvironmentTable>) -> Result<Environment, SiteError> {
+        let t = table.get_ref();
+        match (&t.image, &t.radiance) {
+            (Some(image), None) => {
+                let projection = self.projection(&t.projection, &None)?;
+                if let (Projection::Perspective { .. }, Some(key)) = (projection, &t.projection) {
+                    return Err(self.source.fault(
+                        key.span(),
+                        "an environment cannot be a perspective picture",
+                        "Give a panorama: latlong, angular, mirror-ball, fisheye or cube-cross",
+                    ));
+                }
+                let path = self.panorama(image.get_ref(), image.span(), &projection)?;
+                let heading = t.heading.as_ref().map_or(Ok(0.0), |h| finite_number(&self.source, h))?;
+                Ok(Environment::Image { path, rotation: self.frame.rotation(heading, 0.0, 0.0), projection })
+            }
+            (None, Some(radiance)) => Ok(Environment::Uniform(self.colour(radiance, "radiance")?)),
+            (Some(_), Some(radiance)) => Err(self.source.fault(
+                radiance.span(),
+                "the environment has both an image and a radiance",
+                "Keep one of them",
+            )),
+            (None, None) => Err(self.source.fault(
+                table.span(),
+                "the environment has neither an image nor a radiance",
+                "Add image = \"sky.exr\" or radiance = [r, g, b], or leave the table out",
+            )),
+        }
+    }
+
+    pub(super) fn sun(&self, table: &SunTable) -> Result<Sun, SiteError> {
+        let towards = self.frame.direction_in(finite(&self.source, &table.direction)?);
+        let direction = towards.try_normalize().ok_or_else(|| {
+            self.source.fault(
+                table.direction.span(),
+                "the direction has no length",
+                "Give a vector that points towards the sun",
+            )
+        })?;
+        Ok(Sun { direction: direction.as_vec3(), irradiance: self.colour(&table.irradiance, "irradiance")? })
+    }
+
+    fn colour(&self, rgb: &Spanned<[f64; 3]>, what: &str) -> Result<Vec3, SiteError> {
+        let v = finite(&self.source, rgb)?;
+        if v.min_element() >= 0.0 && v.as_vec3().is_finite() {
+            return Ok(v.as_vec3());
+        }
+        Err(self.source.fault(
+            rgb.span(),
+            format!("expected a {what} of three numbers, zero or greater, found {v}"),
+            "Light cannot be negative",
+        ))
+    }
+}

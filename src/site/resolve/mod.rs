@@ -1,0 +1,117 @@
+//! From the site file's keys to a checked [`Site`]: one file per table.
+
+mod light;
+mod names;
+mod picture;
+mod plan;
+mod probe;
+mod view;
+
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+use super::fault::{SiteError, Source};
+use super::file::{SiteFile, UpKey};
+use super::frame::{Frame, Up};
+use super::pose::finite_number;
+use super::{Pictures, Site};
+use names::unique;
+use probe::with_lighting_warnings;
+use view::Posed;
+
+/// Reads and checks a site file's text. `path` is the file itself.
+pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Result<Site, SiteError> {
+    let source = Source { path, text };
+    let file: SiteFile = toml::from_str(text).map_err(|e| source.parse_fault(&e))?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut warnings = Vec::new();
+    let frame = frame(&source, &file, &mut warnings)?;
+    let resolver = Resolver { source, folder: folder.clone(), frame, pictures };
+    let s = &resolver.source;
+
+    let probes = file.probe.iter().map(|p| resolver.probe(p)).collect::<Result<Vec<_>, _>>()?;
+    unique(s, "probe", file.probe.iter().map(|p| &p.get_ref().name))?;
+    unique(s, "view", file.view.iter().map(|v| &v.get_ref().name))?;
+    let mut views = Vec::new();
+    let mut unposed = Vec::new();
+    for table in &file.view {
+        match resolver.view(table)? {
+            Posed::View(view) => views.push(view),
+            Posed::Not(view) => {
+                warnings.push(format!(
+                    "View “{}” has no position: it is left out until its pose is known from its {} matches.",
+                    view.name,
+                    view.matches.len()
+                ));
+                unposed.push(view);
+            }
+        }
+    }
+    let name = match &file.site.name {
+        Some(name) => name.get_ref().clone(),
+        None => folder.file_name().map_or_else(|| "site".to_owned(), |n| n.to_string_lossy().into_owned()),
+    };
+    let site = Site {
+        name,
+        frame,
+        model: resolver.existing(file.model.path.get_ref(), file.model.path.span(), "the model")?,
+        environment: file.environment.as_ref().map(|e| resolver.environment(e)).transpose()?,
+        sun: file.sun.as_ref().map(|t| resolver.sun(t)).transpose()?,
+        plan: resolver.plan(&file.plan)?,
+        probes,
+        views,
+        unposed,
+        warnings,
+        file: resolver.source.path.to_owned(),
+    };
+    Ok(with_lighting_warnings(site))
+}
+
+fn frame(source: &Source, file: &SiteFile, warnings: &mut Vec<String>) -> Result<Frame, SiteError> {
+    let metres_per_unit = match &file.site.units {
+        Some(units) if units.get_ref().0.is_finite() && units.get_ref().0 > 0.0 => units.get_ref().0,
+        Some(units) => {
+            return Err(source.fault(
+                units.span(),
+                format!("expected metres per model unit above zero, found {}", units.get_ref().0),
+                "Write \"m\", \"cm\", \"mm\", \"ft\", \"in\" or a positive number",
+            ));
+        }
+        None => {
+            warnings.push("The site file does not say site.units: metres are taken.".to_owned());
+            1.0
+        }
+    };
+    let up = match file.site.up {
+        Some(UpKey::Y) => Up::Y,
+        Some(UpKey::Z) => Up::Z,
+        None => {
+            warnings.push("The site file does not say site.up: y is taken as the model's up axis.".to_owned());
+            Up::Y
+        }
+    };
+    let north_deg = file.site.north.as_ref().map_or(Ok(0.0), |n| finite_number(source, n))?;
+    Ok(Frame { metres_per_unit, up, north_deg })
+}
+
+/// What every table is resolved against.
+struct Resolver<'a> {
+    source: Source<'a>,
+    folder: PathBuf,
+    frame: Frame,
+    pictures: Pictures,
+}
+
+impl Resolver<'_> {
+    fn field_of_view(&self, fov: &Spanned<f64>) -> Result<f64, SiteError> {
+        self.number(fov, |v| v > 0.0 && v < 180.0, "a field of view between 0 and 180 degrees")
+    }
+
+    fn number(&self, key: &Spanned<f64>, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, SiteError> {
+        let v = *key.get_ref();
+        if v.is_finite() && ok(v) {
+            return Ok(v);
+        }
+        Err(self.source.fault(key.span(), format!("expected {expected}, found {v}"), "Correct the number"))
+    }
+}

@@ -1,0 +1,79 @@
+//! The `[plan]` table.
+
+use glam::{DVec2, DVec3};
+use std::ops::Range;
+use toml::Spanned;
+
+use super::super::Plan;
+use super::super::fault::SiteError;
+use super::super::file::PlanTable;
+use super::super::frame::Up;
+use super::Resolver;
+
+impl Resolver<'_> {
+    pub(super) fn plan(&self, t: &PlanTable) -> Result<Plan, SiteError> {
+        let default = Plan::default();
+        let number = |key: &Option<Spanned<f64>>, default: f64, ok: fn(f64) -> bool, expected: &str| {
+            key.as_ref().map_or(Ok(default), |k| self.number(k, ok, expected))
+        };
+        let max_probes = match &t.max_probes {
+            Some(n) if *n.get_ref() == 0 => {
+                return Err(self.source.fault(n.span(), "expected at least 1 probe, found 0", "Correct the number"));
+            }
+            Some(n) => *n.get_ref(),
+            None => default.max_probes,
+        };
+        let keep_out = t.keep_out.iter().map(|ring| {
+            if ring.get_ref().len() < 3 {
+                return Err(self.source.fault(
+                    ring.span(),
+                    "expected a polygon of at least three corners",
+                    "Add corners",
+                ));
+            }
+            ring.get_ref().iter().map(|p| self.plan_point(*p, ring.span())).collect()
+        });
+        Ok(Plan {
+            probe_height_m: number(
+                &t.probe_height,
+                default.probe_height_m,
+                |v| v > 0.0,
+                "a height in metres above zero",
+            )?,
+            clearance_m: number(&t.clearance, default.clearance_m, |v| v >= 0.0, "metres, zero or greater")?,
+            range_m: number(&t.range, default.range_m, |v| v >= 0.0, "metres, zero (no limit) or greater")?,
+            incidence_deg: number(
+                &t.incidence,
+                default.incidence_deg,
+                |v| v > 0.0 && v <= 90.0,
+                "degrees above 0, at most 90",
+            )?,
+            target_coverage: number(
+                &t.target_coverage,
+                default.target_coverage,
+                |v| v > 0.0 && v <= 1.0,
+                "a share above 0, at most 1",
+            )?,
+            max_probes,
+            keep_out: keep_out.collect::<Result<_, _>>()?,
+            fixed: t.fixed.iter().map(|p| self.plan_point(*p.get_ref(), p.span())).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// A pair of the model's horizontal axes, in the program's x and y.
+    fn plan_point(&self, [a, b]: [f64; 2], at: Range<usize>) -> Result<DVec2, SiteError> {
+        let point = match self.frame.up {
+            Up::Y => DVec3::new(a, 0.0, b),
+            Up::Z => DVec3::new(a, b, 0.0),
+        };
+        let local = self.frame.point_in(point).truncate();
+        if local.is_finite() {
+            return Ok(local);
+        }
+        Err(self.source.fault(
+            at,
+            format!("expected finite numbers, found [{a}, {b}]"),
+            "Measure it again, or leave it out",
+        ))
+    }
+}
