@@ -18,7 +18,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let triangles = scene.mesh.triangles.len();
         if side == 1 {
             let build = median(|| pool.install(|| clerestory::scene::Tracer::new(&scene.mesh)).bytes());
-            println!("{triangles} triangles, built in {:.3} s, {:.1} bytes a triangle", build, scene.tracer.bytes() as f64 / triangles as f64);
+            println!(
+                "{triangles} triangles, built in {:.3} s, {:.1} bytes a triangle",
+                build,
+                scene.tracer.bytes() as f64 / triangles as f64
+            );
         }
         if let Some(folder) = std::env::args().nth(1) {
             export(Path::new(&folder), side, &scene, &views)?;
@@ -27,11 +31,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (name, cast) in [("single", cast_single as fn(&_, &View) -> (usize, f64)), ("packet", cast_packets)] {
             let mut found = (0, 0.0);
             let seconds = median(|| {
-                found = pool.install(|| views.iter().map(|v| cast(&scene.tracer, v)).fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1)));
+                found = pool.install(|| {
+                    views.iter().map(|v| cast(&scene.tracer, v)).fold((0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1))
+                });
                 found.0
             });
             let samples = side * side;
-            println!("{name} {samples} {:.3} Mray/s ({} of {rays} hit, mean distance {:.6} m)", rays as f64 / seconds / 1e6, found.0, found.1 / found.0 as f64);
+            println!(
+                "{name} {samples} {:.3} Mray/s ({} of {rays} hit, mean distance {:.6} m)",
+                rays as f64 / seconds / 1e6,
+                found.0,
+                found.1 / found.0 as f64
+            );
         }
     }
     Ok(())

@@ -1,12 +1,10 @@
 //! The rays that the benchmarks cast: the pixels of a site's views, in tiles.
 
-use clerestory::scene::{self, Health, Scene, Tracer};
+use clerestory::scene::{self, Health, Hit, Ray, Scene, Tracer};
 use clerestory::site::Site;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-
-use clerestory::scene::{Hit, Ray};
 
 /// Pixels along a picture's side.
 const SIDE: u32 = 512;
@@ -41,13 +39,31 @@ pub fn load(path: &Path, side: u32) -> Result<(Scene, Vec<View>), Box<dyn std::e
                 .map(|i| {
                     let (tile, (x, y)) = (i / 64, z_order(i % 64));
                     let (x, y) = (tile % (steps / 8) * 8 + x, tile / (steps / 8) * 8 + y);
-                    camera.direction((f64::from(x) + 0.5) / f64::from(side), (f64::from(y) + 0.5) / f64::from(side)).as_vec3()
+                    camera
+                        .direction((f64::from(x) + 0.5) / f64::from(side), (f64::from(y) + 0.5) / f64::from(side))
+                        .as_vec3()
                 })
                 .collect();
             View { origin: scene.local(camera.pose.position), directions }
         })
         .collect();
     Ok((scene, views))
+}
+
+/// As many rays from the same point, every which way (a golden-angle spiral, shuffled by a large stride).
+#[allow(dead_code, reason = "only one of the programs that share this module uses it")]
+pub fn scattered(view: &View) -> View {
+    let n = view.directions.len();
+    let directions = (0..n)
+        .map(|i| {
+            let i = i * 611_953 % n;
+            let z = 1.0 - (2 * i + 1) as f64 / n as f64;
+            let (sin, cos) = (i as f64 * 2.399_963_229_728_653).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            Vec3::new((r * cos) as f32, (r * sin) as f32, z as f32)
+        })
+        .collect();
+    View { origin: view.origin, directions }
 }
 
 /// Column and row of the i-th place in an 8×8 tile.

@@ -110,4 +110,44 @@ impl Tracer {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    fn pile(count: usize, step: f32) -> Mesh {
+        let mut mesh = Mesh::default();
+        for i in 0..count {
+            let z = i as f32 * step;
+            mesh.positions.extend([Vec3::new(0.0, 0.0, z), Vec3::new(1.0, 0.0, z), Vec3::new(0.0, 1.0, z)]);
+            mesh.triangles.push([0, 1, 2].map(|k| 3 * i as u32 + k));
+        }
+        mesh
+    }
+
+    #[test]
+    fn a_tree_too_deep_for_obvhs_to_traverse_still_finds_the_first_of_equals() {
+        let tracer = Tracer::new(&pile(4000, 0.0));
+        assert!(tracer.wide.is_none());
+        let ray = Ray { origin: Vec3::new(0.2, 0.2, 3.0), direction: Vec3::NEG_Z };
+        assert_eq!(tracer.closest(&ray, 0.0), Some(Hit { t: 3.0, triangle: 0 }));
+        assert_eq!(tracer.closest(&ray, 3.0), None);
+        assert!(
+            tracer.occluded(&ray, 0.0, 3.5) && !tracer.occluded(&ray, 0.0, 3.0) && !tracer.occluded(&ray, 3.0, 9.0)
+        );
+    }
+
+    #[test]
+    fn twenty_thousand_nearly_coincident_triangles_build() {
+        let tracer = Tracer::new(&pile(20_000, 1e-7));
+        let ray = Ray { origin: Vec3::new(0.2, 0.2, -3.0), direction: Vec3::Z };
+        assert_eq!(tracer.closest(&ray, 0.0), Some(Hit { t: 3.0, triangle: 0 }));
+        let mut hits = [None; 3];
+        tracer.closest_packet(ray.origin, &[Vec3::Z; 3], 0.0, &mut hits);
+        assert_eq!(hits, [Some(Hit { t: 3.0, triangle: 0 }); 3]);
+    }
+
+    #[test]
+    fn a_triangle_takes_at_most_110_bytes() {
+        let mesh = pile(1000, 0.01);
+        assert!(Tracer::new(&mesh).bytes() <= 110 * mesh.triangles.len());
+    }
+}

@@ -23,7 +23,7 @@ const WIDEST: f32 = 0.5;
 const LEAST_ALONG: f32 = 0.1;
 
 /// How much slopes are widened against rounding, for a slope of one.
-const SLACK: f32 = 1e-6;
+const SLACK: f32 = 2e-6;
 
 /// Rays from one point that stay close together.
 pub(super) struct Beam {
@@ -116,7 +116,8 @@ impl Beam {
                 Mat4::from_cols(of(4 * k), of(4 * k + 1), of(4 * k + 2), of(4 * k + 3)).transpose()
             };
             for side in 0..2 {
-                let m = quad(&|g| self.directions[self.axes[1 + side]][g] / (self.directions[self.axes[0]][g] * self.sign));
+                let m =
+                    quad(&|g| self.directions[self.axes[1 + side]][g] / (self.directions[self.axes[0]][g] * self.sign));
                 let low = m.x_axis.min(m.y_axis).min(m.z_axis.min(m.w_axis));
                 let high = m.x_axis.max(m.y_axis).max(m.z_axis.max(m.w_axis));
                 self.group_slopes[k][side] = widened(low, high);
@@ -124,14 +125,19 @@ impl Beam {
                 *all = Span { low: all.low.min(low), high: all.high.max(high) };
             }
         }
-        self.slopes = whole
-            .map(|s| widened(Vec4::splat(s.low.min_element()), Vec4::splat(s.high.max_element())));
+        self.slopes = whole.map(|s| widened(Vec4::splat(s.low.min_element()), Vec4::splat(s.high.max_element())));
     }
 
     /// Finds the nearest hits farther than `t_min` and no farther than `t_max`.
-    pub(super) fn closest(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, t_max: f32, hits: &mut [Option<Hit>]) {
-        let mut best =
-            Best { t: [Vec4::splat(t_max); GROUPS], triangle: [[u32::MAX; 4]; GROUPS], depth: t_max };
+    pub(super) fn closest(
+        &self,
+        tree: &Pairs,
+        triangles: &Triangles,
+        t_min: f32,
+        t_max: f32,
+        hits: &mut [Option<Hit>],
+    ) {
+        let mut best = Best { t: [Vec4::splat(t_max); GROUPS], triangle: [[u32::MAX; 4]; GROUPS], depth: t_max };
         self.traverse(tree, triangles, t_min, &mut best);
         for (i, hit) in hits.iter_mut().enumerate() {
             let (t, triangle) = (best.t[i / 4][i % 4], best.triangle[i / 4][i % 4]);
@@ -235,22 +241,17 @@ impl Beam {
     /// Tests groups of rays against a triangle; whether any was hit.
     #[inline(always)]
     fn test(&self, corners: &Corners, mut groups: u32, id: u32, t_min: f32, best: &mut Best) -> bool {
-        let [nx, ny, nz] = corners.edges();
-        let edge = |i: usize| (Vec4::splat(nx[i]), Vec4::splat(ny[i]), Vec4::splat(nz[i]));
-        let (e0, e1, e2) = (edge(0), edge(1), edge(2));
+        let enclose = corners.edges().spread();
         let mut found = false;
         while groups != 0 {
             let g = groups.trailing_zeros() as usize % GROUPS;
             groups &= groups - 1;
-            let (dx, dy, dz) = (self.directions[0][g], self.directions[1][g], self.directions[2][g]);
-            let side = |e: (Vec4, Vec4, Vec4)| e.0 * dx + e.1 * dy + e.2 * dz;
-            let (u, v, w) = (side(e0), side(e1), side(e2));
-            let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
+            let directions = [self.directions[0][g], self.directions[1][g], self.directions[2][g]];
+            let inside = enclose(&directions);
             if inside.bitmask() == 0 {
                 continue;
             }
-            let (n, h) = corners.plane();
-            let t = Vec4::splat(h) / (dx * n.x + dy * n.y + dz * n.z);
+            let t = corners.distance(&directions);
             let mut nearer = (inside & t.cmpgt(Vec4::splat(t_min)) & t.cmple(best.t[g])).bitmask();
             while nearer != 0 {
                 let lane = nearer.trailing_zeros() as usize % 4;
@@ -267,5 +268,5 @@ impl Beam {
 }
 
 fn widened(low: Vec4, high: Vec4) -> Span<Vec4> {
-    Span { low: low - SLACK * (1.0 + low.abs()), high: high + SLACK * (1.0 + high.abs()) }
+    Span { low: low - SLACK * (1.0 + low * low), high: high + SLACK * (1.0 + high * high) }
 }

@@ -42,7 +42,11 @@ impl Child {
     #[inline(always)]
     pub(super) fn kind(self) -> Kind {
         let first = self.first as usize;
-        if self.count & LEAF == 0 { Kind::Inner(first) } else { Kind::Leaf(first..first + (self.count ^ LEAF) as usize) }
+        if self.count & LEAF == 0 {
+            Kind::Inner(first)
+        } else {
+            Kind::Leaf(first..first + (self.count ^ LEAF) as usize)
+        }
     }
 }
 
