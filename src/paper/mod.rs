@@ -12,9 +12,11 @@
 //! through walls.
 
 mod mean;
+mod relight;
 mod shoot;
 mod volume;
 
+pub use relight::PlainRelit;
 pub use shoot::{ProbeLight, Record};
 pub use volume::Volume;
 
