@@ -66,8 +66,8 @@ impl Corners {
         let t = (Vec4::splat(h) / across).max(near).min(far);
         let beside = BESIDE * near.abs().max(far.abs());
         let mut meets = across.cmpne(Vec4::ZERO);
-        for axis in 0..3 {
-            let (p, ends) = (d[axis] * t, self.0[axis]);
+        for (&d, ends) in d.iter().zip(self.0) {
+            let p = d * t;
             meets &= (p + beside).cmpge(Vec4::splat(ends.min_element()));
             meets &= (p - beside).cmple(Vec4::splat(ends.max_element()));
         }
