@@ -1,6 +1,8 @@
 //! Times primary rays on 2 threads and, where a folder is given, writes triangles and rays there as raw little-endian
 //! f32 for another ray caster: `primary_rays [FOLDER]`. See benches/compare_embree.sh.
 
+#![allow(clippy::print_stdout, reason = "its result goes to the console")]
+
 #[path = "../benches/rays/mod.rs"]
 mod rays;
 

@@ -10,19 +10,19 @@ use std::path::{Path, PathBuf};
 const SIDE: u32 = 512;
 
 /// The rays of one picture: tiles of 64, in 2×2 blocks.
-pub struct View {
-    pub origin: Vec3,
-    pub directions: Vec<Vec3>,
+pub(crate) struct View {
+    pub(crate) origin: Vec3,
+    pub(crate) directions: Vec<Vec3>,
 }
 
 /// Šibenik cathedral where it lies beside the checkout, else the bundled chapel.
-pub fn site() -> Option<PathBuf> {
+pub(crate) fn site() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     ["../shared/data/truth/sibenik", "sites/chapel"].into_iter().map(|p| root.join(p)).find(|p| p.exists())
 }
 
 /// Loads a site and the rays of its views, with `side`² rays a pixel.
-pub fn load(path: &Path, side: u32) -> Result<(Scene, Vec<View>), Box<dyn std::error::Error>> {
+pub(crate) fn load(path: &Path, side: u32) -> Result<(Scene, Vec<View>), Box<dyn std::error::Error>> {
     let site = Site::load(path)?;
     let scene = scene::load(&site, &mut Health::default())?;
     let views = site
@@ -52,7 +52,7 @@ pub fn load(path: &Path, side: u32) -> Result<(Scene, Vec<View>), Box<dyn std::e
 
 /// As many rays from the same point, every which way (a golden-angle spiral, shuffled by a large stride).
 #[allow(dead_code, reason = "only one of the programs that share this module uses it")]
-pub fn scattered(view: &View) -> View {
+pub(crate) fn scattered(view: &View) -> View {
     let n = view.directions.len();
     let directions = (0..n)
         .map(|i| {
@@ -73,7 +73,7 @@ fn z_order(i: u32) -> (u32, u32) {
 }
 
 /// Casts all rays of a view one by one; how many hit, and the sum of the distances tile by tile.
-pub fn cast_single(tracer: &Tracer, view: &View) -> (usize, f64) {
+pub(crate) fn cast_single(tracer: &Tracer, view: &View) -> (usize, f64) {
     let tile = |directions: &[Vec3]| {
         count(directions.iter().map(|&direction| tracer.closest(&Ray { origin: view.origin, direction }, 1e-4)))
     };
@@ -81,7 +81,7 @@ pub fn cast_single(tracer: &Tracer, view: &View) -> (usize, f64) {
 }
 
 /// Casts all rays of a view in packets of 64.
-pub fn cast_packets(tracer: &Tracer, view: &View) -> (usize, f64) {
+pub(crate) fn cast_packets(tracer: &Tracer, view: &View) -> (usize, f64) {
     let tile = |directions: &[Vec3]| {
         let mut hits = [None; 64];
         tracer.closest_packet(view.origin, directions, 1e-4, &mut hits);

@@ -100,12 +100,10 @@ impl Beam {
             group_slopes: Default::default(),
         };
         let along = beam.directions[main][..groups].iter().fold(Vec4::MAX, |least, &d| least.min(d * sign));
-        if !(along.min_element() > least_along) {
-            return None;
-        }
         beam.span();
         let wide = |s: Span<Vec4>| s.high.x - s.low.x;
-        (wide(beam.slopes[0]) <= widest && wide(beam.slopes[1]) <= widest).then_some(beam)
+        let narrow = wide(beam.slopes[0]) <= widest && wide(beam.slopes[1]) <= widest;
+        (along.min_element() > least_along && narrow).then_some(beam)
     }
 
     /// Finds the slopes of the groups and of the whole.
@@ -115,13 +113,12 @@ impl Beam {
             let quad = |of: &dyn Fn(usize) -> Vec4| {
                 Mat4::from_cols(of(4 * k), of(4 * k + 1), of(4 * k + 2), of(4 * k + 3)).transpose()
             };
-            for side in 0..2 {
+            for (side, all) in whole.iter_mut().enumerate() {
                 let m =
                     quad(&|g| self.directions[self.axes[1 + side]][g] / (self.directions[self.axes[0]][g] * self.sign));
                 let low = m.x_axis.min(m.y_axis).min(m.z_axis.min(m.w_axis));
                 let high = m.x_axis.max(m.y_axis).max(m.z_axis.max(m.w_axis));
                 self.group_slopes[k][side] = widened(low, high);
-                let all = &mut whole[side];
                 *all = Span { low: all.low.min(low), high: all.high.max(high) };
             }
         }
