@@ -5,21 +5,18 @@
 
 #![allow(clippy::print_stdout)]
 
-use clerestory::panorama::{self, Panorama, Picture};
-use clerestory::paper::{Plain, ProbeLight, Settings};
-use clerestory::render::Source;
-use clerestory::scene::{self, Health, Ray, Scene};
-use clerestory::site::{Camera, Environment, Site};
+use clerestory::panorama::{self, Panorama};
+use clerestory::paper::{Plain, PlainRelit, ProbeLight, Settings};
+use clerestory::render::render;
+use clerestory::scene::{self, Health};
+use clerestory::site::{Environment, Site};
 use clerestory::study;
 use glam::Vec3;
-use rayon::prelude::*;
 use std::error::Error;
-use std::f32::consts::PI;
 use std::path::Path;
-use std::time::Instant;
 
-/// Samples along a pixel's side.
-const SIDE: usize = 2;
+/// Samples a pixel.
+const SAMPLES: u32 = 4;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -44,18 +41,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     for radius in radii {
         settings.push(Settings { radius_m: Some(radius.parse()?), ..Settings::default() });
     }
-    println!("radius_m,view,flip,relmse,volume_fraction,seconds");
+    println!("radius_m,view,flip,relmse,covered_fraction,seconds");
     for settings in settings {
         let plain = Plain::new(&scene, &probes, settings);
         let (mut flip, mut relmse, mut photos) = (0.0, 0.0, 0.0);
         for view in &site.views {
             let Some(photo) = &view.photo else { continue };
             let truth = panorama::read(photo)?;
-            let start = Instant::now();
-            let (picture, volume) = render(&scene, &plain, &view.camera, &*sky);
-            let seconds = start.elapsed().as_secs_f64();
-            let (f, r) = (study::flip(&picture, &truth), study::relmse(&picture.pixels, &truth.pixels));
-            println!("{:.4},{},{f:.4},{r:.4},{volume:.3},{seconds:.1}", plain.radius_m(), view.name);
+            let relit = PlainRelit { plain: &plain, sky: &*sky };
+            let frame = render(&scene, &relit, &view.camera, SAMPLES, &|_, _| ());
+            let (f, r) = (study::flip(&frame.radiance, &truth), study::relmse(&frame.radiance.pixels, &truth.pixels));
+            let (covered, seconds) = (frame.covered_fraction, frame.rays_s + frame.shade_s);
+            println!("{:.4},{},{f:.4},{r:.4},{covered:.3},{seconds:.1}", plain.radius_m(), view.name);
             flip += f;
             relmse += r;
             photos += 1.0;
@@ -80,31 +77,4 @@ fn sky(site: &Site) -> Result<Box<dyn Fn(Vec3) -> Vec3 + Sync>, Box<dyn Error>> 
             Box::new(move |d| panorama.radiance(d))
         }
     })
-}
-
-/// A picture, and the share of samples that the volume lights.
-fn render(scene: &Scene, plain: &Plain, camera: &Camera, sky: &(dyn Fn(Vec3) -> Vec3 + Sync)) -> (Picture, f64) {
-    let (width, height) = (camera.width as usize, camera.height as usize);
-    let origin = scene.local(camera.pose.position);
-    let sample = |x: f64, y: f64| {
-        let ray = Ray { origin, direction: camera.direction(x, y).as_vec3() };
-        let Some(hit) = scene.tracer.closest(&ray, 1e-4) else { return (sky(ray.direction), false) };
-        let surface = scene.surface(&ray, &hit);
-        let (irradiance, source) = plain.irradiance(surface.position, surface.normal);
-        let albedo = scene.albedo(surface.triangle, surface.barycentric);
-        (albedo * irradiance / PI, source == Source::Volume)
-    };
-    let pixels: Vec<(Vec3, usize)> = (0..width * height)
-        .into_par_iter()
-        .map(|i| {
-            let at = |k: usize, s: usize| k as f64 + (s as f64 + 0.5) / SIDE as f64;
-            let samples = (0..SIDE * SIDE).map(|s| sample(at(i % width, s % SIDE), at(i / width, s / SIDE)));
-            samples.fold((Vec3::ZERO, 0), |(sum, n), (l, volume)| (sum + l, n + usize::from(volume)))
-        })
-        .collect();
-    let volume: usize = pixels.iter().map(|p| p.1).sum();
-    let samples = (SIDE * SIDE) as f32;
-    let pixels: Vec<Vec3> = pixels.into_iter().map(|p| p.0 / samples).collect();
-    let share = volume as f64 / (pixels.len() as f64 * f64::from(samples));
-    (Picture { width, height, pixels }, share)
 }

@@ -148,7 +148,11 @@ fn walls_face_the_air_and_leak_nowhere() {
                 Some(hit) => backs += usize::from(scene.mesh.normal(hit.triangle).dot(ray.direction) > 0.0),
                 None => {
                     out += 1;
-                    assert!(through_a_window(scene.origin.as_vec3() + origin, ray.direction), "{origin} {}", ray.direction);
+                    assert!(
+                        through_a_window(scene.origin.as_vec3() + origin, ray.direction),
+                        "{origin} {}",
+                        ray.direction
+                    );
                 }
             }
         }

@@ -9,8 +9,8 @@ use std::error::Error;
 use std::path::Path;
 
 use crate::chapel;
-use crate::denoise::denoise;
 use crate::chapel::site::{LIGHTINGS, Lighting};
+use crate::denoise::denoise;
 
 /// Size of a probe in pixels.
 const PROBE: (usize, usize) = (512, 256);

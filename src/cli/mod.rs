@@ -10,7 +10,11 @@ pub(crate) mod simulate;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true, after_help = "Start with:\n  clerestory demo chapel\n  clerestory check chapel\n  clerestory render chapel")]
+#[command(
+    version,
+    arg_required_else_help = true,
+    after_help = "Start with:\n  clerestory demo chapel\n  clerestory check chapel\n  clerestory render chapel"
+)]
 pub(crate) struct Arguments {
     /// Work on so many threads; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]

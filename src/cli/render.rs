@@ -157,21 +157,18 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         .collect();
     setup.timings.volume_s += start.elapsed().as_secs_f64();
 
-    let probes: Vec<_> =
-        site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
+    let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = progress(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64, args);
     let mut done = Vec::new();
     for view in &views {
         let mut frame: Option<Frame> = None;
         for (i, (_, light)) in setup.lights.iter().enumerate() {
+            let sky = |direction| light.sky(direction);
             let relit: Box<dyn Irradiance> = match &plain {
-                Some(plain) => Box::new(PlainRelit { plain: &plain[i], sky: Box::new(|d| light.sky(d)) }),
-                None => Box::new(Relit {
-                    scene: &scene,
-                    light,
-                    volume: volumes[i].as_ref(),
-                    volume_only: args.volume_only,
-                }),
+                Some(plain) => Box::new(PlainRelit { plain: &plain[i], sky: &sky }),
+                None => {
+                    Box::new(Relit { scene: &scene, light, volume: volumes[i].as_ref(), volume_only: args.volume_only })
+                }
             };
             bar.set_message(view.name.clone());
             let before = bar.position();
@@ -243,7 +240,12 @@ fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Picture>> {
             if size != wanted {
                 bail!(
                     "{}: the photograph has {} × {} pixels, but the view “{}” has {} × {}",
-                    path.display(), size.0, size.1, view.name, wanted.0, wanted.1
+                    path.display(),
+                    size.0,
+                    size.1,
+                    view.name,
+                    wanted.0,
+                    wanted.1
                 );
             }
             photos.insert(view.name.clone(), photo);
@@ -276,7 +278,8 @@ fn plain(
     let probes: Vec<&site::Probe> = site.probes.iter().take(options.probes).collect();
     let (mut all, mut timings) = (Vec::new(), Timings { load_s: setup.timings.load_s, ..Timings::default() });
     for lighting in &options.lightings {
-        let lit = probes.iter().filter_map(|probe| Some((probe, probe.pictures.iter().find(|p| p.lighting == *lighting)?)));
+        let lit =
+            probes.iter().filter_map(|probe| Some((probe, probe.pictures.iter().find(|p| p.lighting == *lighting)?)));
         let lit: Vec<_> =
             lit.map(|(probe, file)| Ok((*probe, panorama::read(&file.path)?))).collect::<anyhow::Result<_>>()?;
         let lights: Vec<ProbeLight> = lit

@@ -11,7 +11,7 @@ pub struct PlainRelit<'a> {
     /// Records and volume.
     pub plain: &'a Plain,
     /// Radiance of the sky in a direction, seen through windows.
-    pub sky: Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>,
+    pub sky: &'a (dyn Fn(Vec3) -> Vec3 + Sync),
 }
 
 impl Irradiance for PlainRelit<'_> {

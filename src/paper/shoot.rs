@@ -42,17 +42,17 @@ pub(super) struct Shot {
 }
 
 /// Shoots all pixels of a probe, in the picture's order.
-pub(super) fn shoot(scene: &Scene, probe: &ProbeLight) -> Vec<Shot> {
+pub(super) fn shoot(scene: &Scene, probe: &ProbeLight, least_albedo: f32) -> Vec<Shot> {
     let picture = probe.picture;
     (0..picture.height)
         .into_par_iter()
-        .flat_map_iter(|y| (0..picture.width).filter_map(move |x| shoot_pixel(scene, probe, x, y)))
+        .flat_map_iter(|y| (0..picture.width).filter_map(move |x| shoot_pixel(scene, probe, (x, y), least_albedo)))
         .collect()
 }
 
 /// The record of one pixel; none where the pixel is no light (not finite, negative), sees no surface, or sees one that
 /// reflects nothing.
-fn shoot_pixel(scene: &Scene, probe: &ProbeLight, x: usize, y: usize) -> Option<Shot> {
+fn shoot_pixel(scene: &Scene, probe: &ProbeLight, (x, y): (usize, usize), least_albedo: f32) -> Option<Shot> {
     let ProbeLight { picture: &Picture { width, height, ref pixels }, projection, .. } = *probe;
     let radiance = pixels[y * width + x] * probe.gain;
     if !Picture::valid(radiance) {
@@ -62,7 +62,8 @@ fn shoot_pixel(scene: &Scene, probe: &ProbeLight, x: usize, y: usize) -> Option<
     let ray = Ray { origin: probe.origin, direction: probe.to_world * direction };
     let hit = scene.tracer.closest(&ray, NEAREST_M)?;
     let surface = scene.surface(&ray, &hit);
-    let irradiance = irradiance(radiance, scene.albedo(surface.triangle, surface.barycentric))?;
+    let albedo = scene.albedo(surface.triangle, surface.barycentric);
+    let irradiance = irradiance(radiance, albedo, least_albedo)?;
     let record = Record { normal: surface.normal, irradiance };
     let solid_angle = projection.solid_angle(width, height, x, y) as f32;
     Some(Shot { position: surface.position, record, spacing_m: hit.t * solid_angle.sqrt() })
@@ -70,9 +71,9 @@ fn shoot_pixel(scene: &Scene, probe: &ProbeLight, x: usize, y: usize) -> Option<
 
 /// I_s = I_e/ρ_d, with the π that turns a Lambertian surface's radiance into irradiance: E = πL/ρ. NaN in channels where
 /// ρ is zero (or so small that E is no number); `None` where that leaves no channel.
-fn irradiance(radiance: Vec3, albedo: Vec3) -> Option<Vec3> {
-    let e = PI * radiance / albedo;
-    let known = e.is_finite_mask();
+fn irradiance(radiance: Vec3, albedo: Vec3, least_albedo: f32) -> Option<Vec3> {
+    let e = PI * radiance / albedo.max(Vec3::splat(least_albedo));
+    let known = e.is_finite_mask() & albedo.cmpgt(Vec3::ZERO);
     known.any().then(|| Vec3::select(known, e, Vec3::NAN))
 }
 
@@ -82,14 +83,20 @@ mod tests {
 
     #[test]
     fn a_channel_that_is_not_reflected_tells_nothing() {
-        let e = irradiance(Vec3::new(2.0, 2.0, 0.0), Vec3::new(0.5, 0.0, 0.0)).unwrap();
+        let e = irradiance(Vec3::new(2.0, 2.0, 0.0), Vec3::new(0.5, 0.0, 0.0), 0.05).unwrap();
         assert!((e.x - 4.0 * PI).abs() < 1e-5 && e.y.is_nan() && e.z.is_nan());
-        assert!(irradiance(Vec3::ONE, Vec3::ZERO).is_none());
-        assert!(irradiance(Vec3::ZERO, Vec3::ZERO).is_none());
+        assert!(irradiance(Vec3::ONE, Vec3::ZERO, 0.05).is_none());
+        assert!(irradiance(Vec3::ZERO, Vec3::ZERO, 0.0).is_none());
+    }
+
+    #[test]
+    fn dark_texels_are_lifted_as_far_as_asked() {
+        let of = |least| irradiance(Vec3::ONE, Vec3::splat(1e-3), least).map(|e| (e.x / PI).round());
+        assert_eq!([of(0.0), of(0.05)], [Some(1000.0), Some(20.0)]);
     }
 
     #[test]
     fn black_is_light_of_no_strength() {
-        assert_eq!(irradiance(Vec3::ZERO, Vec3::ONE), Some(Vec3::ZERO));
+        assert_eq!(irradiance(Vec3::ZERO, Vec3::ONE, 0.05), Some(Vec3::ZERO));
     }
 }

@@ -368,3 +368,6 @@ impl CellHit {
         (f32::from(self.purity) / 65535.0).powi(4).max(1e-3)
     }
 }
+
+#[cfg(test)]
+mod equivalence;
