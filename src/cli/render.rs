@@ -274,7 +274,7 @@ fn plain(
     args: &RenderArgs,
     setup: &mut Setup,
 ) -> anyhow::Result<Vec<Plain>> {
-    let settings = paper::Settings { radius_m: args.radius, cells: args.cells };
+    let settings = paper::Settings { radius_m: args.radius, cells: args.cells, ..paper::Settings::default() };
     let probes: Vec<&site::Probe> = site.probes.iter().take(options.probes).collect();
     let (mut all, mut timings) = (Vec::new(), Timings { load_s: setup.timings.load_s, ..Timings::default() });
     for lighting in &options.lightings {
