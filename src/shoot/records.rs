@@ -347,10 +347,11 @@ fn row_average(picture: &Picture, row: usize, x: usize, n: usize) -> Option<Vec3
     let (from, to) = (x as f32 * scale, (x + 1) as f32 * scale);
     let mut sum = Vec3::ZERO;
     let mut weight = 0.0;
-    for i in from as usize..(to.ceil() as usize).min(picture.width) {
+    let last = (to.ceil() as usize).min(picture.width);
+    for (i, &pixel) in pixels.iter().enumerate().take(last).skip(from as usize) {
         let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
-        if Picture::valid(pixels[i]) {
-            sum += pixels[i] * w;
+        if Picture::valid(pixel) {
+            sum += pixel * w;
             weight += w;
         }
     }

@@ -64,7 +64,7 @@ impl Transport {
         let Some(hits) = lights.first().map(|l| l.records.iter().map(|r| r.hits()).collect::<Vec<_>>()) else {
             return Self { anchors, gathered };
         };
-        for rays in [settings.rays, settings.rays.div_ceil(8)] {
+        for rays in [settings.rays, settings.rays.div_ceil(16)] {
             let caster = Caster { scene, anchors: &anchors, hits: &hits };
             let cast: Vec<_> = wave.par_iter().map(|&a| (a, caster.cast_from(a, &guide, rays))).collect();
             for &a in &wave {
