@@ -8,8 +8,10 @@ use std::path::{Path, PathBuf};
 
 /// Write a complete sample site: a small chapel with probes and photographs, and a faulty model of it.
 #[derive(Args, Debug)]
-#[command(after_help = "The folder gets site.toml (the chapel as it stands), as_modelled.toml (a model of it with planted \
-                        faults, listed in faults.json), and all that they name.")]
+#[command(
+    after_help = "The folder gets site.toml (the chapel as it stands), as_modelled.toml (a model of it with planted \
+                        faults, listed in faults.json), and all that they name."
+)]
 pub(crate) struct DemoArgs {
     /// Folder to write; made if need be
     #[arg(value_hint = clap::ValueHint::DirPath)]

@@ -4,8 +4,6 @@ use glam::{Vec2, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
 
-use crate::panorama::{linear_to_srgb, srgb_to_linear};
-
 use super::load::SceneError;
 use crate::panorama::{linear_to_srgb, srgb_to_linear};
 

@@ -326,7 +326,12 @@ fn barrel(m: &mut Model, finish: &'static Finish, line: &Line, x: [f64; 2]) {
 /// A tapered block on the nave wall that carries a rib's foot.
 fn corbel(m: &mut Model, x: f64, sign: f64) {
     let ring = |y: f64, half: f64, out: f64| {
-        [dvec3(x - half, y, sign * HALF), dvec3(x - half, y, sign * (HALF - out)), dvec3(x + half, y, sign * (HALF - out)), dvec3(x + half, y, sign * HALF)]
+        [
+            dvec3(x - half, y, sign * HALF),
+            dvec3(x - half, y, sign * (HALF - out)),
+            dvec3(x + half, y, sign * (HALF - out)),
+            dvec3(x + half, y, sign * HALF),
+        ]
     };
     let rings = [ring(4.95, 0.1, 0.08), ring(5.4, 0.24, 0.26), ring(SPRING, 0.24, 0.26)];
     let centre = dvec3(x, 5.3, sign * HALF);
@@ -400,7 +405,12 @@ fn niche(m: &mut Model, x: f64) {
             if row[0].1 < NICHE_SPRING {
                 inward.y = 0.0;
             }
-            let metres = [dvec2(arc(i), row[0].1), dvec2(arc(i + 1), row[0].1), dvec2(arc(i + 1), row[1].1), dvec2(arc(i), row[1].1)];
+            let metres = [
+                dvec2(arc(i), row[0].1),
+                dvec2(arc(i + 1), row[0].1),
+                dvec2(arc(i + 1), row[1].1),
+                dvec2(arc(i), row[1].1),
+            ];
             m.face_towards(&PLASTER, inward, &corners, &metres);
         }
     }
@@ -423,7 +433,14 @@ fn apse(m: &mut Model) {
         let wall = |y: f64, half: f64| level([-half, half], y);
         panel(m, &ASHLAR, &plane, &wall(APSE_FLOOR, inside), &wall(APSE_SPRING, inside), &inner(&windows));
         windows.iter().for_each(|w| w.cut(m, &plane, APSE_WALL));
-        panel(m, &OUTSIDE, &plane.back(APSE_WALL), &wall(GROUND, outside), &wall(APSE_SPRING, outside), &outer(&windows));
+        panel(
+            m,
+            &OUTSIDE,
+            &plane.back(APSE_WALL),
+            &wall(GROUND, outside),
+            &wall(APSE_SPRING, outside),
+            &outer(&windows),
+        );
     }
     m.object("conch");
     conch(m, &STARS, APSE_RADIUS, -1.0);
@@ -438,9 +455,8 @@ fn conch(m: &mut Model, finish: &'static Finish, radius: f64, sign: f64) {
         let (a, e) = ((36.0 * k as f64 - 90.0).to_radians(), FRAC_PI_2 * j as f64 / 12.0);
         APSE + dvec3(radius * e.cos() * a.cos(), APSE_SPRING + radius * e.sin(), radius * e.cos() * a.sin())
     };
-    let metres = |k: usize, j: usize| {
-        dvec2(36f64.to_radians() * k as f64 * radius, FRAC_PI_2 * j as f64 / 12.0 * radius)
-    };
+    let metres =
+        |k: usize, j: usize| dvec2(36f64.to_radians() * k as f64 * radius, FRAC_PI_2 * j as f64 / 12.0 * radius);
     for k in 0..5 {
         for j in 0..12 {
             let ring = [(k, j), (k + 1, j), (k + 1, j + 1), (k, j + 1)];

@@ -23,13 +23,8 @@ pub static FLAG: Finish = textured("flag", "flag.jpg", dvec2(1.2, 1.2));
 /// Dark red stone of the columns.
 pub static MARBLE: Finish = textured("marble", "marble.jpg", dvec2(1.0, 1.0));
 /// Oak, grain along u.
-pub static WOOD: Finish = Finish {
-    name: "wood",
-    kd: [1.0, 1.0, 1.0],
-    texture: Some("wood.jpg"),
-    tile: dvec2(1.0, 1.0),
-    grain: true,
-};
+pub static WOOD: Finish =
+    Finish { name: "wood", kd: [1.0, 1.0, 1.0], texture: Some("wood.jpg"), tile: dvec2(1.0, 1.0), grain: true };
 /// A painted band with a running wave.
 pub static FRIEZE: Finish = textured("frieze", "frieze.jpg", dvec2(1.4, 0.35));
 /// Gold stars on blue, in the apse.

@@ -12,7 +12,6 @@ pub mod sky;
 use image::ImageResult;
 use mesh::Model;
 
-
 /// Which of the two models.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Version {

@@ -7,8 +7,11 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{ImageResult, Rgb, RgbImage};
 use std::f64::consts::{PI, TAU};
 
+/// The colour at a point of a picture.
+type Paint = fn(DVec2) -> DVec3;
+
 /// Every picture: file name, size in pixels and what is on it.
-const PICTURES: [(&str, [u32; 2], fn(DVec2) -> DVec3); 14] = [
+const PICTURES: [(&str, [u32; 2], Paint); 14] = [
     ("ashlar.jpg", [512, 512], ashlar),
     ("plaster.jpg", [256, 256], plaster),
     ("brick.jpg", [512, 512], brick),
@@ -193,7 +196,8 @@ fn border(p: DVec2, size: DVec2, wide: f64, colours: [DVec3; 2]) -> Option<DVec3
 fn frieze(p: DVec2) -> DVec3 {
     let m = p * dvec2(1.4, 0.35);
     let wave = 0.175 + 0.06 * (TAU * m.x / 0.7).sin();
-    let spiral = [0.175, 0.525, 0.875, 1.225].map(|x: f64| (m - dvec2(x, if ((x / 0.35) as i64) % 2 == 0 { 0.105 } else { 0.245 })).length());
+    let spiral = [0.175, 0.525, 0.875, 1.225]
+        .map(|x: f64| (m - dvec2(x, if ((x / 0.35) as i64) % 2 == 0 { 0.105 } else { 0.245 })).length());
     let nearest = spiral.into_iter().fold(f64::INFINITY, f64::min);
     let colour = if !(0.03..0.32).contains(&m.y) {
         WHITE
@@ -336,10 +340,11 @@ fn mandorla(p: DVec2) -> DVec3 {
     // two circles whose overlap is the almond
     let almond = (m.x.abs() + 0.42).hypot(m.y) / 0.74;
     let cross = (m.x.abs() < 0.035 && (-0.34..0.34).contains(&m.y)) || (m.x.abs() < 0.15 && (m.y - 0.13).abs() < 0.035);
-    let corner = [dvec2(-0.27, 0.56), dvec2(0.27, 0.56), dvec2(-0.27, -0.56), dvec2(0.27, -0.56)].into_iter().any(|c| {
-        let d = m - c;
-        d.length() < 0.1 * star(d.y.atan2(d.x) + PI / 2.0, 6.0, 0.6)
-    });
+    let corner =
+        [dvec2(-0.27, 0.56), dvec2(0.27, 0.56), dvec2(-0.27, -0.56), dvec2(0.27, -0.56)].into_iter().any(|c| {
+            let d = m - c;
+            d.length() < 0.1 * star(d.y.atan2(d.x) + PI / 2.0, 6.0, 0.6)
+        });
     let ray = (m.y.atan2(m.x) * 16.0 / TAU).rem_euclid(1.0) < 0.5;
     let colour = if cross {
         WHITE

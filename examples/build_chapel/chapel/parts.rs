@@ -129,9 +129,12 @@ pub fn reveal(
     for i in 0..f.len() {
         let j = (i + 1) % f.len();
         let length = f[i].distance(f[j]);
-        let corners =
-            [plane.at(f[i].x, f[i].y, 0.0), plane.at(f[j].x, f[j].y, 0.0), plane.at(b[j].x, b[j].y, thickness), plane
-                .at(b[i].x, b[i].y, thickness)];
+        let corners = [
+            plane.at(f[i].x, f[i].y, 0.0),
+            plane.at(f[j].x, f[j].y, 0.0),
+            plane.at(b[j].x, b[j].y, thickness),
+            plane.at(b[i].x, b[i].y, thickness),
+        ];
         let metres = [dvec2(run, 0.0), dvec2(run + length, 0.0), dvec2(run + length, thickness), dvec2(run, thickness)];
         run += length;
         if length > 1e-6 && (sill || i + 1 >= front.low.len()) {
@@ -225,7 +228,15 @@ pub fn revolve(m: &mut Model, finish: &'static Finish, base: DVec3, profile: &[[
 }
 
 /// A round bar along a line of points; a closed line makes a ring, an open one gets flat ends. `up` is across the line.
-pub fn tube(m: &mut Model, finish: &'static Finish, path: &[DVec3], radius: f64, sides: usize, closed: bool, up: DVec3) {
+pub fn tube(
+    m: &mut Model,
+    finish: &'static Finish,
+    path: &[DVec3],
+    radius: f64,
+    sides: usize,
+    closed: bool,
+    up: DVec3,
+) {
     let n = path.len();
     let ring = |i: usize| -> Vec<DVec3> {
         let (before, after) = if closed {
