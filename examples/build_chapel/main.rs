@@ -15,7 +15,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut samples = Some(256);
+    let mut samples = Some(128);
     let mut folder = None;
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -46,5 +46,6 @@ fn write_files(folder: &Path) -> Result<(), Box<dyn Error>> {
     for version in [chapel::Version::Truth, chapel::Version::AsModelled] {
         println!("{version:?}: {} triangles", chapel::model(version).triangles());
     }
+    println!("{} windows", chapel::building::windows().len());
     Ok(())
 }

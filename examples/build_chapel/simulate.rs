@@ -3,24 +3,24 @@
 use clerestory::panorama::{Layer, Picture, write_exr};
 use clerestory::reference::{Estimate, Eye, Lights, Settings, add_samples, unwatched};
 use clerestory::scene::{self, Health, Scene};
-use clerestory::site::{Site, Sun};
+use clerestory::site::{Pictures, Site, Sun};
 use glam::{DVec3, Vec3};
 use std::error::Error;
 use std::path::Path;
 
-use crate::chapel;
 use crate::chapel::site::{LIGHTINGS, Lighting};
 use crate::denoise::denoise;
 
 /// Size of a probe in pixels.
 const PROBE: (usize, usize) = (512, 256);
-/// Size of a photograph in pixels.
-const PHOTO: (usize, usize) = (256, 256);
 const SEED: u64 = 1;
 
 /// Makes every probe in every lighting, and every photograph in the first.
 pub fn all(folder: &Path, samples: u32) -> Result<(), Box<dyn Error>> {
-    let site = load(folder)?;
+    for sub in ["probes", "photos"] {
+        std::fs::create_dir_all(folder.join(sub))?;
+    }
+    let site = Site::load_with(folder, Pictures::MayBeMissing)?;
     let scene = scene::load(&site, &mut Health::default())?;
     for (i, lighting) in LIGHTINGS.iter().enumerate() {
         let site = lit(&site, lighting);
@@ -40,17 +40,6 @@ pub fn all(folder: &Path, samples: u32) -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
-}
-
-/// Loads the site, with black pictures where it names some that are not made yet.
-fn load(folder: &Path) -> Result<Site, Box<dyn Error>> {
-    for (sub, size) in [("probes", PROBE), ("photos", PHOTO)] {
-        std::fs::create_dir_all(folder.join(sub))?;
-        for name in chapel::site::pictures(sub).iter().filter(|name| !folder.join(name).exists()) {
-            write(&folder.join(name), &Picture::new(size.0, size.1))?;
-        }
-    }
-    Ok(Site::load(folder)?)
 }
 
 /// The site with another sun.

@@ -58,6 +58,10 @@ fn columns(m: &mut Model, version: Version) {
         ];
         revolve(m, &CARVED, at, &capital, 24);
         block(m, [0.37, 0.37], [2.55, CAPITAL], &[]);
+        if moved > 0.0 {
+            // what the abacus no longer covers of the wall above
+            rectangle(m, &ASHLAR, Side::Bottom, dvec3(x - 0.3, CAPITAL, -3.5), dvec3(x + moved - 0.37, CAPITAL, -3.0));
+        }
     }
 }
 

@@ -7,8 +7,11 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{ImageResult, Rgb, RgbImage};
 use std::f64::consts::{PI, TAU};
 
+/// The colour at a point of a picture.
+type Paint = fn(DVec2) -> DVec3;
+
 /// Every picture: file name, size in pixels and what is on it.
-const PICTURES: [(&str, [u32; 2], fn(DVec2) -> DVec3); 14] = [
+const PICTURES: [(&str, [u32; 2], Paint); 14] = [
     ("ashlar.jpg", [512, 512], ashlar),
     ("plaster.jpg", [256, 256], plaster),
     ("brick.jpg", [512, 512], brick),

@@ -42,13 +42,51 @@ const PROBES: [(&str, [f64; 3], &str); 3] = [
     ("aisle", [7.3, 1.6, -4.4], "in the north aisle"),
 ];
 
-/// Views: name, position, what it looks at, field of view and what to say of it.
-const VIEWS: [(&str, [f64; 3], [f64; 3], f64, &str); 5] = [
-    ("floor", [2.7, 1.75, 1.3], [5.7, 0.35, -1.7], 62.0, "the brick floor in the open bay, and the middle column"),
-    ("panels", [8.2, 1.65, -1.9], [8.1, 2.15, 3.0], 58.0, "the south wall with its paintings"),
-    ("apse", [5.5, 1.65, 0.1], [12.0, 1.85, -0.1], 52.0, "along the nave to the altar"),
-    ("aisle", [6.3, 1.6, -3.85], [10.2, 1.55, -5.3], 62.0, "the aisle's north wall with plaque and niche"),
-    ("sacristy", [11.25, 1.6, 6.05], [9.3, 1.2, 4.1], 72.0, "the side room, which no probe sees"),
+/// A camera, and what it looks at.
+struct ViewAt {
+    name: &'static str,
+    position: [f64; 3],
+    look_at: [f64; 3],
+    fov_y: f64,
+    what: &'static str,
+}
+
+const VIEWS: [ViewAt; 5] = [
+    ViewAt {
+        name: "floor",
+        position: [2.7, 1.75, 1.3],
+        look_at: [5.7, 0.35, -1.7],
+        fov_y: 62.0,
+        what: "the brick floor in the open bay, and the middle column",
+    },
+    ViewAt {
+        name: "panels",
+        position: [8.2, 1.65, -1.9],
+        look_at: [8.1, 2.15, 3.0],
+        fov_y: 58.0,
+        what: "the south wall with its paintings",
+    },
+    ViewAt {
+        name: "apse",
+        position: [5.5, 1.65, 0.1],
+        look_at: [12.0, 1.85, -0.1],
+        fov_y: 52.0,
+        what: "along the nave to the altar",
+    },
+    ViewAt {
+        name: "aisle",
+        position: [6.3, 1.6, -3.85],
+        look_at: [10.2, 1.55, -5.3],
+        fov_y: 62.0,
+        what: "the aisle's north wall with plaque and niche",
+    },
+    ViewAt {
+        name: "sacristy",
+        position: [11.25, 1.6, 6.05],
+        look_at: [9.3, 1.2, 4.1],
+        fov_y: 72.0,
+        what: "the side room, which no probe sees",
+    },
 ];
 
 /// The site file of either version; probes and photographs are the same files, since there is only one real chapel.
@@ -105,10 +143,10 @@ irradiance = [{r:?}, {g:?}, {b:?}]        # on a surface that faces it
         );
     }
     out += "\n# Views: pictures to be rendered; each has a photograph to compare with.\n";
-    for (name, at, target, fov, what) in VIEWS {
+    for ViewAt { name, position, look_at, fov_y, what } in VIEWS {
         let _ = write!(
             out,
-            "\n[[view]]                      # {what}\nname = \"{name}\"\nposition = {at:?}\nlook_at = {target:?}\nfov_y = {fov:?}\n\
+            "\n[[view]]                      # {what}\nname = \"{name}\"\nposition = {position:?}\nlook_at = {look_at:?}\nfov_y = {fov_y:?}\n\
              size = [256, 256]\nphoto = \"photos/{name}.exr\"\n"
         );
     }
@@ -125,16 +163,8 @@ keep_out = [[[10.3, -0.3], [10.9, -0.3], [10.9, 0.3], [10.3, 0.3]]]   # below th
 }
 
 /// A probe's picture in one lighting, relative to the site.
-pub fn probe_file(name: &str, lighting: &Lighting) -> String {
+fn probe_file(name: &str, lighting: &Lighting) -> String {
     format!("probes/{name}_{}.exr", lighting.file)
-}
-
-/// The pictures that are simulated into one of the folders `probes` and `photos`, relative to the site.
-pub fn pictures(folder: &str) -> Vec<String> {
-    match folder {
-        "photos" => VIEWS.iter().map(|view| format!("photos/{}.exr", view.0)).collect(),
-        _ => LIGHTINGS.iter().flat_map(|l| PROBES.iter().map(|probe| probe_file(probe.0, l))).collect(),
-    }
 }
 
 /// The planted faults, for whoever tests an audit: what differs from the real chapel, where, and how large.
