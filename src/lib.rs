@@ -13,6 +13,7 @@
 
 pub mod check;
 pub mod panorama;
+pub mod paper;
 pub mod reference;
 pub mod render;
 pub mod scene;

@@ -173,7 +173,7 @@ fn emitters_shine_from_both_sides() {
     }
 }
 
-/// A room with a window, a lamp and a bright corner of the sky; every way to find the lights gives the same picture.
+/// A room with a window, a lamp, a sky and a sun patch; every way to find the lights gives the same picture.
 #[test]
 fn all_ways_to_find_the_lights_agree() {
     let (x, y, z) = (Vec3::X * 4.0, Vec3::Y * 4.0, Vec3::Z * 3.0);
@@ -186,8 +186,10 @@ fn all_ways_to_find_the_lights_agree() {
         wall(y, x, z),
         Quad(Vec3::new(1.0, 3.0, 0.8), Vec3::X, Vec3::Z * 0.5, 0.3, 2.0),
     ]);
-    let lights = Lights::new(&scene, Some(Sky::Uniform(Vec3::splat(1.5))), None);
-    let camera = camera([2.0, 0.5, 1.5], [2.0, 4.0, 1.0], 16);
+    let sun = Sun { direction: Vec3::new(0.1, 0.3, 1.0).normalize(), irradiance: Vec3::splat(5.0) };
+    let eye = [2.0, 0.5, 1.5];
+    let lights = Lights::seen_from(&scene, Some(Sky::Uniform(Vec3::splat(1.5))), Some(sun), &[Vec3::from(eye)]);
+    let camera = camera(eye.map(f64::from), [2.0, 4.0, 1.0], 16);
     let run = |strategy| {
         let settings = Settings { samples: 256, strategy, ..Settings::default() };
         mean(&scene, &lights, &camera, &settings)

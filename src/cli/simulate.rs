@@ -2,9 +2,9 @@
 
 use clap::Args;
 use clerestory::panorama::{Layer, PanoramaError, Picture, Projection, write_exr};
-use clerestory::reference::{Estimate, Eye, LightError, Lights, Noise, Settings, Sky, Stopped, add_samples};
+use clerestory::reference::{Estimate, Eye, LightError, Lights, Noise, Settings, Stopped, add_samples};
 use clerestory::scene::{self, Health, Scene, SceneError};
-use clerestory::site::{Pictures, Site, SiteError, Sun};
+use clerestory::site::{Environment, Pictures, Site, SiteError, Sun};
 use glam::{DVec3, Vec3};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -167,7 +167,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> Result<(), Error
     if !jobs.is_empty() {
         relight(&mut site, args);
         let scene = scene::load(&site, &mut Health::default())?;
-        let lights = lights(&site, &scene, args)?;
+        let lights = Lights::load(&site, &scene)?;
         for job in &jobs {
             let made = make(job, &scene, &lights, args)?;
             if !args.json {
@@ -256,7 +256,7 @@ fn destination(args: &SimulateArgs, folder: &str, name: &str, lighting: &str) ->
     args.out.as_ref().map(|out| out.join(folder).join(format!("{file}.exr")))
 }
 
-/// Puts the command line's sun in the place of the site's.
+/// Puts the command line's sun and sky in the place of the site's.
 fn relight(site: &mut Site, args: &SimulateArgs) {
     match args.sun {
         None => {}
@@ -265,15 +265,8 @@ fn relight(site: &mut Site, args: &SimulateArgs) {
             site.sun = Some(Sun { direction: site.frame.direction_in(direction).as_vec3(), irradiance });
         }
     }
-    if args.sky.is_some() {
-        site.environment = None;
-    }
-}
-
-fn lights(site: &Site, scene: &Scene, args: &SimulateArgs) -> Result<Lights, LightError> {
-    match args.sky {
-        Some(radiance) => Ok(Lights::new(scene, Some(Sky::Uniform(radiance)), site.sun)),
-        None => Lights::load(site, scene),
+    if let Some(radiance) = args.sky {
+        site.environment = Some(Environment::Uniform(radiance));
     }
 }
 

@@ -1,9 +1,11 @@
 //! Everything that lights a site: sky, sun and emissive surfaces.
 
+use glam::Vec3;
 use std::path::PathBuf;
 
 use super::emitters::Emitters;
 use super::sky::Sky;
+use super::sun_patches::SunPatches;
 use crate::panorama::{self, EnvironmentSampler, Panorama, PanoramaError};
 use crate::scene::Scene;
 use crate::site::{Environment, Site, Sun};
@@ -13,6 +15,7 @@ pub struct Lights {
     pub(super) sky: Option<Sky>,
     pub(super) sun: Option<Sun>,
     pub(super) emitters: Option<Emitters>,
+    pub(super) patches: Option<SunPatches>,
 }
 
 /// Why a site cannot be lit.
@@ -33,8 +36,15 @@ pub enum LightError {
 impl Lights {
     /// Lights made by hand; emissive triangles are found in the scene.
     pub fn new(scene: &Scene, sky: Option<Sky>, sun: Option<Sun>) -> Self {
+        Self::seen_from(scene, sky, sun, &[])
+    }
+
+    /// The same; where pictures are taken (`eyes`, local metres) tells which sun patches to look for, which lowers the
+    /// noise of interiors and changes nothing else.
+    pub fn seen_from(scene: &Scene, sky: Option<Sky>, sun: Option<Sun>, eyes: &[Vec3]) -> Self {
         let sun = sun.filter(|s| s.irradiance.max_element() > 0.0);
-        Self { sky, sun, emitters: Emitters::new(scene) }
+        let patches = sun.as_ref().and_then(|sun| SunPatches::new(scene, sun, eyes));
+        Self { sky, sun, emitters: Emitters::new(scene), patches }
     }
 
     /// The lights that a site file names and those in its model.
@@ -50,7 +60,9 @@ impl Lights {
                 Some(Sky::Image(Box::new(EnvironmentSampler::new(panorama))))
             }
         };
-        let lights = Self::new(scene, sky, site.sun);
+        let poses = site.probes.iter().map(|p| p.pose).chain(site.views.iter().map(|v| v.camera.pose));
+        let eyes: Vec<Vec3> = poses.map(|pose| scene.local(pose.position)).collect();
+        let lights = Self::seen_from(scene, sky, site.sun, &eyes);
         if lights.is_dark() { Err(LightError::Dark(site.file.clone())) } else { Ok(lights) }
     }
 

@@ -15,6 +15,7 @@ mod path;
 mod random;
 mod render;
 mod sky;
+mod sun_patches;
 mod vertex;
 
 pub use estimate::{Estimate, Noise};

@@ -3,7 +3,7 @@
 //! Kajiya, *The Rendering Equation*, 1986. At every vertex the sky, the sun and the emitters are each sampled once
 //! (next-event estimation), and the path goes on in a cosine-distributed direction. Sky and emitters can also be met by
 //! chance; both ways count, weighted by the power heuristic (Veach, *Robust Monte Carlo Methods for Light Transport
-//! Simulation*, 1997, section 9.2.4).
+//! Simulation*, 1997, section 9.2.4). What the sun lights is sampled likewise (see `sun_patches`).
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -18,11 +18,14 @@ use crate::scene::{Ray, Scene};
 /// through albedo 0.99 makes 138 bounces before.
 const ROULETTE_BELOW: f32 = 0.25;
 
-/// Pairs of dimensions that a path uses before its first vertex: one for the pixel, or three for the irradiated spot.
-const PAIRS_AT_EYE: u32 = 3;
+/// Pairs of dimensions that a path uses before its first vertex: one for the pixel, or four for the irradiated spot.
+const PAIRS_AT_EYE: u32 = 4;
 
-/// Pairs of dimensions that a vertex may use: the way on, the sky, the emitters.
-const PAIRS_PER_VERTEX: u32 = 3;
+/// The irradiated spot's pair for sun patches.
+const PAIR_OF_PATCHES: u32 = 3;
+
+/// Pairs of dimensions that a vertex may use: the way on, the sky, the emitters, the sun patches.
+const PAIRS_PER_VERTEX: u32 = 4;
 
 /// Which of the two ways to find sky and emitters counts. All three give the same picture in expectation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,7 +65,10 @@ impl Paths<'_> {
     /// Irradiance on the side of a surface that `normal` points to, one unbiased sample of it.
     pub(super) fn irradiance(&self, point: Vec3, normal: Vec3, sampler: &Sampler, rays: &mut u64) -> Vec3 {
         let spot = Spot { point, normal, start: off_surface(point, normal) };
-        let direct = self.direct(&spot, sampler, 1, rays);
+        let mut direct = self.sun(&spot, rays) + self.direct(&spot, sampler, 1, rays);
+        if self.max_bounces > 0 {
+            direct += self.sun_patches(&spot, sampler.pair(PAIR_OF_PATCHES), rays);
+        }
         match spot.scatter(sampler.pair(0)) {
             Some((ray, origin)) => direct + PI * self.follow(ray, origin, sampler, rays),
             None => direct,
@@ -86,7 +92,15 @@ impl Paths<'_> {
             let spot = Spot::new(&vertex);
             let pair = PAIRS_AT_EYE + bounce * PAIRS_PER_VERTEX;
             // ρE/π, the albedo being in the throughput already
-            radiance += throughput * FRAC_1_PI * self.direct(&spot, sampler, pair + 1, rays);
+            let mut irradiance = self.direct(&spot, sampler, pair + 1, rays);
+            let weight = self.sun_weight(&vertex, ray.direction, origin);
+            if weight > 0.0 {
+                irradiance += weight * self.sun(&spot, rays);
+            }
+            if bounce + 1 < self.max_bounces {
+                irradiance += self.sun_patches(&spot, sampler.pair(pair + 3), rays);
+            }
+            radiance += throughput * FRAC_1_PI * irradiance;
             let Some(scattered) = spot.scatter(sampler.pair(pair)) else { break };
             (ray, origin) = scattered;
             // Survivors carry the weight of those that end, so the mean is kept; at albedo 1 none ends
@@ -120,15 +134,46 @@ impl Paths<'_> {
         self.chance_weight(origin, per_steradian) * self.scene.emission(vertex.triangle)
     }
 
-    /// Irradiance straight from the lights, as far as sampling them is meant to find it.
+    /// Irradiance straight from the sun.
+    fn sun(&self, spot: &Spot, rays: &mut u64) -> Vec3 {
+        let Some(sun) = &self.lights.sun else { return Vec3::ZERO };
+        let cosine = spot.normal.dot(sun.direction);
+        let lit = cosine > 0.0 && self.sees(spot, sun.direction, f32::INFINITY, rays);
+        if lit { cosine * sun.irradiance } else { Vec3::ZERO }
+    }
+
+    /// The share of the sun's light at a vertex that counts: the rest was found from the vertex before, by
+    /// [`Self::sun_patches`].
+    fn sun_weight(&self, vertex: &Vertex, direction: Vec3, origin: Origin) -> f32 {
+        match (&self.lights.patches, origin, self.strategy) {
+            (Some(patches), Origin::Surface { density, .. }, Strategy::Both) => {
+                let cosine = vertex.normal.dot(direction).abs().max(f32::MIN_POSITIVE);
+                power_heuristic(density, patches.density(vertex) * vertex.distance.powi(2) / cosine)
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// Irradiance from a sampled sunlit point.
+    fn sun_patches(&self, spot: &Spot, u: Vec2, rays: &mut u64) -> Vec3 {
+        let (Some(patches), Some(sun), Strategy::Both) = (&self.lights.patches, &self.lights.sun, self.strategy) else {
+            return Vec3::ZERO;
+        };
+        *rays += 1;
+        let Some((patch, density)) = patches.sample(self.scene, u) else { return Vec3::ZERO };
+        let radiance = patch.albedo * sun.irradiance * (patch.normal.dot(sun.direction) * FRAC_1_PI);
+        let point = EmitterPoint { position: patch.position, normal: patch.normal, radiance, density };
+        // lit on the side of its normal only
+        if patch.normal.dot(spot.point - patch.position) > 0.0 {
+            self.emitter_light(spot, &point, rays)
+        } else {
+            Vec3::ZERO
+        }
+    }
+
+    /// Irradiance straight from the sky and the emitters, as far as sampling them is meant to find it.
     fn direct(&self, spot: &Spot, sampler: &Sampler, pair: u32, rays: &mut u64) -> Vec3 {
         let mut irradiance = Vec3::ZERO;
-        if let Some(sun) = &self.lights.sun {
-            let cosine = spot.normal.dot(sun.direction);
-            if cosine > 0.0 && self.sees(spot, sun.direction, f32::INFINITY, rays) {
-                irradiance += cosine * sun.irradiance;
-            }
-        }
         if self.strategy == Strategy::Chance {
             return irradiance;
         }

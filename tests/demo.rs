@@ -1,0 +1,212 @@
+//! The bundled chapel: what `demo` writes, what the generator makes, and whether the two agree with `sites/chapel`.
+
+#[path = "../src/cli/demo.rs"]
+#[allow(dead_code)]
+mod demo;
+
+#[path = "../examples/build_chapel/chapel/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod chapel;
+
+use clap::Parser;
+use clerestory::scene::{self, Health, Ray, Scene};
+use clerestory::site::Site;
+use glam::{Vec3, vec3};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+#[derive(Parser)]
+struct Line {
+    #[command(flatten)]
+    args: demo::DemoArgs,
+}
+
+fn run(arguments: &[&str]) -> Result<String, String> {
+    let line = Line::try_parse_from([&["demo"], arguments].concat()).map_err(|e| e.to_string())?;
+    let mut out = Vec::new();
+    demo::run(&line.args, &mut out).map_err(|e| e.to_string())?;
+    Ok(String::from_utf8(out).unwrap())
+}
+
+fn bundled() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
+}
+
+/// All files below a folder, relative to it.
+fn files(folder: &Path) -> BTreeSet<PathBuf> {
+    fn walk(folder: &Path, root: &Path, found: &mut BTreeSet<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, root, found);
+            } else {
+                found.insert(path.strip_prefix(root).unwrap().to_owned());
+            }
+        }
+    }
+    let mut found = BTreeSet::new();
+    walk(folder, folder, &mut found);
+    found
+}
+
+fn load(name: &str) -> (Site, Scene, Health) {
+    let site = Site::load(&bundled().join(name)).unwrap();
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health).unwrap();
+    (site, scene, health)
+}
+
+#[test]
+fn demo_writes_the_bundled_site_byte_for_byte_and_it_loads() {
+    let temporary = tempfile::tempdir().unwrap();
+    let dir = temporary.path().join("my chapel");
+    let said = run(&[dir.to_str().unwrap()]).unwrap();
+    assert!(said.contains("clerestory check \""), "a path with a space is quoted: {said}");
+    assert_eq!(files(&dir), files(&bundled()), "the list in demo.rs is the folder");
+    for name in files(&dir) {
+        assert_eq!(fs::read(dir.join(&name)).unwrap(), fs::read(bundled().join(&name)).unwrap(), "{}", name.display());
+    }
+    for name in ["site.toml", "as_modelled.toml"] {
+        let site = Site::load(&dir.join(name)).unwrap();
+        assert_eq!(site.lightings(), ["10:00", "14:30"]);
+        assert!(site.views.iter().all(|view| view.photo.is_some()));
+    }
+    assert_eq!(fs::read_dir(temporary.path()).unwrap().count(), 1, "nothing is left beside the site");
+}
+
+#[test]
+fn demo_spares_a_folder_in_use_unless_forced() {
+    let temporary = tempfile::tempdir().unwrap();
+    let dir = temporary.path().to_str().unwrap();
+    fs::write(temporary.path().join("notes.txt"), "mine").unwrap();
+    fs::write(temporary.path().join("site.toml"), "old").unwrap();
+    let refused = run(&[dir]).unwrap_err();
+    assert!(refused.contains("not empty") && refused.contains("--force"), "{refused}");
+    assert_eq!(fs::read_to_string(temporary.path().join("site.toml")).unwrap(), "old");
+
+    let said = run(&[dir, "--force", "--json"]).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(told["files"], demo::FILES.len());
+    assert_eq!(fs::read_to_string(temporary.path().join("notes.txt")).unwrap(), "mine");
+    assert!(Site::load(temporary.path()).is_ok());
+}
+
+#[test]
+fn demo_makes_missing_folders_and_fills_an_empty_one() {
+    let temporary = tempfile::tempdir().unwrap();
+    let deep = temporary.path().join("a/b/c");
+    run(&[deep.to_str().unwrap()]).unwrap();
+    assert!(Site::load(&deep).is_ok());
+    let empty = temporary.path().join("empty");
+    fs::create_dir(&empty).unwrap();
+    run(&[empty.to_str().unwrap()]).unwrap();
+    assert!(Site::load(&empty).is_ok());
+    let file = temporary.path().join("file");
+    fs::write(&file, "").unwrap();
+    assert!(run(&[file.to_str().unwrap()]).unwrap_err().contains("is a file"));
+}
+
+#[test]
+fn the_generator_makes_the_bundled_models_and_site_files() {
+    for (name, bytes) in chapel::files().unwrap() {
+        let committed = fs::read(bundled().join(&name)).unwrap();
+        assert!(committed == bytes, "{name} differs: run `cargo run --release --example build_chapel -- sites/chapel`");
+    }
+}
+
+#[test]
+fn both_models_are_healthy() {
+    for (name, version) in [("site.toml", chapel::Version::Truth), ("as_modelled.toml", chapel::Version::AsModelled)] {
+        let (_, scene, health) = load(name);
+        assert_eq!(health.warnings, Vec::<String>::new());
+        assert_eq!(scene.mesh.triangles.len(), chapel::model(version).triangles(), "no triangle is dropped");
+        assert!((15_000..40_000).contains(&scene.mesh.triangles.len()));
+        for i in 0..scene.mesh.triangles.len() as u32 {
+            let albedo = scene.filtered_albedo(i, glam::Vec2::splat(1.0 / 3.0), 10.0);
+            assert!(albedo.min_element() > 0.02 && albedo.max_element() < 0.8, "triangle {i}: {albedo}");
+        }
+    }
+}
+
+/// Rays from inside meet only fronts, and leave only through windows.
+#[test]
+fn walls_face_the_air_and_leak_nowhere() {
+    let (site, scene, _) = load("site.toml");
+    let eyes = site.probes.iter().map(|p| p.pose.position).chain(site.views.iter().map(|v| v.camera.pose.position));
+    let (mut rays, mut backs, mut out) = (0, 0, 0);
+    for eye in eyes {
+        let origin = scene.local(eye);
+        for i in 0..20_000 {
+            // Fibonacci's spiral
+            let z = 1.0 - (2.0 * i as f32 + 1.0) / 20_000.0;
+            let a = i as f32 * 2.399_963;
+            let r = (1.0 - z * z).sqrt();
+            let ray = Ray { origin, direction: vec3(r * a.cos(), r * a.sin(), z) };
+            rays += 1;
+            match scene.tracer.closest(&ray, 0.0) {
+                Some(hit) => backs += usize::from(scene.mesh.normal(hit.triangle).dot(ray.direction) > 0.0),
+                None => {
+                    out += 1;
+                    assert!(through_a_window(scene.origin.as_vec3() + origin, ray.direction), "{origin} {}", ray.direction);
+                }
+            }
+        }
+    }
+    assert_eq!(backs, 0, "of {rays} rays");
+    assert!(out > rays / 200, "windows let light in: {out} of {rays}");
+}
+
+/// Whether a ray from inside passes one of the outer walls where it has a window (generous rectangles around them).
+fn through_a_window(from: Vec3, direction: Vec3) -> bool {
+    let crosses = |axis: usize, at: f32, low: Vec3, high: Vec3| {
+        let t = (at - from[axis]) / direction[axis];
+        let p = from + direction * t;
+        t > 0.0 && (0..3).all(|k| k == axis || (low[k]..high[k]).contains(&p[k]))
+    };
+    // program's axes: x east, y north, z up
+    let wall = |y: f32, x: &[f32], half: f32, z: [f32; 2]| {
+        x.iter().any(|&x| crosses(1, y, vec3(x - half, 0.0, z[0]), vec3(x + half, 0.0, z[1])))
+    };
+    let clerestory = [1.5, 4.5, 7.5, 10.5];
+    wall(-3.6, &[4.5, 7.5], 0.6, [1.5, 3.7])
+        || wall(-3.6, &clerestory, 0.45, [4.6, 5.4])
+        || wall(3.5, &clerestory, 0.45, [4.6, 5.4])
+        || wall(6.0, &[1.5, 7.5], 0.55, [1.4, 3.3])
+        || wall(-6.8, &[10.2], 0.55, [1.1, 2.45])
+        || crosses(0, -0.7, vec3(0.0, -0.9, 4.1), vec3(0.0, 0.9, 5.9))
+        || crosses(0, 13.2, vec3(0.0, -2.6, 1.6), vec3(0.0, 2.6, 3.2))
+}
+
+#[test]
+fn probes_and_photographs_hold_light_and_no_fault() {
+    let (site, ..) = load("site.toml");
+    let pictures = site.probes.iter().flat_map(|p| p.pictures.iter().map(|picture| picture.path.clone()));
+    for path in pictures.chain(site.views.iter().filter_map(|v| v.photo.clone())) {
+        let picture = clerestory::panorama::read(&path).unwrap();
+        let mean = picture.pixels.iter().sum::<Vec3>() / picture.pixels.len() as f32;
+        assert!(picture.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0), "{}", path.display());
+        assert!(mean.min_element() > 0.01 && mean.max_element() < 10.0, "{}: {mean}", path.display());
+    }
+}
+
+#[test]
+fn every_planted_fault_is_in_sight_of_the_view_that_it_names() {
+    let (site, scene, _) = load("site.toml");
+    let faults: serde_json::Value = serde_json::from_slice(&fs::read(bundled().join("faults.json")).unwrap()).unwrap();
+    let list = faults["faults"].as_array().unwrap();
+    assert!(list.len() >= 8);
+    for fault in list {
+        let at = |k: usize| fault["position"][k].as_f64().unwrap();
+        let point = site.frame.point_in(glam::dvec3(at(0), at(1), at(2)));
+        for name in fault["views"].as_array().unwrap() {
+            let view = site.views.iter().find(|v| v.name == *name).unwrap();
+            let pixel = view.camera.project(point).unwrap();
+            assert!(pixel.min_element() > 0.0 && pixel.max_element() < 256.0, "{}: {pixel}", fault["id"]);
+            let (eye, target) = (scene.local(view.camera.pose.position), scene.local(point));
+            let direction = (target - eye).normalize();
+            let reach = eye.distance(target) - 0.5;
+            assert!(!scene.tracer.occluded(&Ray { origin: eye, direction }, 0.0, reach), "{} is hidden", fault["id"]);
+        }
+    }
+}
