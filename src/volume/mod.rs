@@ -133,7 +133,7 @@ impl<'a> Volume<'a> {
                 None => light.sky(direction),
                 Some(hit) => {
                     let s = scene.surface(&ray, &hit);
-                    let e = match light.observe(s.position, s.normal) {
+                    let e = match light.observe(scene, s.position, s.normal) {
                         Some(o) => o.value(),
                         None => {
                             self.irradiance(scene, s.position, s.normal, found).unwrap_or_default()

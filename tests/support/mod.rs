@@ -168,6 +168,7 @@ pub(crate) fn options(cells: u32) -> Options {
         sun: true,
         volume: volume::Settings { cells, ..volume::Settings::default() },
         all_stages: false,
+        volume_for_all: false,
     }
 }
 
