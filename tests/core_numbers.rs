@@ -20,9 +20,11 @@ const HIGH: DVec3 = DVec3::new(4.0, 3.0, 2.5);
 
 /// A room, a probe 64 pixels wide off its middle, a view from a corner.
 fn room(albedo: f64) -> Plan {
-    Plan::new(closed(DVec3::ZERO, HIGH, 0), &[grey(albedo)])
-        .probe(v(1.7, 1.4, 1.3), 64)
-        .view(v(0.3, 0.4, 1.6), v(3.5, 2.5, 0.8), 24)
+    Plan::new(closed(DVec3::ZERO, HIGH, 0), &[grey(albedo)]).probe(v(1.7, 1.4, 1.3), 64).view(
+        v(0.3, 0.4, 1.6),
+        v(3.5, 2.5, 0.8),
+        24,
+    )
 }
 
 /// The room with a panel whose back no probe sees, and a view of that back.
@@ -70,9 +72,9 @@ fn albedo_0_and_1_and_texels_of_both() {
     let mut board = room(1.0);
     board.paints[0] = Paint { albedo: 1.0, emission: 0.0, checker: true };
     board.probes[0].1 = 128;
-    let built = board.build().paint(&board, |scene, s| {
-        s.map_or(Vec3::ZERO, |s| scene.albedo(s.triangle, s.barycentric) * 2.0 / PI)
-    });
+    let built = board
+        .build()
+        .paint(&board, |scene, s| s.map_or(Vec3::ZERO, |s| scene.albedo(s.triangle, s.barycentric) * 2.0 / PI));
     let frame = &built.frames(&options(16))[0];
     assert_finite(frame);
     let (mut shown, mut expected) = (0.0, 0.0);
@@ -116,9 +118,11 @@ fn radiance_of_fifteen_decades_in_one_probe() {
 #[test]
 fn a_gradient_of_fifteen_decades() {
     let high = v(15.0, 4.0, 4.0);
-    let plan = Plan::new(closed(DVec3::ZERO, high, 0), &[grey(0.5)])
-        .probe(v(7.5, 2.0, 2.0), 512)
-        .view(v(1.0, 2.0, 2.0), v(14.0, 2.0, 1.0), 16);
+    let plan = Plan::new(closed(DVec3::ZERO, high, 0), &[grey(0.5)]).probe(v(7.5, 2.0, 2.0), 512).view(
+        v(1.0, 2.0, 2.0),
+        v(14.0, 2.0, 1.0),
+        16,
+    );
     let level = |x: f64| 10f64.powf(-6.0 + x) as f32;
     let built = plan.build().paint(&plan, |scene, s| {
         s.map_or(Vec3::ZERO, |s| Vec3::splat(level(f64::from(s.position.x) + scene.origin.x)))

@@ -174,7 +174,16 @@ fn a_sun_patch_at_the_wall_stays_on_its_side() {
         let Some(s) = s else { return Vec3::ZERO };
         let p = s.position.as_dvec3() + scene.origin;
         let patch = p.z < 0.01 && p.x > 3.2 && p.x < 4.05 && (p.y - 1.5).abs() < 0.5;
-        Vec3::splat(0.5 / PI * if patch { 1000.0 } else if p.x < 4.05 { 10.0 } else { 0.0 })
+        Vec3::splat(
+            0.5 / PI
+                * if patch {
+                    1000.0
+                } else if p.x < 4.05 {
+                    10.0
+                } else {
+                    0.0
+                },
+        )
     });
     for cells in [16, 64] {
         let greatest = built.relit(&options(cells), |relit| {
@@ -209,9 +218,8 @@ fn a_sun_patch_does_not_spread_through_the_fill() {
     }
     // a screen, 1 m high and 10 cm thick, at x = 2: the sun patch ends before it or climbs it, the niche is behind it
     quads.extend(closed(v(2.0, 0.5, 0.0), v(2.1, 3.5, 1.0), 0));
-    let mut plan = Plan::new(quads, &[grey(0.6)])
-        .probe(v(0.9, 2.0, 0.9), 256)
-        .view(v(3.5, 3.0, 1.6), v(2.2, 2.0, 0.2), 48);
+    let mut plan =
+        Plan::new(quads, &[grey(0.6)]).probe(v(0.9, 2.0, 0.9), 256).view(v(3.5, 3.0, 1.6), v(2.2, 2.0, 0.2), 48);
     plan.more = format!(
         "[environment]\nradiance = [1, 1, 1]\n[sun]\ndirection = [{}, {}, {}]\nirradiance = [60, 60, 60]",
         sun.x, sun.y, sun.z

@@ -9,6 +9,8 @@
 mod anchors;
 mod grid;
 mod guide;
+#[cfg(test)]
+mod tests;
 mod transport;
 
 pub use anchors::{Anchor, Anchors, Weighted};
