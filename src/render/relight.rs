@@ -160,31 +160,28 @@ fn cast_band(
     let mut hits = vec![None; rows * width * n];
     // packets want rays that stay together: square tiles of pixels, each pixel's samples in a row
     let side = TILE_SIDES.into_iter().find(|s| s * s * n <= PACKET).unwrap_or(1);
-    hits.par_chunks_mut(width * n * side).enumerate().for_each_init(
-        Vec::new,
-        |directions: &mut Vec<Vec3>, (i, hits)| {
-            let tall = hits.len() / (width * n);
-            let mut found = [None; PACKET];
-            for left in (0..width).step_by(side) {
-                let wide = side.min(width - left);
-                directions.clear();
-                for y in 0..tall {
-                    for x in left..left + wide {
-                        directions.extend((0..n).map(|sample| rays.direction(x, top + i * side + y, sample)));
-                    }
-                }
-                for (chunk, directions) in directions.chunks(PACKET).enumerate() {
-                    let found = &mut found[..directions.len()];
-                    found.fill(None);
-                    scene.tracer.closest_packet(origin, directions, NEAREST_M, found);
-                    for (k, hit) in found.iter().enumerate() {
-                        let (pixel, sample) = ((chunk * PACKET + k) / n, (chunk * PACKET + k) % n);
-                        hits[((pixel / wide) * width + left + pixel % wide) * n + sample] = *hit;
-                    }
+    hits.par_chunks_mut(width * n * side).enumerate().for_each_init(Vec::new, |directions: &mut Vec<Vec3>, (i, hits)| {
+        let tall = hits.len() / (width * n);
+        let mut found = [None; PACKET];
+        for left in (0..width).step_by(side) {
+            let wide = side.min(width - left);
+            directions.clear();
+            for y in 0..tall {
+                for x in left..left + wide {
+                    directions.extend((0..n).map(|sample| rays.direction(x, top + i * side + y, sample)));
                 }
             }
-        },
-    );
+            for (chunk, directions) in directions.chunks(PACKET).enumerate() {
+                let found = &mut found[..directions.len()];
+                found.fill(None);
+                scene.tracer.closest_packet(origin, directions, NEAREST_M, found);
+                for (k, hit) in found.iter().enumerate() {
+                    let (pixel, sample) = ((chunk * PACKET + k) / n, (chunk * PACKET + k) % n);
+                    hits[((pixel / wide) * width + left + pixel % wide) * n + sample] = *hit;
+                }
+            }
+        }
+    });
     hits
 }
 
