@@ -44,7 +44,7 @@ fn even(radiance: Vec3) -> Picture {
 /// The first surface seen from a place.
 fn look(scene: &Scene, origin: Vec3, towards: Vec3) -> (Vec3, Vec3) {
     let ray = Ray { origin, direction: (towards - origin).normalize() };
-    let surface = scene.surface(&ray, &scene.tracer.closest(&ray, 1e-3).unwrap());
+    let surface = scene.surface(&ray, &scene.tracer.closest(&ray, 1e-3).expect("the room is closed"));
     (surface.position, surface.normal)
 }
 
