@@ -7,7 +7,7 @@ mod support;
 use clerestory::panorama::write_exr;
 use glam::{DVec3, Vec3};
 use std::fs;
-use support::{Plan, Quad, closed, grey, options, v};
+use support::{Plan, closed, grey, options, v};
 
 /// From the site file to the EXR of every layer, with records of two probes, a sun, and a niche that no probe sees.
 #[test]
