@@ -5,6 +5,7 @@
 mod support;
 
 use clerestory::reference;
+use clerestory::render::Options;
 use clerestory::scene::{Scene, Surface};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
@@ -37,35 +38,31 @@ fn inner_points(low: DVec3, high: DVec3, step: f64) -> Vec<(DVec3, DVec3)> {
     points
 }
 
-/// Mean irradiance of the lit room and the greatest and mean irradiance of the dark one, as the volume and as
-/// everything tells.
-fn rooms(plan: &Plan, built: &Built, cells: u32, dark: (DVec3, DVec3), lit: (DVec3, DVec3)) -> [f32; 4] {
-    let _ = plan;
-    built.relit(&options(cells), |relit| {
+/// The lit room and the dark one.
+const LIT: (DVec3, DVec3) = (DVec3::ZERO, DVec3::new(4.0, 3.0, 2.5));
+const DARK: (DVec3, DVec3) = (DVec3::new(4.0 + WALL_M, 0.0, 0.0), DVec3::new(7.0, 3.0, 2.5));
+
+/// Mean irradiance of the lit room; mean and greatest irradiance of the dark one, and the greatest that the volume alone
+/// tells there.
+fn rooms(built: &Built, cells: u32) -> [f32; 4] {
+    let options = Options { volume_for_all: true, ..options(cells) };
+    built.relit(&options, |relit| {
         let all = |(low, high): (DVec3, DVec3)| -> Vec<f32> {
-            inner_points(low, high, 0.23)
-                .iter()
-                .map(|&(p, n)| irradiance(relit, built.local(p), n.as_vec3()).x)
-                .collect()
+            let points = inner_points(low, high, 0.23);
+            points.iter().map(|&(p, n)| irradiance(relit, built.local(p), n.as_vec3()).x).collect()
         };
-        let (lit, dark) = (all(lit), all(dark));
-        let volume = relit.volume.expect("the dark room needs the volume");
-        let only: f32 = inner_points(dark_low(plan), dark_high(plan), 0.23)
+        let (lit, dark) = (all(LIT), all(DARK));
+        let volume = relit.volume.expect("asked for");
+        let alone: Vec<f32> = inner_points(DARK.0, DARK.1, 0.23)
             .iter()
             .filter_map(|&(p, n)| volume.irradiance(&built.scene, built.local(p), n.as_vec3(), &mut vec![]))
-            .fold(0.0, |m, e| m.max(e.x));
+            .map(|e| e.x)
+            .collect();
+        assert!(alone.len() > dark.len() / 3, "the volume must tell of the dark room: {}", alone.len());
         let mean = |e: &[f32]| e.iter().sum::<f32>() / e.len() as f32;
-        let greatest = dark.iter().copied().fold(0.0, f32::max);
-        [mean(&lit), mean(&dark), greatest, only]
+        let greatest = |e: &[f32]| e.iter().copied().fold(0.0, f32::max);
+        [mean(&lit), mean(&dark), greatest(&dark), greatest(&alone)]
     })
-}
-
-fn dark_low(_: &Plan) -> DVec3 {
-    v(4.0 + WALL_M, 0.0, 0.0)
-}
-
-fn dark_high(_: &Plan) -> DVec3 {
-    v(7.0, 3.0, 2.5)
 }
 
 /// Two closed rooms, a wall of 10 cm between them.
@@ -92,9 +89,7 @@ fn no_light_leaks_through_a_wall() {
         ] {
             let built = plan.build().paint(&plan, |scene, s| lit(scene, s, 4.05));
             for cells in [16, 64] {
-                let dark = (dark_low(&plan), dark_high(&plan));
-                let [lit, mean, greatest, volume] =
-                    rooms(&plan, &built, cells, dark, (v(0.0, 0.0, 0.0), v(4.0, 3.0, 2.5)));
+                let [lit, mean, greatest, volume] = rooms(&built, cells);
                 println!(
                     "{name}, {probes} probe(s), {cells} cells: lit {lit:.3}, dark mean {mean:.5}, greatest {greatest:.5}, volume's greatest {volume:.5}"
                 );
@@ -110,13 +105,12 @@ fn no_light_leaks_through_a_wall() {
 /// A dark room that touches the lit one only along an edge, and one that stands on its ceiling.
 #[test]
 fn no_light_leaks_round_a_closed_corner_or_through_a_ceiling() {
-    let lit_room = (v(0.0, 0.0, 0.0), v(4.0, 3.0, 2.5));
     for (name, dark) in [
         ("corner", (v(4.0 + 0.05, 3.0 + 0.05, 0.0), v(7.0, 6.0, 2.5))),
         ("edge on edge", (v(4.0, 3.0, 0.0), v(7.0, 6.0, 2.5))),
         ("storey", (v(0.0, 0.0, 2.5 + WALL_M), v(4.0, 3.0, 5.0))),
     ] {
-        let mut quads = closed(lit_room.0, lit_room.1, 0);
+        let mut quads = closed(LIT.0, LIT.1, 0);
         quads.extend(closed(dark.0, dark.1, 0));
         let middle = 0.5 * (dark.0 + dark.1);
         let plan = Plan::new(quads, &[grey(0.5)]).view(middle, middle - v(1.0, 1.0, 0.3), 48);
@@ -124,7 +118,7 @@ fn no_light_leaks_round_a_closed_corner_or_through_a_ceiling() {
         let built = plan.build().paint(&plan, |scene, s| {
             let inside = s.is_some_and(|s| {
                 let p = s.position.as_dvec3() + scene.origin;
-                p.cmpge(lit_room.0 - 0.01).all() && p.cmple(lit_room.1 + 0.01).all()
+                p.cmpge(LIT.0 - 0.01).all() && p.cmple(LIT.1 + 0.01).all()
             });
             if inside { Vec3::splat(0.5 * 10.0 / PI) } else { Vec3::ZERO }
         });

@@ -17,7 +17,8 @@ impl Grid {
     pub fn over(low: Vec3, high: Vec3, along: u32) -> Self {
         let extent = (high - low).max(Vec3::splat(1e-6));
         let cell_m = extent.max_element() / along as f32;
-        let size = (extent / cell_m).ceil().as_ivec3().max(IVec3::ONE);
+        // a hair less: rounding must not add a cell
+        let size = (extent / cell_m - 1e-4).ceil().as_ivec3().max(IVec3::ONE);
         // centred, so that a scene a whole number of cells wide is not cut at its rim
         let low = low - 0.5 * (size.as_vec3() * cell_m - extent);
         Self { low, cell_m, size }
