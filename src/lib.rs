@@ -5,7 +5,7 @@
 //! Heritage Scenes Using Image-based Shooting*, VAST 2010). A stage is a plain function from typed input to typed
 //! output; each stage is a module:
 //!
-//! [`site`] → [`scene`] + [`panorama`] → [`shoot`] → [`volume`] → [`render`], and [`reference`] makes the truth that
+//! [`site`] → [`scene`] + [`panorama`] → [`shoot`] → [`volume`] → [`render`], and [`mod@reference`] makes the truth that
 //! [`study`] measures error against.
 //!
 //! Inside the program everything is right-handed, in metres, z up, with +y towards the model's own north, and local to
@@ -13,6 +13,7 @@
 
 pub mod check;
 pub mod panorama;
+pub mod paper;
 pub mod reference;
 pub mod render;
 pub mod scene;

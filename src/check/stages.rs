@@ -17,7 +17,8 @@ pub struct Stage {
     pub why: String,
 }
 
-/// The stages in the order of work. `unseen_share` as from [`unseen_share`].
+/// The stages in the order of work. `unseen_share` is the share of what the views show that no probe sees;
+/// `None` where they show nothing.
 pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Vec<Stage> {
     let stage = |stage, needed, why: String| Stage { stage, needed, why };
     let probes = site.probes.len();

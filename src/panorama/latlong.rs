@@ -26,7 +26,7 @@ pub(super) fn solid_angle(width: usize, height: usize, y: usize) -> f64 {
 /// Latitude/longitude pixel coordinates of a direction (camera's axes, any length but zero) in a `w × h` picture, for
 /// the inner loops: x in 0..=w, y in 0..=h.
 ///
-/// No branches and no library calls. Off by at most 0.002 pixels at 4096 × 2048, the error of [`arctangent`] and of
+/// No branches and no library calls. Off by at most 0.002 pixels at 4096 × 2048, the error of its arctangent and of
 /// f32 pixel coordinates together; x and y are as good at the poles as elsewhere.
 #[inline]
 pub fn latlong_pixel_fast(direction: Vec3, w: f32, h: f32) -> Vec2 {

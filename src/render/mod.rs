@@ -8,5 +8,5 @@ mod setup;
 
 pub use frame::{Frame, Source};
 pub use rays::PrimaryRays;
-pub use relight::{Irradiance, Relit, render, unseen_points};
+pub use relight::{Irradiance, Relit, render, shown_points};
 pub use setup::{LeftOut, Options, Setup, SetupError, Timings, prepare};

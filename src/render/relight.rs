@@ -18,6 +18,12 @@ const NEAREST_M: f32 = 1e-3;
 /// Rows of pixels whose rays are cast before any of them is shaded.
 const BAND: usize = 32;
 
+/// Rays that are cast together.
+const PACKET: usize = 64;
+
+/// Sides of the tiles of pixels whose rays make a packet, greatest first.
+const TILE_SIDES: [usize; 4] = [8, 4, 2, 1];
+
 /// What tells irradiance on surfaces, and the radiance behind windows.
 pub trait Irradiance: Sync {
     /// Irradiance that several samples of one surface share, each at its own place: calls `put(sample, irradiance)` for
@@ -152,14 +158,33 @@ fn cast_band(
 ) -> Vec<Option<Hit>> {
     let n = rays.offsets.len();
     let mut hits = vec![None; rows * width * n];
-    hits.par_chunks_mut(width * n).enumerate().for_each(|(row, hits)| {
-        for (x, hits) in hits.chunks_mut(n).enumerate() {
-            for (sample, hit) in hits.iter_mut().enumerate() {
-                let direction = rays.direction(x, top + row, sample);
-                *hit = scene.tracer.closest(&Ray { origin, direction }, NEAREST_M);
+    // packets want rays that stay together: square tiles of pixels, each pixel's samples in a row
+    let side = TILE_SIDES.into_iter().find(|s| s * s * n <= PACKET).unwrap_or(1);
+    hits.par_chunks_mut(width * n * side).enumerate().for_each_init(
+        Vec::new,
+        |directions: &mut Vec<Vec3>, (i, hits)| {
+            let tall = hits.len() / (width * n);
+            let mut found = [None; PACKET];
+            for left in (0..width).step_by(side) {
+                let wide = side.min(width - left);
+                directions.clear();
+                for y in 0..tall {
+                    for x in left..left + wide {
+                        directions.extend((0..n).map(|sample| rays.direction(x, top + i * side + y, sample)));
+                    }
+                }
+                for (chunk, directions) in directions.chunks(PACKET).enumerate() {
+                    let found = &mut found[..directions.len()];
+                    found.fill(None);
+                    scene.tracer.closest_packet(origin, directions, NEAREST_M, found);
+                    for (k, hit) in found.iter().enumerate() {
+                        let (pixel, sample) = ((chunk * PACKET + k) / n, (chunk * PACKET + k) % n);
+                        hits[((pixel / wide) * width + left + pixel % wide) * n + sample] = *hit;
+                    }
+                }
             }
-        }
-    });
+        },
+    );
     hits
 }
 
@@ -246,8 +271,9 @@ fn on_one_surface(s: &Surface, position: Vec3, normal: Vec3, near_m: f32) -> boo
     s.normal.dot(normal) > 0.995 && normal.dot(s.position - position).abs() < near_m
 }
 
-/// The surface points (position, normal) that cameras show on a coarse grid of pixels and no probe sees.
-pub fn unseen_points(scene: &Scene, light: &Light, cameras: &[Camera]) -> Vec<(Vec3, Vec3)> {
+/// The surface points (position, normal) that cameras show on a coarse grid of pixels; without those that the probes
+/// of `seen` see, where that is given.
+pub fn shown_points(scene: &Scene, seen: Option<&Light>, cameras: &[Camera]) -> Vec<(Vec3, Vec3)> {
     /// Points along a picture's longer side.
     const ALONG: usize = 128;
     let look = |camera: &Camera| -> Vec<(Vec3, Vec3)> {
@@ -263,7 +289,8 @@ pub fn unseen_points(scene: &Scene, light: &Light, cameras: &[Camera]) -> Vec<(V
                     let ray = Ray { origin, direction: rays.direction(x, y, 0) };
                     let hit = scene.tracer.closest(&ray, NEAREST_M)?;
                     let s = scene.surface(&ray, &hit);
-                    light.observe(s.position, s.normal).is_none().then_some((s.position, s.normal))
+                    let unseen = seen.is_none_or(|light| light.observe(s.position, s.normal).is_none());
+                    unseen.then_some((s.position, s.normal))
                 })
             })
             .collect()

@@ -4,7 +4,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::unseen_points;
+use super::shown_points;
 use crate::panorama::{self, Panorama, PanoramaError, Picture};
 use crate::scene::Scene;
 use crate::shoot::{Hits, Light, Outside, charted};
@@ -24,6 +24,8 @@ pub struct Options {
     pub volume: volume::Settings,
     /// Build the volume even where nothing needs it.
     pub all_stages: bool,
+    /// Build the volume for all points that the cameras show, not only for those that no probe sees.
+    pub volume_for_all: bool,
 }
 
 /// What all views share.
@@ -144,7 +146,7 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
     for set in 0..sets.len() {
         let mine: Vec<&Light> =
             lights.iter().zip(&set_of).filter(|(_, s)| **s == set).map(|((_, light), _)| light).collect();
-        let wanted = unseen_points(scene, mine[0], cameras);
+        let wanted = shown_points(scene, (!options.volume_for_all).then_some(mine[0]), cameras);
         if wanted.is_empty() && !options.all_stages {
             let why = "every sampled point in every view is seen by a probe".to_owned();
             left_out.push(LeftOut { stage: "volume", why });

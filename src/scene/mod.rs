@@ -77,44 +77,43 @@ impl Scene {
 
     /// Albedo averaged over a footprint `width_m` metres wide on the surface.
     pub fn filtered_albedo(&self, triangle: u32, barycentric: Vec2, width_m: f32) -> Vec3 {
-        let material = &self.materials[self.mesh.materials[triangle as usize] as usize];
-        let mut albedo = material.albedo;
-        if let Some(colour) = self.mesh.colour(triangle, barycentric) {
-            albedo *= colour;
-        }
-        if let Some(texture) = material.texture
-            && let Some(uv) = self.mesh.uv(triangle, barycentric)
-        {
-            let texture = &self.textures[texture as usize];
-            let level = if width_m > 0.0 { texture.level(width_m * self.mesh.uv_per_metre(triangle)) } else { 0.0 };
-            albedo *= texture.sample(uv, level);
-        }
-        albedo
+        self.albedo_along(triangle, barycentric, Vec2::ZERO, 1, width_m)
     }
 
     /// Albedo averaged over what a thin pencil of rays sees of a surface: `width_m` wide across the ray, and stretched
     /// along the surface by the angle it is seen at (up to 8 times).
     pub fn pencil_albedo(&self, surface: &Surface, direction: Vec3, width_m: f32) -> Vec3 {
-        let material = &self.materials[self.mesh.materials[surface.triangle as usize] as usize];
-        if material.texture.is_none() {
-            return self.filtered_albedo(surface.triangle, surface.barycentric, width_m);
-        }
         let cos = -surface.normal.dot(direction);
-        let taps = (1.0 / cos.max(0.125) - 0.25).ceil();
-        if taps <= 1.0 {
+        let taps = (1.0 / cos.max(0.125) - 0.25).ceil() as u32;
+        if taps <= 1 {
             return self.filtered_albedo(surface.triangle, surface.barycentric, width_m);
         }
         let along = (direction + surface.normal * cos).normalize_or_zero() * (width_m / cos.max(0.125));
         let [a, b, c] = self.mesh.corners(surface.triangle);
         let (e1, e2) = (b - a, c - a);
         let n = e1.cross(e2);
-        let step = Vec2::new(along.cross(e2).dot(n), e1.cross(along).dot(n)) / n.length_squared();
-        let mut sum = Vec3::ZERO;
-        for k in 0..taps as u32 {
-            let at = surface.barycentric + step * ((k as f32 + 0.5) / taps - 0.5);
-            sum += self.filtered_albedo(surface.triangle, at, width_m);
+        let length = Vec2::new(along.cross(e2).dot(n), e1.cross(along).dot(n)) / n.length_squared();
+        self.albedo_along(surface.triangle, surface.barycentric, length, taps, width_m)
+    }
+
+    /// Albedo averaged over `taps` places spread evenly over `length` (in barycentric coordinates) about a point.
+    fn albedo_along(&self, triangle: u32, middle: Vec2, length: Vec2, taps: u32, width_m: f32) -> Vec3 {
+        let material = &self.materials[self.mesh.materials[triangle as usize] as usize];
+        let mut albedo = material.albedo;
+        if let Some(colour) = self.mesh.colour(triangle, middle) {
+            albedo *= colour;
         }
-        sum / taps
+        let Some(texture) = material.texture else { return albedo };
+        let Some(uv) = self.mesh.uv(triangle, middle) else { return albedo };
+        let texture = &self.textures[texture as usize];
+        let level = if width_m > 0.0 { texture.level(width_m * self.mesh.uv_per_metre(triangle)) } else { 0.0 };
+        if taps <= 1 {
+            return albedo * texture.sample(uv, level);
+        }
+        let ends = self.mesh.uv(triangle, middle + length).unwrap_or(uv) - uv;
+        let share = 1.0 / taps as f32;
+        let at = |k: u32| uv + ends * ((k as f32 + 0.5) * share - 0.5);
+        albedo * ((0..taps).map(|k| texture.sample(at(k), level)).sum::<Vec3>() * share)
     }
 
     /// Radiance that a triangle sends out of itself (both sides).

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use super::load::SceneError;
-use crate::panorama::{linear_to_srgb, srgb_to_linear};
 
 /// The most pixels a texture may have along a side.
 pub(super) const MAX_SIDE: u32 = 32_768;

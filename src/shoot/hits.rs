@@ -9,6 +9,9 @@ use crate::scene::{Ray, Scene, Surface};
 /// Rays shorter than this are taken for the tripod or a probe that touches a wall, metres.
 const NEAREST_M: f32 = 1e-3;
 
+/// Cells of a row whose rays are cast together.
+const STRIP: usize = 32;
+
 /// The surfaces that a probe sees, one per cell of its chart. Holds no light.
 pub struct Hits {
     /// The probe's place, local metres.
@@ -59,9 +62,16 @@ impl Hits {
         let mut cells = vec![CellHit::MISS; chart.len()];
         let rows: Vec<(usize, &mut [CellHit])> = split_rows(&chart, &mut cells);
         rows.into_par_iter().for_each(|(row, cells)| {
-            for (x, cell) in cells.iter_mut().enumerate() {
-                let at = Vec2::new(x as f32 + 0.5, row as f32 + 0.5);
-                if let Some(surface) = look(scene, origin, to_world * chart.direction(row, at.x, at.y)) {
+            let mut found = [None; STRIP];
+            for (strip, cells) in cells.chunks_mut(STRIP).enumerate() {
+                let first = strip * STRIP;
+                let directions: Vec<Vec3> = (0..cells.len()).map(|x| to_world * chart.middle(row, first + x)).collect();
+                found.fill(None);
+                scene.tracer.closest_packet(origin, &directions, NEAREST_M, &mut found);
+                for (x, cell) in cells.iter_mut().enumerate() {
+                    let Some(hit) = &found[x] else { continue };
+                    let surface = scene.surface(&Ray { origin, direction: directions[x] }, hit);
+                    let at = Vec2::new((first + x) as f32 + 0.5, row as f32 + 0.5);
                     *cell = see(scene, origin, to_world, &chart, row, at, &surface);
                 }
             }

@@ -5,6 +5,7 @@
 
 mod chart;
 mod hits;
+mod kdtree;
 mod light;
 mod picture;
 mod records;
@@ -12,6 +13,7 @@ pub mod sunlight;
 
 pub use chart::Chart;
 pub use hits::Hits;
+pub use kdtree::KdTree;
 pub use light::{Light, Outside};
 pub use picture::charted;
 pub use records::{Mean, Observation, Records};

@@ -254,14 +254,14 @@ impl Records {
 
 impl Record {
     /// How far a point (relative to the probe) with this normal is on this record's surface, 0..=1: the two conditions
-    /// of the paper's section 4.3, with the distance taken across the surface's plane and the normals' cosine to the
-    /// fourth power, times the record's trust.
+    /// of the paper's section 4.3, with the distance taken across the surface's plane and the normals' cosine to a
+    /// high power, times the record's trust.
     #[inline]
     fn agreement(&self, p: Vec3, normal: Vec3, tolerance_m: f32) -> f32 {
         let n = unpack_normal(self.normal);
         let facing = n.dot(normal);
         if (n.dot(p) - self.plane).abs() < tolerance_m && facing > LEAST_FACING {
-            facing.powi(4) * f32::from(self.trust) / 65535.0
+            facing.powi(FACING) * f32::from(self.trust) / 65535.0
         } else {
             0.0
         }
@@ -270,6 +270,24 @@ impl Record {
 
 /// Normals farther apart than the arc cosine of this (72°) are not one surface.
 const LEAST_FACING: f32 = 0.3;
+
+/// Records count by this power of the cosine between their normals and the point's: cos³² is one half at 12°, so that
+/// the facets of a column keep their own light while a finely tessellated vault is smooth.
+const FACING: i32 = 32;
+
+/// Neighbouring cells whose brightness differs by this share count half: light changes there, and the kernel narrows.
+const SIMILAR: f32 = 0.5;
+
+/// How alike two brightnesses are, 0..=1.
+fn similarity(a: f32, b: f32) -> f32 {
+    let difference = (a - b) / (0.5 * SIMILAR * (a + b)).max(f32::MIN_POSITIVE);
+    1.0 / (1.0 + difference * difference)
+}
+
+/// A rough irradiance/π, summed over channels, to compare neighbours by; dark albedos are floored.
+fn brightness(albedo: Vec3, radiance: Vec3) -> f32 {
+    radiance.element_sum() / albedo.element_sum().max(0.03)
+}
 
 /// What the irradiance of a record is estimated from.
 struct Estimate<'a> {
@@ -299,6 +317,7 @@ impl Estimate<'_> {
         let d = self.hits.to_probe.transpose() * chart.middle(row, x);
         let p = d * (hit.plane / normal.dot(d));
         let tolerance = p.length() * chart.cell_angle();
+        let level = brightness(hit.albedo(), self.radiance[cell].unwrap_or_default());
         let (mut rho_l, mut rho2, mut trust, mut total) = (Vec3::ZERO, Vec3::ZERO, 0.0, 0.0);
         for (other, kernel) in chart.patch(row, x) {
             total += kernel;
@@ -307,8 +326,8 @@ impl Estimate<'_> {
             if facing < LEAST_FACING || self.sunlit(other) != sunlit {
                 continue;
             }
-            let weight = kernel * facing.powi(4) * theirs.trust();
             let rho = theirs.albedo();
+            let weight = kernel * facing.powi(FACING) * theirs.trust() * similarity(level, brightness(rho, l));
             rho_l += rho * l * weight;
             rho2 += rho * rho * weight;
             trust += weight;
@@ -349,3 +368,6 @@ impl CellHit {
         (f32::from(self.purity) / 65535.0).powi(4).max(1e-3)
     }
 }
+
+#[cfg(test)]
+mod equivalence;

@@ -99,19 +99,23 @@ impl<'a> Volume<'a> {
     pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, found: &mut Vec<Weighted>) -> Option<Vec3> {
         /// Values of less than this share of the best one's weight are left out.
         const LEAST_SHARE: f32 = 0.05;
+        /// So many values are enough.
+        const ENOUGH: u32 = 5;
         self.anchors.around(point, normal, found);
         found.retain(|f| self.vectors[f.1 as usize].is_some());
         let mut sum = Vec3::ZERO;
         let mut total = 0.0;
         let mut best = 0.0;
+        let mut taken = 0;
         for &(weight, index) in found.iter() {
-            if weight < LEAST_SHARE * best {
+            if weight < LEAST_SHARE * best || taken == ENOUGH {
                 break;
             }
             if let Some(vectors) = &self.vectors[index as usize]
                 && self.anchors.sees(scene, index, point, normal)
             {
                 best = f32::max(best, weight);
+                taken += 1;
                 sum += irradiance(vectors, normal) * weight;
                 total += weight;
             }

@@ -21,7 +21,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { cells: 64, rays: 96 }
+        Self { cells: 64, rays: 192 }
     }
 }
 

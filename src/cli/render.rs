@@ -1,0 +1,388 @@
+//! `clerestory render SITE`.
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum, ValueHint};
+use clerestory::panorama::{self, Exposure, Picture, write_exr, write_png};
+use clerestory::paper::{Plain, PlainRelit, ProbeLight};
+use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, prepare, render};
+use clerestory::scene::{self, Health, Scene};
+use clerestory::site::{Site, View};
+use clerestory::study::{Comparison, compare};
+use clerestory::volume::{self, Volume};
+use clerestory::{paper, site};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Relight a site's views from its probes.
+///
+/// Writes NAME.exr (linear radiance) and NAME.png (for people) per view into --out.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory render sites/chapel\n  \
+    clerestory render sites/chapel --view apse --lighting 14:30\n  \
+    clerestory render sites/chapel --lighting 10:00 --blend 14:30 --share 0.5\n  \
+    clerestory render sites/chapel --compare --method paper")]
+pub(crate) struct RenderArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Only this view; may be given several times
+    #[arg(long, value_name = "NAME")]
+    view: Vec<String>,
+    /// The probes' pictures of this lighting [default: the site's first]
+    #[arg(long, value_name = "NAME")]
+    lighting: Option<String>,
+    /// Mix another lighting in
+    #[arg(long, value_name = "NAME")]
+    blend: Option<String>,
+    /// How much of the other lighting, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, requires = "blend", value_parser = share)]
+    share: f32,
+    /// How to relight
+    #[arg(long, value_enum, default_value_t = Method::Ibs)]
+    method: Method,
+    /// Rays a pixel
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    samples: u32,
+    /// Use only the first N probes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    probes: Option<u32>,
+    /// Cells of the irradiance volume along the model's longest side
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512))]
+    cells: u32,
+    /// Rays from each place of the irradiance volume
+    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
+    volume_rays: u32,
+    /// With --method paper: the records' radius in metres [default: twice their median spacing]
+    #[arg(long, value_name = "METRES", value_parser = radius)]
+    radius: Option<f32>,
+    /// Do not use the sun's direction to keep shadow edges sharp
+    #[arg(long)]
+    no_sun: bool,
+    /// Take all light from the volume: shows what it alone is worth
+    #[arg(long)]
+    volume_only: bool,
+    /// Tell each view's error against its photograph
+    #[arg(long)]
+    compare: bool,
+    /// Write albedo, normal, depth, source and agreement into the EXR too
+    #[arg(long)]
+    layers: bool,
+    /// Leave no stage out, needed or not
+    #[arg(long)]
+    all_stages: bool,
+    /// Folder for the pictures [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// How to relight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Image-based shooting as this program does it
+    Ibs,
+    /// The paper's plain method: fixed radius, equal average, point albedo, undirected volume
+    Paper,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Outcome {
+    setup: Timings,
+    views: Vec<Done>,
+    records: usize,
+    record_bytes: usize,
+    peak_bytes: Option<u64>,
+    left_out: Vec<LeftOut>,
+    warnings: Vec<String>,
+}
+
+/// One rendered view.
+#[derive(Serialize)]
+struct Done {
+    name: String,
+    rays_s: f64,
+    shade_s: f64,
+    covered_fraction: f64,
+    file: PathBuf,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Comparison>,
+}
+
+/// Renders a site's views and tells `out` about it.
+pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let site = Site::load(&args.site)?;
+    let views = chosen(&site, &args.view)?;
+    let lightings = lightings(&site, args)?;
+    let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
+    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
+    let load_s = start.elapsed().as_secs_f64();
+    let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
+    let options = Options {
+        lightings,
+        probes: args.probes.map_or(site.probes.len(), |n| n as usize),
+        sun: !args.no_sun,
+        volume: volume::Settings { cells: args.cells, rays: args.volume_rays },
+        all_stages: args.all_stages || args.volume_only,
+        volume_for_all: args.volume_only,
+    };
+    let mut setup = prepare(&site, &scene, &cameras, &options)?;
+    setup.timings.load_s += load_s;
+    let plain = match args.method {
+        Method::Ibs => None,
+        Method::Paper => Some(plain(&site, &scene, &options, args, &mut setup)?),
+    };
+
+    let start = Instant::now();
+    let volumes: Vec<Option<Volume>> = setup
+        .lights
+        .iter()
+        .zip(&setup.transport_of)
+        .map(|((_, light), t)| t.map(|t| Volume::new(&scene, &setup.transports[t], light)))
+        .collect();
+    setup.timings.volume_s += start.elapsed().as_secs_f64();
+
+    let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
+    let bar = progress(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64, args);
+    let mut done = Vec::new();
+    for view in &views {
+        let mut frame: Option<Frame> = None;
+        for (i, (_, light)) in setup.lights.iter().enumerate() {
+            let sky = |direction| light.sky(direction);
+            let relit: Box<dyn Irradiance> = match &plain {
+                Some(plain) => Box::new(PlainRelit { plain: &plain[i], sky: &sky }),
+                None => {
+                    Box::new(Relit { scene: &scene, light, volume: volumes[i].as_ref(), volume_only: args.volume_only })
+                }
+            };
+            bar.set_message(view.name.clone());
+            let before = bar.position();
+            let tell = |rows: u64, _| bar.set_position(before + rows);
+            let this = render(&scene, relit.as_ref(), &view.camera, args.samples, &tell);
+            frame = Some(match frame {
+                None => this,
+                Some(first) => first.mixed(&this, args.share),
+            });
+        }
+        let Some(frame) = frame else { continue };
+        let error = photos.get(&view.name).and_then(|photo| compare(&scene, &probes, &view.camera, &frame, photo));
+        let file = write(&frame, view, &folder, args.layers)?;
+        let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
+        done.push(Done { name: view.name.clone(), rays_s, shade_s, covered_fraction, file, error });
+    }
+    bar.finish_and_clear();
+    let Setup { timings, left_out, records, record_bytes, .. } = setup;
+    let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
+    let outcome =
+        Outcome { setup: timings, views: done, records, record_bytes, peak_bytes: peak_bytes(), left_out, warnings };
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else if !args.quiet {
+        print(&outcome, out)?;
+    }
+    Ok(())
+}
+
+/// The views that were asked for, in the site's order.
+fn chosen<'a>(site: &'a Site, names: &[String]) -> anyhow::Result<Vec<&'a View>> {
+    let known: Vec<&str> = site.views.iter().map(|v| v.name.as_str()).collect();
+    if site.views.is_empty() {
+        bail!("{}: the site has no view to render. Add a [[view]]", site.file.display());
+    }
+    for name in names {
+        if !known.contains(&name.as_str()) {
+            bail!("{}: there is no view “{name}”. The site's views: {}", site.file.display(), known.join(", "));
+        }
+    }
+    Ok(site.views.iter().filter(|v| names.is_empty() || names.contains(&v.name)).collect())
+}
+
+/// The lightings that are needed: one, or two to blend.
+fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
+    let known = site.lightings();
+    let first = args.lighting.clone().or_else(|| known.first().cloned()).unwrap_or_default();
+    let all: Vec<String> = std::iter::once(first).chain(args.blend.clone()).collect();
+    // a site without probes is told so later
+    for name in all.iter().filter(|_| !known.is_empty()) {
+        if !known.contains(name) {
+            let known: Vec<_> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
+            let known = if known.is_empty() { "one, without a name".to_owned() } else { known.join(", ") };
+            bail!("{}: there is no lighting “{name}”. The site's lightings: {known}", site.file.display());
+        }
+    }
+    Ok(all)
+}
+
+/// The photographs to compare with, by view.
+fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Picture>> {
+    let mut photos = BTreeMap::new();
+    for view in views {
+        if let Some(path) = &view.photo {
+            let photo = panorama::read(path)?;
+            let size = (photo.width as u32, photo.height as u32);
+            let wanted = (view.camera.width, view.camera.height);
+            if size != wanted {
+                bail!(
+                    "{}: the photograph has {} × {} pixels, but the view “{}” has {} × {}",
+                    path.display(),
+                    size.0,
+                    size.1,
+                    view.name,
+                    wanted.0,
+                    wanted.1
+                );
+            }
+            photos.insert(view.name.clone(), photo);
+        }
+    }
+    Ok(photos)
+}
+
+/// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.
+fn default_folder(site: &Site) -> PathBuf {
+    let stem = site.file.file_stem().filter(|s| *s != "site").map(|s| s.to_owned());
+    let folder = site.file.canonicalize().ok().and_then(|f| Some(f.parent()?.file_name()?.to_owned()));
+    let folder = folder.unwrap_or_else(|| "site".into());
+    let name = match stem {
+        Some(stem) => PathBuf::from(format!("{}-{}", folder.to_string_lossy(), stem.to_string_lossy())),
+        None => PathBuf::from(folder),
+    };
+    Path::new("reports").join(name)
+}
+
+/// The paper's method, one per lighting; its timings and records take the place of ours.
+fn plain(
+    site: &Site,
+    scene: &Scene,
+    options: &Options,
+    args: &RenderArgs,
+    setup: &mut Setup,
+) -> anyhow::Result<Vec<Plain>> {
+    let settings = paper::Settings { radius_m: args.radius, cells: args.cells, ..paper::Settings::default() };
+    let probes: Vec<&site::Probe> = site.probes.iter().take(options.probes).collect();
+    let (mut all, mut timings) = (Vec::new(), Timings { load_s: setup.timings.load_s, ..Timings::default() });
+    for lighting in &options.lightings {
+        let lit =
+            probes.iter().filter_map(|probe| Some((probe, probe.pictures.iter().find(|p| p.lighting == *lighting)?)));
+        let lit: Vec<_> =
+            lit.map(|(probe, file)| Ok((*probe, panorama::read(&file.path)?))).collect::<anyhow::Result<_>>()?;
+        let lights: Vec<ProbeLight> = lit
+            .iter()
+            .map(|(probe, picture)| ProbeLight {
+                origin: scene.local(probe.pose.position),
+                to_world: probe.pose.rotation.as_mat3(),
+                picture,
+                projection: probe.projection,
+                gain: probe.gain,
+            })
+            .collect();
+        let plain = Plain::new(scene, &lights, settings);
+        let seconds = plain.seconds();
+        timings.shoot_s += seconds.shoot;
+        timings.index_s += seconds.index;
+        timings.volume_s += seconds.volume;
+        (setup.records, setup.record_bytes) = (plain.record_count(), plain.record_bytes());
+        all.push(plain);
+    }
+    setup.timings = timings;
+    setup.transport_of.fill(None);
+    Ok(all)
+}
+
+/// Writes a view's pictures, whole or not at all.
+fn write(frame: &Frame, view: &View, folder: &Path, layers: bool) -> anyhow::Result<PathBuf> {
+    let (width, height) = (frame.radiance.width, frame.radiance.height);
+    let file = folder.join(format!("{}.exr", view.name));
+    write_exr(&file, width, height, &frame.layers(layers), None)?;
+    write_png(&file.with_extension("png"), &frame.radiance, Exposure::of(&frame.radiance))?;
+    Ok(file)
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(rows: u64, args: &RenderArgs) -> ProgressBar {
+    if args.quiet || args.json || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
+    ProgressBar::new(rows).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// The most memory that the process has held, where the system tells.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+fn print(outcome: &Outcome, out: &mut impl Write) -> io::Result<()> {
+    let Timings { load_s, shoot_s, index_s, volume_s } = outcome.setup;
+    for warning in &outcome.warnings {
+        writeln!(out, "! {warning}")?;
+    }
+    writeln!(out, "load {load_s:.2} s, shoot {shoot_s:.2} s, index {index_s:.2} s, volume {volume_s:.2} s")?;
+    let mib = outcome.record_bytes as f64 / f64::from(1 << 20);
+    writeln!(out, "{} records in {mib:.0} MiB", outcome.records)?;
+    for LeftOut { stage, why } in &outcome.left_out {
+        writeln!(out, "left out {stage}: {why}")?;
+    }
+    for view in &outcome.views {
+        let frame_s = view.rays_s + view.shade_s;
+        writeln!(
+            out,
+            "{}  {:.1} % seen by probes, {:.0} ms ({:.1} frames a second; its rays alone {:.0} ms)",
+            view.file.display(),
+            100.0 * view.covered_fraction,
+            1e3 * frame_s,
+            1.0 / frame_s,
+            1e3 * view.rays_s
+        )?;
+        let Some(error) = &view.error else { continue };
+        let parts = [
+            ("all", &error.all),
+            ("by records", &error.records),
+            ("by the volume", &error.volume),
+            ("where no probe sees", &error.unseen),
+        ];
+        for (name, e) in parts.into_iter().filter(|p| p.1.share > 0.0) {
+            let (share, median) = (100.0 * e.share, 100.0 * e.median);
+            writeln!(
+                out,
+                "  {name:<20} {share:5.1} % of pixels  FLIP {:.4}  relMSE {:.4}  median error {median:.1} %",
+                e.flip, e.relmse
+            )?;
+        }
+    }
+    let errors: Vec<_> = outcome.views.iter().filter_map(|v| v.error.as_ref()).collect();
+    if errors.len() > 1 {
+        let n = errors.len() as f64;
+        let flip = errors.iter().map(|e| e.all.flip).sum::<f64>() / n;
+        let relmse = errors.iter().map(|e| e.all.relmse).sum::<f64>() / n;
+        writeln!(out, "mean over {} views: FLIP {flip:.4}, relMSE {relmse:.4}", errors.len())?;
+    }
+    Ok(())
+}
+
+fn share(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|s| (0.0..=1.0).contains(s)).ok_or_else(|| "expected a number from 0 to 1".to_owned())
+}
+
+fn radius(text: &str) -> Result<f32, String> {
+    let ok = text.parse().ok().filter(|r: &f32| *r > 0.0 && r.is_finite());
+    ok.ok_or_else(|| "expected a length in metres, more than 0".to_owned())
+}

@@ -1,0 +1,83 @@
+//! Building both trees from one.
+
+use glam::Vec3A;
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::PlocBuilder;
+use rayon::prelude::*;
+
+use super::pairs::Pairs;
+use super::triangle::Corners;
+use super::wide::Wide;
+use super::{Mesh, Tracer, Triangles};
+
+/// obvhs recurses as deep as the tree, which coincident triangles make very deep.
+const STACK_BYTES: usize = 256 << 20;
+
+/// How much boxes are larger than their triangles, as a part of the largest coordinate: more than the rounding of any
+/// box test, so that no box is missed whose triangle is hit.
+const MARGIN: f32 = 2e-6;
+
+/// On Šibenik cathedral the slower presets, which split triangles, gain nothing worth their memory.
+const PRESET: BvhBuildParams = BvhBuildParams::medium_build();
+
+pub(super) fn build(mesh: &Mesh) -> Tracer {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(rayon::current_num_threads())
+        .stack_size(STACK_BYTES)
+        .thread_name(|_| "tree".to_owned())
+        .build();
+    match pool {
+        Ok(pool) => pool.install(|| plant(mesh)),
+        Err(_) => plant(mesh), // no more threads to be had: all but absurdly deep trees fit the caller's stack
+    }
+}
+
+fn plant(mesh: &Mesh) -> Tracer {
+    let (wide, pairs) = trees(mesh);
+    let ids = wide.primitive_indices.clone();
+    let corners = ids.par_iter().map(|&i| Corners::new(mesh.corners(i))).collect();
+    Tracer { triangles: Triangles { corners, ids }, pairs, wide: Wide::new(wide) }
+}
+
+/// The eight-wide tree, and the two-wide tree with slots in the eight-wide's leaf order.
+fn trees(mesh: &Mesh) -> (CwBvh, Pairs) {
+    let mut tree = sown(mesh);
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut tree, PRESET.reinsertion_batch_ratio, None);
+    let wide = bvh2_to_cwbvh(&tree, PRESET.max_prims_per_leaf.clamp(1, 3), true, false);
+    collapse(&mut tree, PRESET.max_prims_per_leaf, PRESET.collapse_traversal_cost);
+    let again = PRESET.reinsertion_batch_ratio * PRESET.post_collapse_reinsertion_batch_ratio_multiplier;
+    optimizer.run(&mut tree, again, None);
+    let mut slot_of = vec![0; wide.primitive_indices.len()];
+    for (slot, &id) in wide.primitive_indices.iter().enumerate() {
+        slot_of[id as usize] = slot as u32;
+    }
+    let pairs = Pairs::new(&tree, &slot_of);
+    (wide, pairs)
+}
+
+/// A tree with one triangle a leaf.
+fn sown(mesh: &Mesh) -> Bvh2 {
+    let (low, high) = mesh.bounds();
+    let margin = Vec3A::splat(MARGIN * low.abs().max(high.abs()).max_element());
+    let boxes: Vec<Aabb> = (0..mesh.triangles.len() as u32)
+        .into_par_iter()
+        .map(|i| {
+            let tight = Aabb::from_points(&mesh.corners(i).map(Vec3A::from));
+            Aabb::new(tight.min - margin, tight.max + margin)
+        })
+        .collect();
+    PlocBuilder::with_capacity(boxes.len()).build(
+        PRESET.ploc_search_distance,
+        &boxes,
+        (0..boxes.len() as u32).collect(),
+        PRESET.sort_precision,
+        PRESET.search_depth_threshold,
+    )
+}

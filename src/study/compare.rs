@@ -1,0 +1,82 @@
+//! How close a relit view is to its photograph.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{flip_map, mean_where, median_relative_error, relmse, relmse_where};
+use crate::panorama::Picture;
+use crate::render::{Frame, PrimaryRays, Source};
+use crate::scene::{Ray, Scene};
+use crate::site::Camera;
+use glam::Vec3;
+
+/// Errors of a view against its photograph, whole and in parts.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// All pixels.
+    pub all: Errors,
+    /// Pixels lit by records, and the sky.
+    pub records: Errors,
+    /// Pixels lit by the volume.
+    pub volume: Errors,
+    /// Pixels whose middle no probe has in its line of sight.
+    pub unseen: Errors,
+}
+
+/// Errors over some pixels.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Errors {
+    /// Share of all pixels.
+    pub share: f64,
+    /// Mean FLIP at the photograph's exposure.
+    pub flip: f64,
+    /// Relative mean squared error, the worst 0.1 % of these pixels left out.
+    pub relmse: f64,
+    /// Median relative error.
+    pub median: f64,
+}
+
+/// Compares a frame with a photograph of the same size, taken by the same camera. `probes` are the probes' places, local
+/// metres. `None` where the sizes differ.
+pub fn compare(scene: &Scene, probes: &[Vec3], camera: &Camera, frame: &Frame, photo: &Picture) -> Option<Comparison> {
+    let (x, t) = (&frame.radiance.pixels, &photo.pixels);
+    if (photo.width, photo.height) != (frame.radiance.width, frame.radiance.height) {
+        return None;
+    }
+    let flip = flip_map(&frame.radiance, photo);
+    let over = |chosen: &dyn Fn(usize) -> bool| Errors {
+        share: (0..t.len()).filter(|&i| chosen(i)).count() as f64 / t.len() as f64,
+        flip: mean_where(&flip, chosen),
+        relmse: relmse_where(x, t, chosen),
+        median: median_relative_error(x, t, chosen),
+    };
+    let hidden = hidden(scene, probes, camera);
+    Some(Comparison {
+        all: Errors { relmse: relmse(x, t), ..over(&|_| true) },
+        records: over(&|i| frame.source[i] != Source::Volume),
+        volume: over(&|i| frame.source[i] == Source::Volume),
+        unseen: over(&|i| hidden[i]),
+    })
+}
+
+/// Whether no probe has the surface in the middle of each pixel in its line of sight.
+fn hidden(scene: &Scene, probes: &[Vec3], camera: &Camera) -> Vec<bool> {
+    let rays = PrimaryRays::new(camera, 1);
+    let origin = scene.local(camera.pose.position);
+    let width = camera.width as usize;
+    (0..width * camera.height as usize)
+        .into_par_iter()
+        .map(|i| {
+            let ray = Ray { origin, direction: rays.direction(i % width, i / width, 0) };
+            let Some(hit) = scene.tracer.closest(&ray, 1e-3) else { return false };
+            let s = scene.surface(&ray, &hit);
+            probes.iter().all(|probe| {
+                let from = s.position + s.normal * 1e-3;
+                let d = *probe - from;
+                let length = d.length();
+                s.normal.dot(d) <= 0.0
+                    || scene.tracer.occluded(&Ray { origin: from, direction: d / length }, 0.0, length)
+            })
+        })
+        .collect()
+}
