@@ -8,10 +8,6 @@ use glam::{DVec3, Vec3};
 use std::error::Error;
 use std::path::Path;
 
-<<<<<<< HEAD
-=======
-use crate::chapel;
->>>>>>> main
 use crate::chapel::site::{LIGHTINGS, Lighting};
 use crate::denoise::denoise;
 

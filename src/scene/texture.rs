@@ -4,6 +4,8 @@ use glam::{Vec2, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
 
+use crate::panorama::{linear_to_srgb, srgb_to_linear};
+
 use super::load::SceneError;
 
 /// The most pixels a texture may have along a side.
