@@ -65,7 +65,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The light seen through open windows.
-fn sky(site: &Site) -> Result<Box<dyn Fn(Vec3) -> Vec3 + Sync>, Box<dyn Error>> {
+type Sky = Box<dyn Fn(Vec3) -> Vec3 + Sync>;
+
+fn sky(site: &Site) -> Result<Sky, Box<dyn Error>> {
     Ok(match &site.environment {
         None => Box::new(|_| Vec3::ZERO),
         Some(Environment::Uniform(radiance)) => {

@@ -144,9 +144,9 @@ mod tests {
     }
 
     /// The paper's words: at each iteration, every empty cell with a full neighbour takes the average.
-    fn naive_fill(grid: &Grid, cells: &mut Vec<Option<f32>>) {
+    fn naive_fill(grid: &Grid, cells: &mut [Option<f32>]) {
         while cells.iter().any(Option::is_none) && cells.iter().any(Option::is_some) {
-            let last = cells.clone();
+            let last = cells.to_vec();
             for (i, cell) in cells.iter_mut().enumerate().filter(|(_, c)| c.is_none()) {
                 *cell = neighbour_average(grid, &last, i);
             }

@@ -64,7 +64,7 @@ impl Irradiance for Relit<'_> {
         let middle = positions.iter().sum::<Vec3>() / positions.len() as f32;
         let mut agreement = 1.0;
         if !self.volume_only
-            && let Some(o) = light.observe(middle, normal)
+            && let Some(o) = light.observe(scene, middle, normal)
         {
             agreement = o.agreement();
             let cos = light.sun_cosine(normal);
@@ -289,7 +289,7 @@ pub fn shown_points(scene: &Scene, seen: Option<&Light>, cameras: &[Camera]) -> 
                     let ray = Ray { origin, direction: rays.direction(x, y, 0) };
                     let hit = scene.tracer.closest(&ray, NEAREST_M)?;
                     let s = scene.surface(&ray, &hit);
-                    let unseen = seen.is_none_or(|light| light.observe(s.position, s.normal).is_none());
+                    let unseen = seen.is_none_or(|light| light.observe(scene, s.position, s.normal).is_none());
                     unseen.then_some((s.position, s.normal))
                 })
             })

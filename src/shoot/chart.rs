@@ -65,6 +65,12 @@ impl Chart {
         self.starts[row] as usize..self.starts[row + 1] as usize
     }
 
+    /// The direction of the middle of a cell, by its index.
+    pub fn middle_of(&self, cell: usize) -> Vec3 {
+        let row = self.starts.partition_point(|&start| start as usize <= cell) - 1;
+        self.middle(row, cell - self.row(row).start)
+    }
+
     /// Whether the left end of a row touches its right end.
     pub fn wraps(&self) -> bool {
         matches!(self.lens, Lens::LatLong)

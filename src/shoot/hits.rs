@@ -6,6 +6,9 @@ use rayon::prelude::*;
 use super::Chart;
 use crate::scene::{Ray, Scene, Surface};
 
+/// A point this share of a cell's width behind a surface may be hidden by it.
+const HIDDEN: f32 = 0.1;
+
 /// Rays shorter than this are taken for the tripod or a probe that touches a wall, metres.
 const NEAREST_M: f32 = 1e-3;
 
@@ -50,6 +53,11 @@ impl CellHit {
         if (n.dot(point) - self.plane).abs() < tolerance_m { n.dot(normal) } else { -1.0 }
     }
 
+    /// Whether this cell's surface, taken as a plane, stands between the probe and a point (relative to the probe).
+    pub(super) fn hides(&self, point: Vec3, tolerance_m: f32) -> bool {
+        self.is_hit() && unpack_normal(self.normal).dot(point) - self.plane < -HIDDEN * tolerance_m
+    }
+
     /// Whether a point lies on this cell's surface.
     fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
         self.facing(point, normal, tolerance_m) > 0.8
@@ -85,21 +93,41 @@ impl Hits {
     }
 
     /// The cell nearest to a point of a surface, if this probe sees it there.
-    pub fn find(&self, point: Vec3, normal: Vec3) -> Option<u32> {
+    pub fn find(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<u32> {
         let p = point - self.origin;
         if normal.dot(p) >= 0.0 {
             return None;
         }
         let place = self.chart.place(self.to_probe * p)?;
         let tolerance = p.length() * self.chart.cell_angle();
+        let around = self.chart.around(place);
+        let behind = around.iter().any(|&(cell, _)| self.cells[cell].hides(p, tolerance));
         let mut best = (0.0, None);
-        for (cell, kernel) in self.chart.around(place) {
+        for (cell, kernel) in around {
             let hit = &self.cells[cell];
-            if kernel > best.0 && hit.purity > u16::MAX / 2 && hit.holds(p, normal, tolerance) {
+            if kernel > best.0
+                && hit.purity > u16::MAX / 2
+                && hit.holds(p, normal, tolerance)
+                && (!behind || self.joined(scene, cell, point, normal, tolerance))
+            {
                 best = (kernel, Some(cell as u32));
             }
         }
         best.1
+    }
+
+    /// Whether nothing stands between a point and the place where a cell meets its surface: a wall thinner than a cell
+    /// hides what is behind it though its floor runs on. Asked only where another cell nearby [hides](CellHit::hides)
+    /// the point.
+    pub(super) fn joined(&self, scene: &Scene, cell: usize, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
+        let hit = &self.cells[cell];
+        let n = unpack_normal(hit.normal);
+        let d = self.to_probe.transpose() * self.chart.middle_of(cell);
+        let lift = 0.5 * tolerance_m;
+        let from = point + normal * lift;
+        let to = self.origin + d * (hit.plane / n.dot(d)) + n * lift;
+        let length = from.distance(to);
+        length < lift || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
     }
 
     /// Bytes held.

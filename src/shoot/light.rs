@@ -55,7 +55,7 @@ impl Light {
     }
 
     /// What the probes that see a point most sharply say about it; `None` where none sees it.
-    pub fn observe(&self, point: Vec3, normal: Vec3) -> Option<Observation> {
+    pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Observation> {
         let mut best = 0.0;
         let mut sum = Observation::default();
         let mut moments = Vec3::ZERO;
@@ -75,7 +75,7 @@ impl Light {
             if fine <= COARSEST * best || fine <= 0.0 {
                 break;
             }
-            let o = self.records[i].observe(point, normal);
+            let o = self.records[i].observe(scene, point, normal);
             if o.weight() > LEAST_WEIGHT {
                 best = if best > 0.0 { best } else { fine };
                 let share = (fine / best) * (fine / best);

@@ -10,6 +10,8 @@ mod light;
 mod picture;
 mod records;
 pub mod sunlight;
+#[cfg(test)]
+mod tests;
 
 pub use chart::Chart;
 pub use hits::Hits;

@@ -139,7 +139,7 @@ impl Records {
 
     /// What this probe says about the surface at `point` with unit normal `normal`: the four records around it in the
     /// probe's chart, bilinear, each as far as it lies on the same surface.
-    pub fn observe(&self, point: Vec3, normal: Vec3) -> Observation {
+    pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Observation {
         let mut sums = Observation::default();
         let chart = &self.hits.chart;
         let p = point - self.hits.origin;
@@ -148,10 +148,12 @@ impl Records {
         }
         let Some(place) = chart.place(self.hits.to_probe * p) else { return sums };
         let tolerance = p.length() * chart.cell_angle();
-        for (cell, kernel) in chart.around(place) {
+        let around = chart.around(place);
+        let behind = around.iter().any(|&(cell, _)| self.hits.cells[cell].hides(p, tolerance));
+        for (cell, kernel) in around {
             let record = &self.records[cell];
             let weight = kernel * record.agreement(p, normal, tolerance);
-            if weight > 0.0 {
+            if weight > 0.0 && (!behind || self.hits.joined(scene, cell, point, normal, tolerance)) {
                 let mean = match record.sunlit {
                     Sunlit::No => &mut sums.shade,
                     Sunlit::Yes => &mut sums.sun,
@@ -347,10 +349,11 @@ fn row_average(picture: &Picture, row: usize, x: usize, n: usize) -> Option<Vec3
     let (from, to) = (x as f32 * scale, (x + 1) as f32 * scale);
     let mut sum = Vec3::ZERO;
     let mut weight = 0.0;
-    for i in from as usize..(to.ceil() as usize).min(picture.width) {
+    let last = (to.ceil() as usize).min(picture.width);
+    for (i, &pixel) in pixels.iter().enumerate().take(last).skip(from as usize) {
         let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
-        if Picture::valid(pixels[i]) {
-            sum += pixels[i] * w;
+        if Picture::valid(pixel) {
+            sum += pixel * w;
             weight += w;
         }
     }

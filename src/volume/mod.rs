@@ -9,6 +9,8 @@
 mod anchors;
 mod grid;
 mod guide;
+#[cfg(test)]
+mod tests;
 mod transport;
 
 pub use anchors::{Anchor, Anchors, Weighted};
@@ -137,7 +139,7 @@ impl<'a> Volume<'a> {
                 None => light.sky(direction),
                 Some(hit) => {
                     let s = scene.surface(&ray, &hit);
-                    let e = match light.observe(s.position, s.normal) {
+                    let e = match light.observe(scene, s.position, s.normal) {
                         Some(o) => o.value(),
                         None => {
                             self.irradiance(scene, s.position, s.normal, found).unwrap_or_default()

@@ -64,7 +64,7 @@ impl Transport {
         let Some(hits) = lights.first().map(|l| l.records.iter().map(|r| r.hits()).collect::<Vec<_>>()) else {
             return Self { anchors, gathered };
         };
-        for rays in [settings.rays, settings.rays.div_ceil(8)] {
+        for rays in [settings.rays, settings.rays.div_ceil(16)] {
             let caster = Caster { scene, anchors: &anchors, hits: &hits };
             let cast: Vec<_> = wave.par_iter().map(|&a| (a, caster.cast_from(a, &guide, rays))).collect();
             for &a in &wave {
@@ -123,7 +123,7 @@ impl Caster<'_> {
         for (probe, hits) in self.hits.iter().enumerate() {
             let fine = fineness(hits);
             if fine > best.map_or(0.0, |b| b.0)
-                && let Some(cell) = hits.find(s.position, s.normal)
+                && let Some(cell) = hits.find(self.scene, s.position, s.normal)
             {
                 best = Some((fine, probe as u32, cell));
             }
@@ -182,7 +182,7 @@ fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Light, thresh
                     None => light.sky(direction),
                     Some(hit) => {
                         let s = scene.surface(&ray, &hit);
-                        let e = light.observe(s.position, s.normal).map(|o| o.value());
+                        let e = light.observe(scene, s.position, s.normal).map(|o| o.value());
                         let e = e.unwrap_or_else(|| light.direct_sun(scene, s.position, s.normal));
                         e * scene.filtered_albedo(s.triangle, s.barycentric, 0.1 * hit.t) / PI
                     }

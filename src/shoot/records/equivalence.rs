@@ -51,15 +51,21 @@ struct Sight {
 }
 
 /// The definition: every record within a radius, weighed by how far it is in the chart (a tent one cell wide) and by how
-/// far it is on the point's surface.
-fn search(records: &Records, tree: &KdTree<(usize, usize)>, radius_m: f32, sight: &Sight) -> (Observation, usize) {
+/// far it is on the point's surface; `admits` says that no wall is in between.
+fn search(
+    records: &Records,
+    tree: &KdTree<(usize, usize)>,
+    radius_m: f32,
+    sight: &Sight,
+    admits: impl Fn(usize) -> bool,
+) -> (Observation, usize) {
     let chart = &records.hits.chart;
     let mut sums = Observation::default();
     let mut found = 0;
     tree.within(sight.p, radius_m, |&(row, x), _| {
         let record = &records.records[chart.row(row).start + x];
         let weight = tent(chart, row, x, sight.place) * record.agreement(sight.p, sight.normal, sight.tolerance_m);
-        if weight > 0.0 {
+        if weight > 0.0 && admits(chart.row(row).start + x) {
             found += 1;
             let mean = match record.sunlit {
                 Sunlit::No => &mut sums.shade,
@@ -124,7 +130,7 @@ fn chart_equals_search(chart: Chart, picture: &Picture, sun: Option<Vec3>) {
         let ray = Ray { origin: Vec3::new(-1.1, 1.3, -0.4), direction };
         let Some(hit) = scene.tracer.closest(&ray, 1e-3) else { continue };
         let surface = scene.surface(&ray, &hit);
-        let observed = records.observe(surface.position, surface.normal);
+        let observed = records.observe(&scene, surface.position, surface.normal);
         let p = surface.position - origin;
         let place = hits.chart.place(hits.to_probe * p);
         let (Some(place), true) = (place, surface.normal.dot(p) < 0.0) else {
@@ -136,7 +142,11 @@ fn chart_equals_search(chart: Chart, picture: &Picture, sun: Option<Vec3>) {
         // The footprint's bound: a record that counts is within two cells of the point's direction (row and column), and
         // its plane within one cell's width of the point, so it is that far along the plane ÷ the cosine of incidence.
         let radius_m = p.length() * angle * (2.0 + 3.0 / grazing);
-        let (searched, found) = search(&records, &tree, radius_m, &sight);
+        let hides = |cell: usize| hits.cells[cell].hides(p, sight.tolerance_m);
+        let behind = hits.chart.around(place).iter().any(|&(cell, _)| hides(cell));
+        let (point, normal) = (surface.position, surface.normal);
+        let admits = |cell: usize| !behind || hits.joined(&scene, cell, point, normal, sight.tolerance_m);
+        let (searched, found) = search(&records, &tree, radius_m, &sight, admits);
         for (a, b) in [(observed.shade, searched.shade), (observed.sun, searched.sun), (observed.edge, searched.edge)] {
             assert!((a.weight - b.weight).abs() <= 1e-4 * b.weight + 1e-6, "{i}: {a:?} {b:?}");
             assert!((a.sum - b.sum).length() <= 1e-4 * b.sum.length() + 1e-6, "{i}: {a:?} {b:?}");

@@ -1,0 +1,140 @@
+//! Charts, packed normals, and what records say of a furnace.
+
+use super::hits::{pack_normal, unpack_normal};
+use super::{Chart, Hits, Light};
+use crate::panorama::Picture;
+use crate::scene::{Material, Mesh, Scene};
+use glam::{DVec3, Mat3, Vec3};
+use proptest::prelude::*;
+use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// A closed box of one albedo.
+fn closed_box(low: Vec3, high: Vec3, albedo: f32) -> Scene {
+    let mut mesh = Mesh::default();
+    for i in 0..8 {
+        let pick = |bit: usize, axis: usize| if i >> bit & 1 == 1 { high[axis] } else { low[axis] };
+        mesh.positions.push(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2)));
+    }
+    for [a, b, c, d] in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+        mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        mesh.materials.extend([0, 0]);
+    }
+    let material = Material { name: String::new(), albedo: Vec3::splat(albedo), texture: None, emission: Vec3::ZERO };
+    Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
+}
+
+fn charts() -> Vec<Chart> {
+    let mut all: Vec<Chart> = [(2, 1), (4, 2), (6, 3), (64, 32), (1024, 512)].map(|(w, h)| Chart::latlong(w, h)).into();
+    all.extend([(1, 1), (7, 5), (64, 48)].map(|(w, h)| Chart::perspective(w, h, 1.2)));
+    all
+}
+
+#[test]
+fn a_direction_lies_in_its_own_cell() {
+    for chart in charts() {
+        for row in 0..chart.rows() {
+            for x in 0..chart.row(row).len() {
+                let cell = chart.row(row).start + x;
+                let d = chart.middle(row, x);
+                assert_eq!(chart.middle_of(cell), d);
+                assert!((d.length() - 1.0).abs() < 1e-6);
+                let place = chart.place(3.0 * d).expect("every cell is in the picture");
+                let n = chart.row(row).len() as f32;
+                let off = (place.x * n - x as f32 - 0.5).abs();
+                assert!(off < 0.02 && (place.y - row as f32 - 0.5).abs() < 0.02, "{row} {x}: {place}");
+                let around = chart.around(place);
+                let here: f32 = around.iter().filter(|a| a.0 == cell).map(|a| a.1).sum();
+                assert!(here > 0.95, "{row} {x}: {around:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn solid_angles_of_cells_are_even() {
+    let chart = Chart::latlong(256, 128);
+    assert!(chart.len() < 256 * 128 * 65 / 100, "a third fewer cells than pixels: {}", chart.len());
+    let even = 4.0 * PI / chart.len() as f32;
+    // but for the few rows at the poles, whose cells are held to be at least four
+    for row in 2..126 {
+        let edge = |r: usize| (PI * r as f32 / 128.0).cos();
+        let mine = TAU * (edge(row) - edge(row + 1)) / chart.row(row).len() as f32;
+        assert!((mine / even - 1.0).abs() < 0.25, "row {row}: {mine} {even}");
+    }
+}
+
+#[test]
+fn the_seam_and_the_poles_are_continuous() {
+    let chart = Chart::latlong(128, 64);
+    // a smooth function of the cells' directions comes back smooth
+    let value = |cell: usize| chart.middle_of(cell).dot(Vec3::new(0.3, -0.8, 0.5));
+    let at = |d: Vec3| chart.around(chart.place(d).expect("all directions")).iter().map(|&(c, w)| w * value(c)).sum();
+    for i in 0..2000 {
+        let z = 1.0 - 2.0 * (i as f32 + 0.5) / 2000.0;
+        // around the seam, which is behind
+        let phi = PI + ((i * 7 % 100) as f32 / 100.0 - 0.5) * 0.1;
+        let r = (1.0 - z * z).sqrt();
+        let d = Vec3::new(r * phi.sin(), r * phi.cos(), z);
+        let got: f32 = at(d);
+        let expected = d.dot(Vec3::new(0.3, -0.8, 0.5));
+        assert!((got - expected).abs() < 0.03, "{d}: {got} {expected}");
+    }
+    assert!(Chart::perspective(8, 8, 1.0).place(Vec3::NEG_Y).is_none());
+}
+
+proptest! {
+    #[test]
+    fn weights_sum_to_one_and_cells_exist(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0, which in 0usize..8) {
+        let d = Vec3::new(x, y, z);
+        prop_assume!(d.length() > 1e-3);
+        let chart = &charts()[which];
+        if let Some(place) = chart.place(d) {
+            let around = chart.around(place);
+            let sum: f32 = around.iter().map(|a| a.1).sum();
+            prop_assert!((sum - 1.0).abs() < 1e-4, "{around:?}");
+            for (cell, weight) in around {
+                prop_assert!(cell < chart.len() && (-1e-4..=1.0001).contains(&weight));
+            }
+        }
+    }
+
+    #[test]
+    fn packed_normals_are_close(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0) {
+        let n = Vec3::new(x, y, z);
+        prop_assume!(n.length() > 1e-3);
+        let n = n.normalize();
+        let back = unpack_normal(pack_normal(n));
+        let angle = 2.0 * (0.5 * n.distance(back)).asin();
+        prop_assert!(angle.to_degrees() < 0.004, "{n} {back}: {}°", angle.to_degrees());
+    }
+
+    /// In any box, of any albedo, from any place inside: E = πL/ρ on every wall.
+    #[test]
+    fn records_of_a_furnace_are_its_irradiance(
+        size in prop::array::uniform3(0.5f32..20.0),
+        at in prop::array::uniform3(0.1f32..0.9),
+        albedo in 0.001f32..1.0,
+        wall in 0usize..6,
+        on in prop::array::uniform2(0.02f32..0.98),
+    ) {
+        let (high, at) = (Vec3::from(size), Vec3::from(at) * Vec3::from(size));
+        let scene = closed_box(Vec3::ZERO, high, albedo);
+        let chart = Chart::latlong(64, 32);
+        let hits = Arc::new(Hits::shoot(&scene, at, Mat3::from_rotation_z(0.4), chart));
+        prop_assert_eq!(hits.count(), hits.chart.len());
+        let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(1.0, 2.0, 0.5); 64 * 32] };
+        let light = Light::new(&scene, &[(hits, &picture, 2.0)], None, None);
+        let axis = wall / 2;
+        let (mut point, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+        point[(axis + 1) % 3] = on[0] * high[(axis + 1) % 3];
+        point[(axis + 2) % 3] = on[1] * high[(axis + 2) % 3];
+        point[axis] = if wall % 2 == 0 { 0.0 } else { high[axis] };
+        normal[axis] = if wall % 2 == 0 { 1.0 } else { -1.0 };
+        let e = light.observe(&scene, point, normal).expect("the wall is seen").value();
+        let expected = PI * Vec3::new(2.0, 4.0, 1.0) / albedo;
+        // albedo is kept in 65535 steps
+        prop_assert!(((e / expected) - 1.0).abs().max_element() < 1e-3 + 1.0 / (65535.0 * albedo), "{e} {expected}");
+        prop_assert!(light.observe(&scene, point, -normal).is_none(), "the other side is not seen");
+    }
+}

@@ -1,0 +1,160 @@
+//! Grid, anchors, guided rays, and the fill in a furnace.
+
+use super::{Anchors, Grid, Guide, Settings, Transport, Volume};
+use crate::panorama::Picture;
+use crate::scene::{Material, Mesh, Scene};
+use crate::shoot::{Chart, Hits, Light};
+use glam::{DVec3, IVec3, Mat3, Vec2, Vec3};
+use proptest::prelude::*;
+use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Parallelograms: corner and two edges.
+fn scene(quads: &[(Vec3, Vec3, Vec3)], albedo: f32) -> Scene {
+    let mut mesh = Mesh::default();
+    for &(corner, u, v) in quads {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        mesh.materials.extend([0, 0]);
+    }
+    let material = Material { name: String::new(), albedo: Vec3::splat(albedo), texture: None, emission: Vec3::ZERO };
+    Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
+}
+
+fn sides(size: Vec3) -> Vec<(Vec3, Vec3, Vec3)> {
+    let (x, y, z) = (Vec3::X * size, Vec3::Y * size, Vec3::Z * size);
+    vec![(Vec3::ZERO, x, y), (z, x, y), (Vec3::ZERO, x, z), (y, x, z), (Vec3::ZERO, y, z), (x, y, z)]
+}
+
+proptest! {
+    #[test]
+    fn every_point_of_the_box_is_in_a_cell(
+        low in prop::array::uniform3(-50.0f32..50.0),
+        size in prop::array::uniform3(0.0f32..200.0),
+        along in 1u32..100,
+        at in prop::array::uniform3(0.0f32..1.0),
+    ) {
+        let (low, size) = (Vec3::from(low), Vec3::from(size));
+        let grid = Grid::over(low, low + size, along);
+        prop_assert_eq!(grid.size.max_element(), along as i32);
+        let cell = grid.cell(low + Vec3::from(at) * size);
+        let index = grid.index(cell).expect("inside");
+        prop_assert!(index < grid.len());
+        prop_assert_eq!(grid.cell(grid.centre(cell)), cell);
+        let near = (grid.centre(cell) - low - Vec3::from(at) * size).abs().max_element();
+        prop_assert!(near <= 0.5001 * grid.cell_m + 1e-4, "{near} {}", grid.cell_m);
+        prop_assert!(grid.index(IVec3::new(-1, 0, 0)).is_none() && grid.index(grid.size).is_none());
+    }
+
+    /// Every surface point has an anchor beside it, on its own side.
+    #[test]
+    fn every_surface_point_has_an_anchor_near(
+        size in prop::array::uniform3(1.0f32..20.0), along in 4u32..40, wall in 0usize..6, at in prop::array::uniform2(0.0f32..1.0), back: bool,
+    ) {
+        let quads = sides(Vec3::from(size));
+        let scene = scene(&quads, 0.5);
+        let (low, high) = scene.mesh.bounds();
+        let anchors = Anchors::over(&scene, Grid::over(low, high, along));
+        let (corner, u, v) = quads[wall];
+        let normal = u.cross(v).normalize() * if back { -1.0 } else { 1.0 };
+        let mut found = Vec::new();
+        anchors.around(corner + u * at[0] + v * at[1], normal, &mut found);
+        prop_assert!(!found.is_empty());
+        let best = &anchors.list[found[0].1 as usize];
+        prop_assert!(best.normal.dot(normal) > 0.99);
+        prop_assert!(best.position.distance(corner + u * at[0] + v * at[1]) < 1.75 * anchors.grid.cell_m);
+        prop_assert!(found.windows(2).all(|w| w[0].0 >= w[1].0), "best first");
+    }
+}
+
+/// Several guides: none, small and large spheres, partly below the horizon, overlapping, one around the point.
+fn guides() -> Vec<Guide> {
+    let grid = Grid::over(Vec3::splat(-5.0), Vec3::splat(5.0), 20);
+    let ball = |centre: Vec3, radius: f32, power: f32| {
+        (0..200).map(move |i| {
+            let z = 1.0 - (i as f32 + 0.5) / 100.0;
+            let (s, c) = (i as f32 * 2.4).sin_cos();
+            (centre + radius * Vec3::new(c * (1.0 - z * z).sqrt(), s * (1.0 - z * z).sqrt(), z), power / 200.0)
+        })
+    };
+    vec![
+        Guide::default(),
+        Guide::new(&grid, ball(Vec3::new(0.3, 0.2, 3.0), 0.05, 10.0)),
+        Guide::new(&grid, ball(Vec3::new(3.0, 1.0, 0.1), 0.2, 1.0).chain(ball(Vec3::new(-1.0, 0.2, 1.0), 0.2, 5.0))),
+        Guide::new(&grid, ball(Vec3::new(0.5, 0.5, 0.5), 2.0, 3.0)),
+        Guide::new(&grid, ball(Vec3::ZERO, 0.1, 3.0).chain(ball(Vec3::new(0.0, 2.0, -0.05), 0.3, 3.0))),
+    ]
+}
+
+/// Veach's two tests of a sampler: Σ f/pdf finds integrals over the hemisphere whatever the guide, and directions fall
+/// into bins as often as the density says.
+#[test]
+fn guided_rays_have_the_density_they_claim() {
+    const N: u32 = 200_000;
+    const ROWS: usize = 8;
+    const COLUMNS: usize = 16;
+    for (g, guide) in guides().iter().enumerate() {
+        let lobes = guide.from(Vec3::ZERO, Vec3::Z);
+        let (mut area, mut cosine) = (0.0f64, 0.0f64);
+        // per bin how many fell in, and 1/pdf summed: an estimate of the bin's solid angle
+        let mut bins = vec![(0u32, 0.0f64); ROWS * COLUMNS];
+        for k in 0..N {
+            let u = super::anchors::plastic(u64::from(k) + 1);
+            let pick = (f64::from(k) * 0.618_033_988_749_895).fract() as f32;
+            let Some((d, pdf)) = lobes.sample(pick, u) else { continue };
+            assert!(pdf > 0.0 && pdf.is_finite() && (d.length() - 1.0).abs() < 1e-4 && d.z > 0.0);
+            area += 1.0 / f64::from(pdf);
+            cosine += f64::from(d.z / pdf);
+            let row = ((d.z * ROWS as f32) as usize).min(ROWS - 1);
+            let column = (((d.y.atan2(d.x) / TAU + 0.5) * COLUMNS as f32) as usize).min(COLUMNS - 1);
+            let bin = &mut bins[row * COLUMNS + column];
+            *bin = (bin.0 + 1, bin.1 + 1.0 / f64::from(pdf));
+        }
+        let (area, cosine) = (area / f64::from(N), cosine / f64::from(N));
+        println!(
+            "guide {g}: hemisphere {:.4} of 2π, cosine {:.4} of π",
+            area / (2.0 * std::f64::consts::PI),
+            cosine / std::f64::consts::PI
+        );
+        assert!((cosine / std::f64::consts::PI - 1.0).abs() < 0.01, "guide {g}: {cosine}");
+        // 1/pdf has no finite variance at the horizon
+        assert!((area / (2.0 * std::f64::consts::PI) - 1.0).abs() < 0.05, "guide {g}: {area}");
+        let even = 2.0 * std::f64::consts::PI / (ROWS * COLUMNS) as f64;
+        for (i, (count, sum)) in bins.iter().enumerate().skip(COLUMNS) {
+            let ratio = sum / f64::from(N) / even;
+            // bins are of equal solid angle; few rays in a bin tell little
+            let tolerance = 6.0 / f64::from(*count).sqrt() + 0.03;
+            assert!((ratio - 1.0).abs() < tolerance, "guide {g}, bin {i}: {ratio} from {count} rays");
+        }
+    }
+}
+
+/// A panel in a white closed room of radiance L: the probe does not see its back, whose irradiance is πL.
+#[test]
+fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
+    let mut quads = sides(Vec3::new(4.0, 3.0, 2.5));
+    quads.push((Vec3::new(2.8, 0.8, 0.6), Vec3::Y * 1.2, Vec3::Z * 1.2));
+    let scene = scene(&quads, 1.0);
+    let hits = Hits::shoot(&scene, Vec3::new(1.7, 1.4, 1.3), Mat3::IDENTITY, Chart::latlong(64, 32));
+    let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(3.0); 64 * 32] };
+    let light = Light::new(&scene, &[(Arc::new(hits), &picture, 1.0)], None, None);
+    let points: Vec<(Vec3, Vec3)> = (0..36)
+        .map(|i| Vec2::new((i % 6) as f32 + 0.5, (i / 6) as f32 + 0.5) * 0.2)
+        .map(|u| (Vec3::new(2.8, 0.8 + u.x, 0.6 + u.y), Vec3::X))
+        .collect();
+    assert!(points.iter().all(|&(p, n)| light.observe(&scene, p, n).is_none()));
+    let transport = Transport::cast(&scene, &points, &[&light], &Settings { cells: 32, rays: 96 });
+    let volume = Volume::new(&scene, &transport, &light);
+    assert!(!volume.is_empty());
+    let mut mean = 0.0;
+    for &(p, n) in &points {
+        let e = volume.irradiance(&scene, p, n, &mut Vec::new()).expect("the panel was wanted").x / (PI * 3.0);
+        assert!((e - 1.0).abs() < 0.05, "{p}: {e}");
+        mean += e / points.len() as f32;
+        let on_the_spot = volume.gather(&scene, &light, p, n, &mut Vec::new()).x / (PI * 3.0);
+        assert!((on_the_spot - 1.0).abs() < 0.1, "{p}: {on_the_spot}");
+    }
+    println!("mean {mean}");
+    assert!((mean - 1.0).abs() < 0.01, "{mean}");
+}
