@@ -344,7 +344,7 @@ fn a_site_without_probe_or_lighting_says_so() {
 fn a_lit_room_relit_is_the_room_traced() {
     let mut plan = uneven();
     plan.probes[0].1 = 128;
-    plan.paints.push(Paint { albedo: 0.5, emission: 10.0, checker: false });
+    plan.paints.push(Paint { albedo: 0.0, emission: 10.0, checker: false });
     plan.quads.push(Quad(v(1.5, 1.0, 2.49), DVec3::X, DVec3::Y, 1));
     let built = plan.build().trace(&plan, 64);
     let settings = reference::Settings { samples: 256, ..Default::default() };

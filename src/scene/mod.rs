@@ -72,20 +72,24 @@ impl Scene {
     /// Diffuse albedo at a point of a triangle, per channel in 0..=1: Kd × texture × vertex colour, bilinear, at
     /// texture level 0.
     pub fn albedo(&self, triangle: u32, barycentric: Vec2) -> Vec3 {
-        self.filtered_albedo(triangle, barycentric, 0.0)
+        self.albedo_along(triangle, barycentric, Vec2::ZERO, 1, 0.0)
     }
 
-    /// Albedo averaged over a footprint `width_m` metres wide on the surface.
+    /// Albedo averaged over a footprint `width_m` metres wide on the surface, for relighting: a lamp counts as white, so
+    /// that the light a probe saw it send out is kept, whatever its Kd.
     pub fn filtered_albedo(&self, triangle: u32, barycentric: Vec2, width_m: f32) -> Vec3 {
+        if self.emission(triangle) != Vec3::ZERO {
+            return Vec3::ONE;
+        }
         self.albedo_along(triangle, barycentric, Vec2::ZERO, 1, width_m)
     }
 
     /// Albedo averaged over what a thin pencil of rays sees of a surface: `width_m` wide across the ray, and stretched
-    /// along the surface by the angle it is seen at (up to 8 times).
+    /// along the surface by the angle it is seen at (up to 8 times). A lamp counts as white.
     pub fn pencil_albedo(&self, surface: &Surface, direction: Vec3, width_m: f32) -> Vec3 {
         let cos = -surface.normal.dot(direction);
         let taps = (1.0 / cos.max(0.125) - 0.25).ceil() as u32;
-        if taps <= 1 {
+        if taps <= 1 || self.emission(surface.triangle) != Vec3::ZERO {
             return self.filtered_albedo(surface.triangle, surface.barycentric, width_m);
         }
         let along = (direction + surface.normal * cos).normalize_or_zero() * (width_m / cos.max(0.125));

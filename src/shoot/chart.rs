@@ -157,6 +157,16 @@ impl Chart {
         })
     }
 
+    /// Four places near the corners of all that a cell's light came from, in cells from its left and top edge. In a
+    /// reduced row a cell takes whole pixels that stick out of it on either side.
+    pub fn corners(&self) -> [(f32, f32); 4] {
+        let (left, right) = match self.lens {
+            Lens::LatLong => (-0.4, 1.4),
+            Lens::Perspective(_) => (0.05, 0.95),
+        };
+        [(left, 0.05), (right, 0.05), (left, 0.95), (right, 0.95)]
+    }
+
     /// Angle between neighbouring rows in radians: the side of a cell.
     pub fn cell_angle(&self) -> f32 {
         match self.lens {

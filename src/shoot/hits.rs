@@ -157,7 +157,7 @@ impl Hits {
                     if !self.beside_edge(row, x) {
                         return u16::MAX;
                     }
-                    let corners = [(0.05, 0.05), (0.95, 0.05), (0.05, 0.95), (0.95, 0.95)];
+                    let corners = self.chart.corners();
                     let same = corners
                         .iter()
                         .filter(|&&(dx, dy)| {

@@ -58,7 +58,7 @@ pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
                 if !hits.cells[i].is_hit() || hits.neighbours(row, x).all(|j| centres[j] == here) {
                     return if here { Sunlit::Yes } else { Sunlit::No };
                 }
-                let corners = [(0.05, 0.05), (0.95, 0.05), (0.05, 0.95), (0.95, 0.95)];
+                let corners = chart.corners();
                 let (x, y) = (x as f32, row as f32);
                 if corners.iter().all(|&(dx, dy)| reaches_at(i, row, x + dx, y + dy) == here) {
                     if here { Sunlit::Yes } else { Sunlit::No }

@@ -24,6 +24,9 @@ pub struct Anchors {
     starts: Vec<u32>,
 }
 
+/// How far an anchor speaks, in cells.
+const REACH: f32 = 1.5;
+
 /// How well an anchor speaks for a point, with its index.
 pub type Weighted = (f32, u32);
 
@@ -67,13 +70,14 @@ impl Anchors {
         Self { grid, list: best.into_iter().map(|b| b.2).collect(), starts }
     }
 
-    /// The anchors around a point whose side agrees with `normal`, with weights that fall to zero 1.5 cells away:
+    /// The anchors around a point whose side agrees with `normal`, with weights that fall to zero 1.5 cells away, so that
+    /// they hardly jump where a cell comes in or goes out:
     /// nearest, best aligned and least off the point's own plane count most.
     pub fn around(&self, point: Vec3, normal: Vec3, found: &mut Vec<Weighted>) {
         found.clear();
-        let corner = (self.grid.place(point) - 0.5).floor().as_ivec3();
-        for i in 0..8 {
-            let cell = corner + IVec3::new(i & 1, i >> 1 & 1, i >> 2);
+        let middle = self.grid.place(point).floor().as_ivec3();
+        for i in 0..27 {
+            let cell = middle + IVec3::new(i % 3, i / 3 % 3, i / 9) - 1;
             let Some(index) = self.grid.index(cell) else { continue };
             for j in self.starts[index]..self.starts[index + 1] {
                 let weight = self.weight(j, point, normal);
@@ -105,7 +109,7 @@ impl Anchors {
             return 0.0;
         }
         let d = point - anchor.position;
-        let near = 1.0 - d.length() / (1.75 * self.grid.cell_m);
+        let near = 1.0 - d.length() / (REACH * self.grid.cell_m);
         if near <= 0.0 {
             return 0.0;
         }

@@ -102,7 +102,7 @@ impl<'a> Volume<'a> {
         /// Values of less than this share of the best one's weight are left out.
         const LEAST_SHARE: f32 = 0.05;
         /// So many values are enough.
-        const ENOUGH: u32 = 5;
+        const ENOUGH: u32 = 8;
         self.anchors.around(point, normal, found);
         found.retain(|f| self.vectors[f.1 as usize].is_some());
         let mut sum = Vec3::ZERO;
