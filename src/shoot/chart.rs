@@ -161,7 +161,7 @@ impl Chart {
     /// reduced row a cell takes whole pixels that stick out of it on either side.
     pub fn corners(&self) -> [(f32, f32); 4] {
         let (left, right) = match self.lens {
-            Lens::LatLong => (-0.4, 1.4),
+            Lens::LatLong => (-0.2, 1.2),
             Lens::Perspective(_) => (0.05, 0.95),
         };
         [(left, 0.05), (right, 0.05), (left, 0.95), (right, 0.95)]

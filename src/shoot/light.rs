@@ -31,7 +31,7 @@ pub enum Outside {
 const COARSEST: f32 = 0.15;
 
 /// Below this weight records say too little of a point: all of them straddle edges.
-const LEAST_WEIGHT: f32 = 0.01;
+const LEAST_WEIGHT: f32 = 0.07;
 
 impl Light {
     /// Gives each probe's hits the light of its picture (with its gain). `sun` is the site's sun: its direction keeps

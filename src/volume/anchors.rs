@@ -25,7 +25,7 @@ pub struct Anchors {
 }
 
 /// How far an anchor speaks, in cells.
-const REACH: f32 = 1.5;
+const REACH: f32 = 1.75;
 
 /// How well an anchor speaks for a point, with its index.
 pub type Weighted = (f32, u32);
