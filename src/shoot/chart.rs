@@ -157,11 +157,11 @@ impl Chart {
         })
     }
 
-    /// Four places near the corners of all that a cell's light came from, in cells from its left and top edge. In a
-    /// reduced row a cell takes whole pixels that stick out of it on either side.
+    /// Four places near a cell's corners, in cells from its left and top edge. In a reduced row a cell takes pixels that
+    /// stick out of it on either side, so its whole width counts.
     pub fn corners(&self) -> [(f32, f32); 4] {
         let (left, right) = match self.lens {
-            Lens::LatLong => (-0.2, 1.2),
+            Lens::LatLong => (0.0, 1.0),
             Lens::Perspective(_) => (0.05, 0.95),
         };
         [(left, 0.05), (right, 0.05), (left, 0.95), (right, 0.95)]
