@@ -40,4 +40,9 @@ impl Irradiance for PlainRelit<'_> {
     fn sky(&self, direction: Vec3) -> Vec3 {
         (self.sky)(direction)
     }
+
+    /// The paper takes ρ at the point P (section 4.3).
+    fn filters_albedo(&self) -> bool {
+        false
+    }
 }

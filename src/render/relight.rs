@@ -38,6 +38,11 @@ pub trait Irradiance: Sync {
 
     /// Radiance of the sky.
     fn sky(&self, direction: Vec3) -> Vec3;
+
+    /// Whether a sample's albedo is averaged over what its pencil of rays sees, or taken at one point.
+    fn filters_albedo(&self) -> bool {
+        true
+    }
 }
 
 /// A scene lit by records and, where they end, by a volume.
@@ -225,7 +230,11 @@ impl Shader {
                 continue;
             };
             let surface = scene.surface(&Ray { origin, direction }, hit);
-            let albedo = scene.pencil_albedo(&surface, direction, hit.t * rays.spread());
+            let albedo = if relit.filters_albedo() {
+                scene.pencil_albedo(&surface, direction, hit.t * rays.spread())
+            } else {
+                scene.albedo(surface.triangle, surface.barycentric)
+            };
             self.samples.push(Sample { surface, albedo, distance: hit.t, taken: false });
         }
         let share = 1.0 / hits.len() as f32;
