@@ -98,6 +98,11 @@ impl Irradiance for Relit<'_> {
                 return (Source::Record, agreement);
             }
         }
+        if self.volume.is_none() {
+            let e = light.glimpse(scene, middle, normal).unwrap_or_default();
+            (0..positions.len()).for_each(|i| put(i, e));
+            return (Source::Record, agreement);
+        }
         let indirect = self.unseen(middle, normal, scratch);
         for (i, &p) in positions.iter().enumerate() {
             put(i, indirect + light.direct_sun(scene, p, normal));
@@ -113,9 +118,12 @@ impl Irradiance for Relit<'_> {
 impl Relit<'_> {
     /// Irradiance without direct sun where no record tells.
     fn unseen(&self, point: Vec3, normal: Vec3, scratch: &mut Vec<Weighted>) -> Vec3 {
-        let Some(volume) = self.volume else { return Vec3::ZERO };
+        let Some(volume) = self.volume else {
+            return self.light.glimpse(self.scene, point, normal).unwrap_or_default();
+        };
         volume
             .irradiance(self.scene, point, normal, scratch)
+            .or_else(|| self.light.glimpse(self.scene, point, normal).filter(|_| self.light.sun.is_none()))
             .unwrap_or_else(|| volume.gather(self.scene, self.light, point, normal, scratch))
     }
 }

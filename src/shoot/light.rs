@@ -56,6 +56,16 @@ impl Light {
 
     /// What the probes that see a point most sharply say about it; `None` where none sees it.
     pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Observation> {
+        self.observe_above(scene, point, normal, LEAST_WEIGHT)
+    }
+
+    /// Irradiance by whatever records there are, however little they can be trusted: better than nothing where there is
+    /// no volume.
+    pub fn glimpse(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
+        self.observe_above(scene, point, normal, 0.0).map(|o| o.value())
+    }
+
+    fn observe_above(&self, scene: &Scene, point: Vec3, normal: Vec3, least: f32) -> Option<Observation> {
         let mut best = 0.0;
         let mut sum = Observation::default();
         let mut moments = Vec3::ZERO;
@@ -76,7 +86,7 @@ impl Light {
                 break;
             }
             let o = self.records[i].observe(scene, point, normal);
-            if o.weight() > LEAST_WEIGHT {
+            if o.weight() > least {
                 best = if best > 0.0 { best } else { fine };
                 let share = (fine / best) * (fine / best);
                 sum.add(&o, share);

@@ -33,12 +33,19 @@ pub struct Volume<'a> {
     vectors: Vec<Option<[Vec3; 3]>>,
 }
 
-/// How often unseen places exchange light. The series converges like albedoⁿ of the unseen share of what a place sees.
-const EXCHANGES: usize = 8;
+/// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
+const EXCHANGES: usize = 100;
+
+/// An exchange that changes the light by less than this share is the last.
+const SETTLED: f64 = 1e-4;
 
 impl<'a> Volume<'a> {
     /// Sends a lighting along the rays of a transport.
     pub fn new(scene: &Scene, transport: &'a Transport, light: &Light) -> Self {
+        let mut gathered = vec![false; transport.anchors.list.len()];
+        for (index, _) in &transport.gathered {
+            gathered[*index as usize] = true;
+        }
         // what arrives from seen surfaces, the sky, and unseen surfaces in direct sun
         let first: Vec<[Vec3; 3]> = transport
             .gathered
@@ -49,7 +56,12 @@ impl<'a> Volume<'a> {
                     let radiance = match carrier.from {
                         Source::Sky(direction) => light.sky(direction),
                         Source::Seen { probe, cell, rho } => rho * light.records[probe as usize].light(cell),
-                        Source::Unseen { position, normal, rho, .. } => rho * light.direct_sun(scene, position, normal),
+                        Source::Unseen { position, normal, rho, anchor } => {
+                            let direct = || light.direct_sun(scene, position, normal);
+                            let exchanged = anchor.is_some_and(|a| gathered[a as usize]);
+                            let e = if exchanged { None } else { light.glimpse(scene, position, normal) };
+                            rho * e.unwrap_or_else(direct)
+                        }
                     };
                     add(&mut vectors, carrier.weight, radiance);
                 }
@@ -79,8 +91,16 @@ impl<'a> Volume<'a> {
                     sum
                 })
                 .collect();
+            let (mut change, mut all) = (0.0, 0.0);
             for ((index, _), next) in transport.gathered.iter().zip(next) {
-                vectors[*index as usize] = Some(next);
+                let last = vectors[*index as usize].replace(next).unwrap_or_default();
+                for (next, last) in next.iter().zip(last) {
+                    change += f64::from(next.distance(last));
+                    all += f64::from(next.length());
+                }
+            }
+            if change <= SETTLED * all {
+                break;
             }
         }
         Self { anchors: &transport.anchors, vectors }
@@ -139,12 +159,13 @@ impl<'a> Volume<'a> {
                 None => light.sky(direction),
                 Some(hit) => {
                     let s = scene.surface(&ray, &hit);
+                    let direct = || light.direct_sun(scene, s.position, s.normal);
                     let e = match light.observe(scene, s.position, s.normal) {
                         Some(o) => o.value(),
-                        None => {
-                            self.irradiance(scene, s.position, s.normal, found).unwrap_or_default()
-                                + light.direct_sun(scene, s.position, s.normal)
-                        }
+                        None => match self.irradiance(scene, s.position, s.normal, found) {
+                            Some(e) => e + direct(),
+                            None => light.glimpse(scene, s.position, s.normal).unwrap_or_else(direct),
+                        },
                     };
                     scene.filtered_albedo(s.triangle, s.barycentric, 0.3 * hit.t) * e / PI
                 }
