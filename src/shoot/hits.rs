@@ -92,6 +92,14 @@ impl Hits {
         hits
     }
 
+    /// How fine this probe's records are on a surface: the solid angle of a square metre of it, in steradians; not
+    /// above zero where the surface faces away.
+    pub fn fineness(&self, point: Vec3, normal: Vec3) -> f32 {
+        let p = point - self.origin;
+        let d2 = p.length_squared();
+        -normal.dot(p) / (d2 * d2.sqrt()).max(1e-12)
+    }
+
     /// The cell nearest to a point of a surface, if this probe sees it there.
     pub fn find(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<u32> {
         let p = point - self.origin;

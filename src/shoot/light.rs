@@ -78,7 +78,7 @@ impl Light {
             &mut many
         };
         for (i, (slot, probe)) in order.iter_mut().zip(&self.records).enumerate() {
-            *slot = (probe.fineness(point, normal), i);
+            *slot = (probe.hits().fineness(point, normal), i);
         }
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         for &mut (fine, i) in order {

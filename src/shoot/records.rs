@@ -165,14 +165,6 @@ impl Records {
         sums
     }
 
-    /// How fine this probe's records are on a surface: the solid angle of a square metre of it, in steradians; not
-    /// above zero where the surface faces away.
-    pub fn fineness(&self, point: Vec3, normal: Vec3) -> f32 {
-        let p = point - self.hits.origin;
-        let d2 = p.length_squared();
-        -normal.dot(p) / (d2 * d2.sqrt()).max(1e-12)
-    }
-
     /// The sky's radiance in a direction, where all four cells around it see the sky.
     pub fn sky(&self, direction: Vec3) -> Option<Vec3> {
         let place = self.hits.chart.place(self.hits.to_probe * direction)?;

@@ -114,14 +114,9 @@ impl Caster<'_> {
         let Some(hit) = self.scene.tracer.closest(ray, 1e-4) else { return Source::Sky(ray.direction) };
         let s = self.scene.surface(ray, &hit);
         let rho = self.scene.filtered_albedo(s.triangle, s.barycentric, hit.t * spread) / PI;
-        let fineness = |h: &Hits| {
-            let p = s.position - h.origin;
-            let d2 = p.length_squared();
-            -s.normal.dot(p) / (d2 * d2.sqrt())
-        };
         let mut best: Option<(f32, u32, u32)> = None;
         for (probe, hits) in self.hits.iter().enumerate() {
-            let fine = fineness(hits);
+            let fine = hits.fineness(s.position, s.normal);
             if fine > best.map_or(0.0, |b| b.0)
                 && let Some(cell) = hits.find(self.scene, s.position, s.normal)
             {
