@@ -1,7 +1,5 @@
 //! Writing pictures, whole or not at all.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use exr::image::write::WritableImage;
@@ -11,6 +9,7 @@ use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::f16;
 
 use super::{Exposure, PanoramaError, Picture};
+use crate::whole::write_whole;
 
 type Result<T> = std::result::Result<T, PanoramaError>;
 
@@ -86,12 +85,16 @@ pub fn write_exr(path: &Path, width: usize, height: usize, layers: &[Layer], not
     let layer = ExrLayer::new((width, height), attributes, Encoding::SMALL_LOSSLESS, list);
     let image =
         Image { attributes: ImageAttributes::new(IntegerBounds::from_dimensions((width, height))), layer_data: layer };
-    write_atomically(path, |file| {
-        image.write().to_buffered(file).map_err(|e| match e {
-            exr::error::Error::Io(e) => PanoramaError::io(path, e),
-            other => PanoramaError::unwritable(path, other.to_string()),
-        })
-    })
+    write_whole(
+        path,
+        |e| PanoramaError::io(path, e),
+        |file| {
+            image.write().to_buffered(file).map_err(|e| match e {
+                exr::error::Error::Io(e) => PanoramaError::io(path, e),
+                other => PanoramaError::unwritable(path, other.to_string()),
+            })
+        },
+    )
 }
 
 /// Writes an 8-bit sRGB PNG for people to look at, as [`Exposure::show`] tone-maps it. The file appears whole or not at
@@ -103,14 +106,18 @@ pub fn write_png(path: &Path, picture: &Picture, exposure: Exposure) -> Result<(
     let (width, height) = (picture.width as u32, picture.height as u32);
     let bytes = |p: &glam::Vec3| (exposure.show(*p) * 255.0 + 0.5).to_array().map(|v| v as u8);
     let pixels: Vec<u8> = picture.pixels.iter().flat_map(bytes).collect();
-    write_atomically(path, |file| {
-        use image::ImageEncoder;
-        let encoder = image::codecs::png::PngEncoder::new(file);
-        encoder.write_image(&pixels, width, height, image::ExtendedColorType::Rgb8).map_err(|e| match e {
-            image::ImageError::IoError(e) => PanoramaError::io(path, e),
-            other => PanoramaError::unwritable(path, other.to_string()),
-        })
-    })
+    write_whole(
+        path,
+        |e| PanoramaError::io(path, e),
+        |file| {
+            use image::ImageEncoder;
+            let encoder = image::codecs::png::PngEncoder::new(file);
+            encoder.write_image(&pixels, width, height, image::ExtendedColorType::Rgb8).map_err(|e| match e {
+                image::ImageError::IoError(e) => PanoramaError::io(path, e),
+                other => PanoramaError::unwritable(path, other.to_string()),
+            })
+        },
+    )
 }
 
 fn exr_channel(path: &Path, name: String, channel: &Channel, count: usize) -> Result<AnyChannel<FlatSamples>> {
@@ -135,27 +142,10 @@ fn text(path: &Path, s: &str) -> Result<Text> {
         .ok_or_else(|| PanoramaError::unwritable(path, format!("{s:?} is not plain ASCII text")))
 }
 
-/// Writes beside the wanted file, then renames: a reader never sees half a file, and a failure leaves nothing.
-pub(super) fn write_atomically(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(name);
-    let io = |e| PanoramaError::io(path, e);
-    let written = File::create(&part).map_err(io).and_then(|file| {
-        let mut file = BufWriter::new(file);
-        fill(&mut file)?;
-        file.flush().map_err(io)
-    });
-    let done = written.and_then(|()| fs::rename(&part, path).map_err(io));
-    if done.is_err() {
-        // the first error is the one to tell
-        let _ = fs::remove_file(&part);
-    }
-    done
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::panorama::read;
     use glam::Vec3;
@@ -213,7 +203,8 @@ mod tests {
         let path = dir.path().join("a.exr");
         let short = Layer::scalars("", "Y", vec![1.0; 3], false);
         assert!(matches!(write_exr(&path, 2, 2, &[short], None), Err(PanoramaError::Unwritable { .. })));
-        let failed = write_atomically(&path, |_| Err(PanoramaError::unwritable(&path, "test")));
+        let failed =
+            write_whole(&path, |e| PanoramaError::io(&path, e), |_| Err(PanoramaError::unwritable(&path, "test")));
         assert!(failed.is_err());
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     }

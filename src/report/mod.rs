@@ -1,0 +1,64 @@
+//! Drawing: sheets in SVG and PNG.
+//!
+//! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png`]
+//! draws a picture of it. What is computed elsewhere is only shown here.
+
+mod png;
+pub mod style;
+mod svg;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+pub use png::{png, text_width, wrap};
+pub use svg::{Anchor, Point, Svg, Text, escape};
+
+use crate::whole::write_whole;
+
+/// Dots per inch of the PNG that goes with a sheet.
+pub const DPI: f32 = 150.0;
+
+/// Why a sheet could not be drawn or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The file system refused.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// No picture can be made of the sheet.
+    #[error("a sheet could not be drawn: {what}")]
+    Drawing {
+        /// What was found.
+        what: String,
+    },
+}
+
+/// Writes a file, whole or not at all, making its folder if need be.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let io = |source| ReportError::Io { path: path.into(), source };
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(io)?;
+    }
+    write_whole(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
+}
+
+/// Writes a sheet as `<stem>.svg` and `<stem>.png` (at [`DPI`]); gives both paths.
+///
+/// # Errors
+/// If the sheet cannot be drawn, or the file system refuses.
+pub fn write_sheet(sheet: &Svg, folder: &Path, stem: &str) -> Result<[PathBuf; 2], ReportError> {
+    let svg = sheet.finish();
+    let picture = png(&svg, DPI)?;
+    let paths = [folder.join(format!("{stem}.svg")), folder.join(format!("{stem}.png"))];
+    write_file(&paths[0], svg.as_bytes())?;
+    write_file(&paths[1], &picture)?;
+    Ok(paths)
+}
