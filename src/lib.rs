@@ -11,6 +11,7 @@
 //! Inside the program everything is right-handed, in metres, z up, with +y towards the model's own north, and local to
 //! [`scene::Scene::origin`]. Colour is linear Rec. 709 RGB.
 
+pub mod audit;
 pub mod check;
 pub mod panorama;
 pub mod paper;
