@@ -23,4 +23,4 @@ pub mod shoot;
 pub mod site;
 pub mod study;
 pub mod volume;
-mod whole;
+pub mod whole;

@@ -7,6 +7,11 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // without a handler Ctrl-C still stops the program, but a half-written file may stay
+    let _ = ctrlc::set_handler(|| {
+        clerestory::whole::remove_unfinished();
+        std::process::exit(130); // 128 + SIGINT, as shells expect
+    });
     let mut out = io::BufWriter::new(io::stdout());
     match cli::run(&cli::Arguments::parse(), &mut out) {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,6 +1,7 @@
 //! `clerestory demo DIR`.
 
 use clap::Args;
+use clerestory::whole::Unfinished;
 use serde::Serialize;
 use std::fs;
 use std::io::{self, Write};
@@ -158,12 +159,9 @@ fn write(dir: &Path, in_use: bool) -> io::Result<()> {
     let whole = std::path::absolute(dir)?;
     let beside = whole.parent().unwrap_or(&whole);
     fs::create_dir_all(beside)?;
-    let part = beside.join(format!(".clerestory-demo.{}.part", std::process::id()));
-    let result = fill(&part).and_then(|()| if in_use { merge(&part, dir) } else { take_name(&part, dir) });
-    if part.exists() {
-        fs::remove_dir_all(&part)?;
-    }
-    result
+    let part = Unfinished::new(beside.join(format!(".clerestory-demo.{}.part", std::process::id())));
+    fill(part.path())?;
+    if in_use { merge(part.path(), dir) } else { take_name(part.path(), dir) }
 }
 
 fn fill(part: &Path) -> io::Result<()> {
