@@ -7,6 +7,7 @@ pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod render;
 pub(crate) mod simulate;
+pub(crate) mod study;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]
@@ -29,6 +30,7 @@ enum Verb {
     Demo(demo::DemoArgs),
     Render(Box<render::RenderArgs>),
     Simulate(simulate::SimulateArgs),
+    Study(study::StudyArgs),
 }
 
 /// Runs the verb and writes its result to `out`.
@@ -41,6 +43,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
             Verb::Demo(args) => demo::run(args, out)?,
             Verb::Render(args) => render::run(args, out)?,
             Verb::Simulate(args) => simulate::run(args, out)?,
+            Verb::Study(args) => study::run(args, out)?,
         }
         Ok(out.flush()?)
     })

@@ -255,7 +255,7 @@ fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Picture>> {
 }
 
 /// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.
-fn default_folder(site: &Site) -> PathBuf {
+pub(crate) fn default_folder(site: &Site) -> PathBuf {
     let stem = site.file.file_stem().filter(|s| *s != "site").map(|s| s.to_owned());
     let folder = site.file.canonicalize().ok().and_then(|f| Some(f.parent()?.file_name()?.to_owned()));
     let folder = folder.unwrap_or_else(|| "site".into());

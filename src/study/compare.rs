@@ -1,7 +1,7 @@
 //! How close a relit view is to its photograph.
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{flip_map, mean_where, median_relative_error, relmse, relmse_where};
 use crate::panorama::Picture;
@@ -11,7 +11,7 @@ use crate::site::Camera;
 use glam::Vec3;
 
 /// Errors of a view against its photograph, whole and in parts.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Comparison {
     /// All pixels.
     pub all: Errors,
@@ -24,7 +24,7 @@ pub struct Comparison {
 }
 
 /// Errors over some pixels.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Errors {
     /// Share of all pixels.
     pub share: f64,

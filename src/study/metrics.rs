@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
 
 /// The share of worst pixels that [`relmse`] leaves out, so that a few fireflies do not decide.
-const TRIMMED: f64 = 0.001;
+pub(super) const TRIMMED: f64 = 0.001;
 
 /// The exposure under which metrics look: puts the truth's log-average luminance, floored at 10⁻⁴ of its mean, at 0.18.
 pub fn exposure(truth: &Picture) -> f32 {
@@ -71,12 +71,20 @@ pub fn mean_where(map: &[f32], chosen: impl Fn(usize) -> bool) -> f64 {
 /// under the truth's exposure, clipped and sRGB-encoded to 0..=1. Pictures smaller than a window, or of different sizes,
 /// have none: NaN.
 pub fn ssim(test: &Picture, truth: &Picture) -> f64 {
-    const SIDE: usize = 11;
+    let map = ssim_map(test, truth, Exposure::of(truth));
+    map.iter().sum::<f64>() / map.len() as f64
+}
+
+/// The side of a window of structural similarity.
+pub(super) const WINDOW: usize = 11;
+
+/// [`ssim`] of every window, under a given exposure: `(width − 10) × (height − 10)` of them, row by row; none where there
+/// is no window, or the pictures' sizes differ.
+pub(super) fn ssim_map(test: &Picture, truth: &Picture, exposure: Exposure) -> Vec<f64> {
     let (w, h) = (truth.width, truth.height);
-    if (test.width, test.height) != (w, h) || w < SIDE || h < SIDE {
-        return f64::NAN;
+    if (test.width, test.height) != (w, h) || w < WINDOW || h < WINDOW {
+        return Vec::new();
     }
-    let exposure = Exposure::of(truth);
     let grey = |p: &Picture| -> Vec<f64> {
         p.pixels.iter().map(|&p| f64::from(linear_to_srgb(luminance(exposure.clip(p)).clamp(0.0, 1.0)))).collect()
     };
@@ -90,7 +98,7 @@ pub fn ssim(test: &Picture, truth: &Picture) -> f64 {
         let structure = (2.0 * (xt[i] - a * b) + c2) / (xx[i] - a * a + tt[i] - b * b + c2);
         (2.0 * a * b + c1) / (a * a + b * b + c1) * structure
     };
-    (0..mx.len()).map(index).sum::<f64>() / mx.len() as f64
+    (0..mx.len()).map(index).collect()
 }
 
 /// Gaussian means over every 11 × 11 window that lies wholly inside.
@@ -109,12 +117,12 @@ fn pairs<'a>(x: &'a [Vec3], t: &'a [Vec3]) -> impl Iterator<Item = (DVec3, DVec3
     x.iter().zip(t).filter_map(|(x, t)| usable(*x, *t))
 }
 
-fn usable(x: Vec3, t: Vec3) -> Option<(DVec3, DVec3)> {
+pub(super) fn usable(x: Vec3, t: Vec3) -> Option<(DVec3, DVec3)> {
     let x = if Picture::valid(x) { x } else { Vec3::ZERO };
     Picture::valid(t).then(|| (x.as_dvec3(), t.as_dvec3()))
 }
 
-fn sum3(v: DVec3) -> f64 {
+pub(super) fn sum3(v: DVec3) -> f64 {
     v.x + v.y + v.z
 }
 

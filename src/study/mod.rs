@@ -1,9 +1,39 @@
 //! Error against run time, and the metrics that error is stated in.
+//!
+//! ```text
+//! Site ─► truth (photographs, or a reference that knows its noise) ─┐
+//!         sweep ─► measure: set-up, frames, errors by block ────────┴─► Study ─► summary: speed-ups, orders, front
+//! ```
 
+mod blocks;
+mod clock;
 mod compare;
+mod curve;
+mod error;
 mod flip;
+mod measure;
 mod metrics;
+mod outside;
+mod run;
+mod state;
+mod summary;
+mod sweep;
+mod truth;
+mod truths;
+mod verdict;
 
+pub use blocks::{Block, Interval, Metric, Resamples};
+pub use clock::{Seconds, has_processor_time};
 pub use compare::{Comparison, Errors, compare};
+pub use curve::{Curve, How, order, pareto};
+pub use error::StudyError;
 pub use flip::{flip, flip_ldr, flip_map};
+pub use measure::{Run, ViewRun};
 pub use metrics::{exposure, mean_where, median_relative_error, relmse, relmse_where, rmse, ssim};
+pub use outside::{Outside, OutsidePoint, read as read_outside};
+pub use run::{Options, Progress, study};
+pub use state::{Study, TruthNote};
+pub use summary::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary, summary};
+pub use sweep::{Base, Method, Parameter, Setting};
+pub use truth::{Tile, TruthNoise, TruthView, tiles};
+pub use verdict::rounded;

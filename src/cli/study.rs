@@ -1,0 +1,256 @@
+//! `clerestory study SITE`.
+
+use anyhow::Context;
+use clap::{Args, ValueHint};
+use clerestory::report::{study_sheet, write_file, write_sheet};
+use clerestory::site::Site;
+use clerestory::study::{self, How, Metric, Options, Progress, Row, Study, Summary, rounded};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write as _;
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+
+use super::render::default_folder;
+
+/// Weigh error against run time: image-based shooting over its settings beside path tracing.
+///
+/// Writes study.svg, study.png, study.csv and study.json into --out. A study that the budget cuts short goes on when the
+/// same command is given again.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory study sites/chapel\n  \
+    clerestory study sites/chapel --view apse --budget 60\n  \
+    clerestory study big-site --share 0.0625 --budget 1800   # measure in tiles: path tracing gets further\n  \
+    clerestory study big-site --outside other-program.json")]
+pub(crate) struct StudyArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Only this view; may be given several times
+    #[arg(long, value_name = "NAME")]
+    view: Vec<String>,
+    /// The probes' pictures of this lighting [default: the site's first]
+    #[arg(long, value_name = "NAME")]
+    lighting: Option<String>,
+    /// Begin nothing that would probably end later; give the command again to go on
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    budget: f64,
+    /// Measure error in tiles that make up this share of each picture; path tracing traces only these
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
+    share: f64,
+    /// Make a reference by path tracing even where there are photographs
+    #[arg(long)]
+    reference: bool,
+    /// Samples a pixel of the reference
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
+    reference_samples: u32,
+    /// The most samples a pixel that path tracing is tried with
+    #[arg(long, value_name = "N", default_value_t = 1 << 16, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    most_samples: u32,
+    /// Figures of other programs to draw beside: JSON rows of camera, spp, wall_s, cpu_s, rmse, relmse_trim, flip, and
+    /// oidn_s and oidn for a denoiser
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    outside: Option<PathBuf>,
+    /// Another seed, other noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Start anew where a study has been begun
+    #[arg(long)]
+    fresh: bool,
+    /// Folder for the results [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// Studies a site and tells `out` what came of it.
+pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let site = Site::load(&args.site)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
+    let names: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
+    let outside = match &args.outside {
+        Some(path) => study::read_outside(path, &names)?,
+        None => Vec::new(),
+    };
+    let options = Options {
+        lighting: args.lighting.clone(),
+        views: args.view.clone(),
+        budget_s: args.budget,
+        share: args.share,
+        reference: args.reference,
+        reference_samples: args.reference_samples,
+        most_samples: args.most_samples,
+        seed: args.seed,
+        fresh: args.fresh,
+    };
+    let bar = progress(args);
+    let tell = |p: &Progress| {
+        bar.set_length(p.planned as u64);
+        bar.set_position(p.done as u64);
+        bar.set_message(p.doing.clone());
+    };
+    let mut study = study::study(&site, &options, &folder, &tell)?;
+    bar.finish_and_clear();
+    let summary = study::summary(&study, &outside, &args.site.display().to_string());
+    write_file(&folder.join("study.csv"), csv(&summary.rows).as_bytes())?;
+    let made_by = format!("clerestory {}, clerestory study {}", env!("CARGO_PKG_VERSION"), args.site.display());
+    write_sheet(&study_sheet(&study, &summary, &outside, &made_by), &folder, "study")?;
+    study.summary = Some(summary.clone());
+    study.save(&folder.join("study.json"))?;
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &summary).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else if !args.quiet {
+        print(&study, &summary, out).context("cannot write the result")?;
+        writeln!(out, "{}", folder.join("study.svg").display())?;
+    }
+    Ok(())
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(args: &StudyArgs) -> ProgressBar {
+    if args.quiet || args.json || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
+    let bar = ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(std::time::Duration::from_millis(500));
+    bar
+}
+
+/// The table for other programs. Seconds are of a frame on the wall; `cpu_` ones of the processor, all threads.
+fn csv(rows: &[Row]) -> String {
+    let mut text = "method,setting,seconds,rmse,relmse,flip,ssim,cpu_seconds,setup_seconds,setup_cpu_seconds,\
+                    flip_low,flip_high,relmse_low,relmse_high,rmse_low,rmse_high,ssim_low,ssim_high,pareto\n"
+        .to_owned();
+    let mut last = None;
+    for r in rows {
+        let first = last.replace(r.setting.method) != Some(r.setting.method);
+        let setup = if first { format!("; set-up {:.3} s", r.setup.wall_s) } else { String::new() };
+        // writing to a String cannot fail
+        let _ = writeln!(
+            text,
+            "{},{}{setup},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{}",
+            r.setting.method.name(),
+            r.label,
+            r.frame.wall_s,
+            r.rmse.value,
+            r.relmse.value,
+            r.flip.value,
+            r.ssim.value,
+            r.frame.cpu_s,
+            r.setup.wall_s,
+            r.setup.cpu_s,
+            r.flip.low,
+            r.flip.high,
+            r.relmse.low,
+            r.relmse.high,
+            r.rmse.low,
+            r.rmse.high,
+            r.ssim.low,
+            r.ssim.high,
+            u8::from(r.pareto)
+        );
+    }
+    text
+}
+
+fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<()> {
+    for note in &study.notes {
+        writeln!(out, "! {note}")?;
+    }
+    if let (Some(rmse), Some(flip)) = (study.truth.noise_rmse, study.truth.noise_flip) {
+        writeln!(out, "the reference's own noise: RMSE {rmse:.3e} (taken off), FLIP between its halves {flip:.4}")?;
+    }
+    writeln!(
+        out,
+        "{:<13} {:<22} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>17} {:>6}",
+        "method", "setting", "set-up s", "frame s", "frame cpu", "RMSE", "relMSE", "FLIP", "95 %", "SSIM"
+    )?;
+    for r in &summary.rows {
+        let flip = format!("{:.4} – {:.4}", r.flip.low, r.flip.high);
+        writeln!(
+            out,
+            "{:<13} {:<22} {:>9.3} {:>9.4} {:>9.4} {:>8.4} {:>8.4} {:>8.4} {flip:>17} {:>6.3}{}",
+            r.setting.method.name(),
+            r.label,
+            r.setup.wall_s,
+            r.frame.wall_s,
+            r.frame.cpu_s,
+            r.rmse.value,
+            r.relmse.value,
+            r.flip.value,
+            r.ssim.value,
+            if r.pareto { " *" } else { "" }
+        )?;
+    }
+    for s in &summary.speed_ups {
+        let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
+        writeln!(
+            out,
+            "equal {} {:.4}: {} needs {} × as long a frame (95 %: {} to {}; wall {}{how}), {} × with all set-up ({} to {})",
+            if s.metric == Metric::Ssim { "1 − SSIM" } else { s.metric.name() },
+            s.error,
+            s.against,
+            rounded(s.frame.value),
+            rounded(s.frame.low),
+            rounded(s.frame.high),
+            rounded(s.frame_wall),
+            rounded(s.with_setup.value),
+            rounded(s.with_setup.low),
+            rounded(s.with_setup.high)
+        )?;
+    }
+    for e in summary.equal_time.iter().filter(|e| e.metric == Metric::Flip) {
+        let least = if e.how == How::First { "at least " } else { "" };
+        writeln!(
+            out,
+            "equal time {:.2} s of the processor{}: {} errs {least}{} × as much by FLIP (95 %: {} to {})",
+            e.cpu_s,
+            if e.with_setup { " with set-up" } else { "" },
+            e.against,
+            rounded(e.ratio.value),
+            rounded(e.ratio.low),
+            rounded(e.ratio.high)
+        )?;
+    }
+    for c in &summary.convergence {
+        let tail = c.tail.map_or_else(String::new, |t| format!("; what is left to gain falls with order {t:.2}"));
+        writeln!(
+            out,
+            "order of {} in {} of {}: {:.2} (95 %: {:.2} to {:.2}, {} points{tail})",
+            c.metric.name(),
+            c.parameter.name(),
+            c.method.name(),
+            c.order.value,
+            c.order.low,
+            c.order.high,
+            c.points
+        )?;
+    }
+    for loss in &summary.losses {
+        writeln!(out, "loses: {loss}")?;
+    }
+    for left in &study.pending {
+        writeln!(out, "left undone by the budget: {left}")?;
+    }
+    if let Some(r) = &summary.recommended {
+        writeln!(out, "{}\n\n    {}\n", r.why, r.snippet)?;
+    }
+    Ok(())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let ok = text.parse().ok().filter(|s: &f64| *s > 0.0 && s.is_finite());
+    ok.ok_or_else(|| "expected a number of seconds, more than 0".to_owned())
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let ok = text.parse().ok().filter(|s: &f64| *s > 0.0 && *s <= 1.0);
+    ok.ok_or_else(|| "expected a number above 0 and up to 1".to_owned())
+}

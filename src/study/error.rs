@@ -1,0 +1,69 @@
+//! Why a study may fail.
+
+use std::path::PathBuf;
+
+use crate::panorama::PanoramaError;
+use crate::reference::LightError;
+use crate::render::SetupError;
+use crate::scene::SceneError;
+
+/// Why a study did not come to an end.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The model cannot be used.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A picture cannot be used.
+    #[error(transparent)]
+    Picture(#[from] PanoramaError),
+    /// The site cannot be relit.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The sky cannot be read.
+    #[error(transparent)]
+    Light(#[from] LightError),
+    /// A photograph of another size than its view.
+    #[error("{}: the photograph has {found} pixels, but the view “{view}” has {wanted}", path.display())]
+    Size {
+        /// The photograph.
+        path: PathBuf,
+        /// Its size.
+        found: String,
+        /// The view.
+        view: String,
+        /// The view's size.
+        wanted: String,
+    },
+    /// Nothing to measure.
+    #[error("{}: {what}", file.display())]
+    Nothing {
+        /// The site file.
+        file: PathBuf,
+        /// What is missing and what to do.
+        what: String,
+    },
+    /// Outside figures that make no sense.
+    #[error("{}: these outside figures cannot be used: {why}", path.display())]
+    Outside {
+        /// The file.
+        path: PathBuf,
+        /// What happened.
+        why: String,
+    },
+    /// The file system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// What was begun cannot be read.
+    #[error("{}: this is no study that can be taken up again ({why}). Move it away, or start anew with --fresh", path.display())]
+    Begun {
+        /// The file.
+        path: PathBuf,
+        /// What happened.
+        why: String,
+    },
+}

@@ -1,0 +1,127 @@
+//! What a study has found so far, and the file it can be taken up again from.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::io::Write as _;
+use std::path::Path;
+
+use super::StudyError;
+use super::measure::Run;
+use super::run::Options;
+use super::summary::Summary;
+use super::sweep::Base;
+use crate::site::{Environment, Site, View};
+use crate::whole::write_whole;
+
+/// What a study has found so far. Serialises to `study.json`, from which it can be taken up again.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Study {
+    /// SHA-256 of all that the figures depend on.
+    pub fingerprint: String,
+    /// The site's name.
+    pub site: String,
+    /// The lighting; empty for a lone one.
+    pub lighting: String,
+    /// Threads that worked.
+    pub threads: usize,
+    /// Whether processor time could be told; if not, it is the wall's.
+    pub processor_time: bool,
+    /// The share of each picture in which error was measured.
+    pub share: f64,
+    /// What error is measured against.
+    pub truth: TruthNote,
+    /// The settings as they come.
+    pub base: Base,
+    /// Blocks of each view, in the order of [`ViewRun::blocks`](super::ViewRun).
+    pub blocks: Vec<usize>,
+    /// All settings that were measured.
+    pub runs: Vec<Run>,
+    /// What the budget left undone.
+    pub pending: Vec<String>,
+    /// What the site does not allow, and other remarks.
+    pub notes: Vec<String>,
+    /// What is made of it; not read back.
+    #[serde(default, skip_deserializing)]
+    pub summary: Option<Summary>,
+}
+
+/// What error is measured against.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TruthNote {
+    /// `photographs` or `reference`.
+    pub kind: String,
+    /// Samples a pixel of a reference.
+    pub samples: Option<u32>,
+    /// Its root mean squared noise, already taken off RMSE and relative MSE; `None` where it is not known.
+    pub noise_rmse: Option<f64>,
+    /// FLIP between its two halves, which bounds what its noise adds to FLIP.
+    pub noise_flip: Option<f64>,
+}
+
+impl Study {
+    /// Writes the study to a file, whole or not at all.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn save(&self, file: &Path) -> Result<(), StudyError> {
+        let io = |source| StudyError::Io { path: file.to_owned(), source };
+        write_whole(file, io, |out| {
+            serde_json::to_writer(&mut *out, self).map_err(|e| io(e.into()))?;
+            writeln!(out).map_err(io)
+        })
+    }
+}
+
+/// The study that stands in a folder, if it is of the same things; one of other things is moved aside.
+pub(super) fn begun(
+    file: &Path,
+    fingerprint: &str,
+    fresh: bool,
+    notes: &mut Vec<String>,
+) -> Result<Option<Study>, StudyError> {
+    if fresh || !file.exists() {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(file).map_err(|source| StudyError::Io { path: file.to_owned(), source })?;
+    let study: Study =
+        serde_json::from_str(&text).map_err(|e| StudyError::Begun { path: file.to_owned(), why: e.to_string() })?;
+    if study.fingerprint == fingerprint {
+        return Ok(Some(study));
+    }
+    let aside = file.with_file_name("study.previous.json");
+    std::fs::rename(file, &aside).map_err(|source| StudyError::Io { path: file.to_owned(), source })?;
+    notes.push(format!("The study that stood here was of other input or settings: it is now {}.", aside.display()));
+    Ok(None)
+}
+
+/// What the figures depend on, as one number.
+pub(super) fn fingerprint(
+    site: &Site,
+    views: &[&View],
+    lighting: &str,
+    options: &Options,
+    photographs: bool,
+) -> Result<String, StudyError> {
+    let mut hash = Sha256::new();
+    let mut files = vec![site.file.clone(), site.model.clone()];
+    for probe in &site.probes {
+        files.extend(probe.pictures.iter().filter(|p| p.lighting == lighting).map(|p| p.path.clone()));
+    }
+    if let Some(Environment::Image { path, .. }) = &site.environment {
+        files.push(path.clone());
+    }
+    if photographs {
+        files.extend(views.iter().flat_map(|v| v.photo.iter().chain(&v.mask)).cloned());
+    }
+    for path in files {
+        let bytes = std::fs::read(&path).map_err(|source| StudyError::Io { path: path.clone(), source })?;
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(&bytes);
+    }
+    let names: Vec<&str> = views.iter().map(|v| v.name.as_str()).collect();
+    let reference = (!photographs).then_some(options.reference_samples);
+    let threads = rayon::current_num_threads();
+    let rest = (env!("CARGO_PKG_VERSION"), names, lighting, options.share, options.seed, reference, threads);
+    hash.update(format!("{rest:?}"));
+    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+}

@@ -1,0 +1,375 @@
+//! What a study says: who is quicker at the same error, who is nearer in the same time, and how error falls.
+
+use serde::Serialize;
+
+use super::blocks::{Block, Interval, Metric, Resamples};
+use super::clock::Seconds;
+use super::curve::{Curve, How, order, pareto};
+use super::measure::Run;
+use super::outside::Outside;
+use super::state::Study;
+use super::sweep::{Method, Parameter, Setting};
+use super::verdict::{losses, recommended};
+
+/// Bootstrap draws.
+const DRAWS: usize = 500;
+
+/// All that is made of a study's runs. Times that are compared are of the processor, all threads together.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// A row a run, methods together, each method as it comes first.
+    pub rows: Vec<Row>,
+    /// Image-based shooting as it comes against others, at its own error.
+    pub speed_ups: Vec<SpeedUp>,
+    /// The others' error in its time.
+    pub equal_time: Vec<EqualTime>,
+    /// How error falls with each parameter.
+    pub convergence: Vec<Convergence>,
+    /// What to render with.
+    pub recommended: Option<Recommended>,
+    /// Where image-based shooting loses or stops, a sentence each.
+    pub losses: Vec<String>,
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The setting.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// It in words.
+    pub label: String,
+    /// Set-up.
+    pub setup: Seconds,
+    /// A frame, mean over views.
+    pub frame: Seconds,
+    /// Root mean squared error.
+    pub rmse: Interval,
+    /// Relative mean squared error.
+    pub relmse: Interval,
+    /// FLIP.
+    pub flip: Interval,
+    /// Structural similarity.
+    pub ssim: Interval,
+    /// Whether no other run is both quicker in a frame and nearer by FLIP.
+    pub pareto: bool,
+}
+
+/// How much longer another way takes to err as little.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpeedUp {
+    /// The other way.
+    pub against: String,
+    /// The error's measure; of SSIM, 1 − SSIM.
+    pub metric: Metric,
+    /// Image-based shooting's error.
+    pub error: f64,
+    /// What the other way needs for it, processor seconds a frame.
+    pub needed_cpu_s: f64,
+    /// How that was found.
+    pub how: How,
+    /// Times as long for a frame, all set-up done.
+    pub frame: Interval,
+    /// The same by the clock on the wall.
+    pub frame_wall: f64,
+    /// Times as long for one frame and all set-up, with every view's set-up charged to that frame.
+    pub with_setup: Interval,
+}
+
+/// How much more another way errs in the same time.
+#[derive(Clone, Debug, Serialize)]
+pub struct EqualTime {
+    /// The other way.
+    pub against: String,
+    /// The error's measure.
+    pub metric: Metric,
+    /// Whether set-up counts.
+    pub with_setup: bool,
+    /// The time, processor seconds.
+    pub cpu_s: f64,
+    /// The other way's error.
+    pub error: f64,
+    /// How that was found; `first` means that it cannot even take one sample a pixel in that time.
+    pub how: How,
+    /// Its error ÷ image-based shooting's.
+    pub ratio: Interval,
+}
+
+/// How error falls with a parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Convergence {
+    /// The method.
+    pub method: Method,
+    /// The parameter.
+    pub parameter: Parameter,
+    /// The error's measure.
+    pub metric: Metric,
+    /// The exponent p of error ∝ parameterᵖ, fitted over all points.
+    pub order: Interval,
+    /// The exponent of what is still to be gained, from the last three points if they are evenly spaced in logarithm and
+    /// gain less each time: error − limit ∝ parameterᵖ.
+    pub tail: Option<f64>,
+    /// Number of points.
+    pub points: usize,
+}
+
+/// What to render with.
+#[derive(Clone, Debug, Serialize)]
+pub struct Recommended {
+    /// The setting.
+    pub setting: Setting,
+    /// Why.
+    pub why: String,
+    /// The command to paste.
+    pub snippet: String,
+}
+
+/// Error as something that is better the less it is.
+pub(super) fn error(metric: Metric, blocks: &[Block], weights: &[f32]) -> f64 {
+    let value = metric.over(blocks, weights);
+    if metric == Metric::Ssim { 1.0 - value } else { value }
+}
+
+/// A run with all its views and its blocks in one list.
+pub(super) struct Whole<'a> {
+    pub(super) run: &'a Run,
+    pub(super) blocks: Vec<Block>,
+}
+
+/// What a study says; `outside` are other programs' curves, `site` what a person calls the site on the command line.
+pub fn summary(study: &Study, outside: &[Outside], site: &str) -> Summary {
+    let resamples = Resamples::new(&study.blocks, DRAWS);
+    let mut whole: Vec<Whole> = study
+        .runs
+        .iter()
+        .filter(|r| r.views.len() == study.blocks.len())
+        .map(|run| Whole { run, blocks: run.blocks() })
+        .collect();
+    let place = |w: &Whole| (w.run.setting.method, w.run.setting.parameter);
+    whole.sort_by(|a, b| place(a).cmp(&place(b)).then(a.run.setting.value.total_cmp(&b.run.setting.value)));
+    let rows = rows(&whole, &resamples);
+    let (mut speed_ups, mut equal_time) = (Vec::new(), Vec::new());
+    if let Some(ours) = whole.iter().find(|w| w.run.is_plain_ibs()) {
+        for metric in Metric::ALL {
+            let traced = Rival::tracer(&whole, metric);
+            let outside = outside.iter().filter_map(|o| Rival::outside(o, metric));
+            for rival in traced.into_iter().chain(outside) {
+                speed_ups.extend(rival.speed_up(ours, &resamples));
+                equal_time.extend([false, true].into_iter().filter_map(|s| rival.equal_time(ours, &resamples, s)));
+            }
+        }
+    }
+    let recommended = recommended(&rows, site);
+    let losses = losses(&whole, &rows, &speed_ups);
+    Summary { convergence: convergence(study, &whole, &resamples), rows, speed_ups, equal_time, recommended, losses }
+}
+
+fn rows(whole: &[Whole], resamples: &Resamples) -> Vec<Row> {
+    let flip = |w: &Whole| Metric::Flip.over(&w.blocks, &vec![1.0; w.blocks.len()]);
+    let front = pareto(&whole.iter().map(|w| (w.run.frame().cpu_s, flip(w))).collect::<Vec<_>>());
+    let row = |(w, pareto): (&Whole, bool)| {
+        let [rmse, relmse, flip, ssim] = Metric::ALL.map(|m| resamples.interval(|draw| m.over(&w.blocks, draw)));
+        let (setting, setup, frame) = (w.run.setting, w.run.setup, w.run.frame());
+        Row { setting, label: setting.label(), setup, frame, rmse, relmse, flip, ssim, pareto }
+    };
+    whole.iter().zip(front).map(row).collect()
+}
+
+/// Another way to make pictures: its error by time, as it would be for another draw of blocks.
+struct Rival<'a> {
+    name: String,
+    metric: Metric,
+    /// Processor and wall seconds of each point, and its error.
+    points: Vec<(Seconds, PointError<'a>)>,
+    setup_s: f64,
+}
+
+enum PointError<'a> {
+    Blocks(&'a [Block]),
+    Known(f64),
+}
+
+impl<'a> Rival<'a> {
+    fn tracer(whole: &'a [Whole], metric: Metric) -> Option<Self> {
+        let mine: Vec<&Whole> = whole.iter().filter(|w| w.run.setting.method == Method::PathTracing).collect();
+        let setup_s = mine.first()?.run.setup.cpu_s;
+        let points = mine.iter().map(|w| (w.run.frame(), PointError::Blocks(&w.blocks))).collect();
+        Some(Self { name: Method::PathTracing.name().to_owned(), metric, points, setup_s })
+    }
+
+    fn outside(outside: &Outside, metric: Metric) -> Option<Self> {
+        let point = |p: &super::OutsidePoint| {
+            Some((Seconds { wall_s: p.wall_s, cpu_s: p.cpu_s }, PointError::Known(p.error(metric)?)))
+        };
+        let points = outside.points.iter().map(point).collect::<Option<Vec<_>>>()?;
+        Some(Self { name: outside.name.clone(), metric, points, setup_s: 0.0 })
+    }
+
+    fn curve(&self, draw: &[f32], time: fn(&Seconds) -> f64) -> Curve {
+        let error = |e: &PointError| match e {
+            PointError::Blocks(blocks) => error(self.metric, blocks, draw),
+            PointError::Known(error) => *error,
+        };
+        Curve::new(self.points.iter().map(|(t, e)| (time(t), error(e))))
+    }
+
+    fn speed_up(&self, ours: &Whole, resamples: &Resamples) -> Option<SpeedUp> {
+        let once = vec![1.0; ours.blocks.len()];
+        let (frame, setup) = (ours.run.frame(), ours.run.setup);
+        let reach = |draw: &[f32], time| self.curve(draw, time).time_at(error(self.metric, &ours.blocks, draw));
+        let cpu = |draw: &[f32]| reach(draw, |s| s.cpu_s).map_or(f64::NAN, |t| t.0);
+        let (needed_cpu_s, how) = reach(&once, |s| s.cpu_s)?;
+        Some(SpeedUp {
+            against: self.name.clone(),
+            metric: self.metric,
+            error: error(self.metric, &ours.blocks, &once),
+            needed_cpu_s,
+            how,
+            frame: resamples.interval(|draw| cpu(draw) / frame.cpu_s),
+            frame_wall: reach(&once, |s| s.wall_s).map_or(f64::NAN, |t| t.0 / frame.wall_s),
+            with_setup: resamples.interval(|draw| (cpu(draw) + self.setup_s) / (frame.cpu_s + setup.cpu_s)),
+        })
+    }
+
+    fn equal_time(&self, ours: &Whole, resamples: &Resamples, with_setup: bool) -> Option<EqualTime> {
+        let once = vec![1.0; ours.blocks.len()];
+        let (frame, setup) = (ours.run.frame().cpu_s, ours.run.setup.cpu_s);
+        let cpu_s = if with_setup { frame + setup } else { frame };
+        let left = if with_setup { (cpu_s - self.setup_s).max(0.0) } else { cpu_s };
+        let theirs = |draw: &[f32]| self.curve(draw, |s| s.cpu_s).error_at(left);
+        let ratio = |draw: &[f32]| theirs(draw).map_or(f64::NAN, |e| e.0 / error(self.metric, &ours.blocks, draw));
+        let (error, how) = theirs(&once)?;
+        let ratio = resamples.interval(ratio);
+        Some(EqualTime { against: self.name.clone(), metric: self.metric, with_setup, cpu_s, error, how, ratio })
+    }
+}
+
+fn convergence(study: &Study, whole: &[Whole], resamples: &Resamples) -> Vec<Convergence> {
+    let mut all = Vec::new();
+    let pairs: std::collections::BTreeSet<_> =
+        whole.iter().map(|w| (w.run.setting.method, w.run.setting.parameter)).collect();
+    for (method, parameter) in pairs {
+        if parameter == Parameter::AsItComes {
+            continue;
+        }
+        let of = |w: &&Whole| {
+            let setting = w.run.setting;
+            setting.method == method && (setting.parameter == parameter || setting.parameter == Parameter::AsItComes)
+        };
+        let value = |w: &Whole| match w.run.setting.parameter {
+            Parameter::AsItComes => study.base.value(parameter),
+            _ => w.run.setting.value,
+        };
+        let mut mine: Vec<(f64, &Whole)> = whole.iter().filter(of).map(|w| (value(w), w)).collect();
+        mine.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if mine.len() < 2 {
+            continue;
+        }
+        for metric in [Metric::Rmse, Metric::Flip] {
+            let points = |draw: &[f32]| -> Vec<(f64, f64)> {
+                mine.iter().map(|(v, w)| (*v, error(metric, &w.blocks, draw))).collect()
+            };
+            let order = resamples.interval(|draw| order(&points(draw)).unwrap_or(f64::NAN));
+            let once = vec![1.0; study.blocks.iter().sum()];
+            let tail = tail(&points(&once));
+            all.push(Convergence { method, parameter, metric, order, tail, points: mine.len() });
+        }
+    }
+    all
+}
+
+/// The exponent of error − limit from the last three points: with x growing by r each time, (e₁ − e₂)/(e₂ − e₃) = r⁻ᵖ.
+fn tail(points: &[(f64, f64)]) -> Option<f64> {
+    let [.., a, b, c] = points else { return None };
+    let (r, even) = (b.0 / a.0, (b.0 / a.0 / (c.0 / b.0) - 1.0).abs() < 0.01);
+    let (first, second) = (a.1 - b.1, b.1 - c.1);
+    (even && first > second && second > 0.0).then(|| -(first / second).ln() / r.ln())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::measure::ViewRun;
+    use crate::study::state::TruthNote;
+    use crate::study::sweep::Base;
+
+    /// A run whose squared error is `e²` everywhere and whose FLIP is `e`.
+    fn run(method: Method, parameter: Parameter, value: f64, seconds: f64, e: f32) -> Run {
+        let block = Block {
+            pixels: 4.0,
+            flip: 4.0 * e,
+            squared: 12.0 * e * e,
+            kept: 4.0,
+            relative: 4.0 * e * e,
+            windows: 4.0,
+            similarity: 4.0 * (1.0 - e),
+        };
+        let frame = Seconds { wall_s: seconds, cpu_s: 2.0 * seconds };
+        let view = ViewRun { view: "v".to_owned(), frame, blocks: vec![block; 4], parts: None };
+        let setup = Seconds { wall_s: 3.0, cpu_s: 6.0 };
+        Run {
+            setting: Setting { method, parameter, value },
+            setup,
+            views: vec![view],
+            volume: true,
+            radius_m: None,
+            spent_s: 1.0,
+        }
+    }
+
+    fn example() -> Study {
+        let tracing = |n: f64| run(Method::PathTracing, Parameter::Samples, n, n, (0.8 / n.sqrt()) as f32);
+        let mut runs: Vec<Run> = [16.0, 1.0, 4.0, 64.0].map(tracing).into();
+        runs.push(run(Method::Ibs, Parameter::AsItComes, 0.0, 0.5, 0.05));
+        runs.push(run(Method::Ibs, Parameter::Samples, 1.0, 0.2, 0.2));
+        runs.push(run(Method::Ibs, Parameter::Samples, 16.0, 2.0, 0.04));
+        runs.push(run(Method::Ibs, Parameter::Cells, 32.0, 0.4, 0.0501));
+        let truth = TruthNote { kind: "photographs".to_owned(), samples: None, noise_rmse: None, noise_flip: None };
+        Study {
+            fingerprint: String::new(),
+            site: "s".to_owned(),
+            lighting: String::new(),
+            threads: 2,
+            processor_time: true,
+            share: 1.0,
+            truth,
+            base: Base { width: 64, probes: 1, cells: 64, rays: 192, samples: 4 },
+            blocks: vec![4],
+            runs,
+            pending: vec![],
+            notes: vec![],
+            summary: None,
+        }
+    }
+
+    #[test]
+    fn equal_error_and_equal_time_follow_the_power_law() {
+        let s = summary(&example(), &[], "sites/s");
+        let flip = s.speed_ups.iter().find(|s| s.metric == Metric::Flip).unwrap();
+        // 0.8/√n = 0.05 at n = 256 samples = 512 processor seconds, beyond the last point
+        assert!((flip.needed_cpu_s / 512.0 - 1.0).abs() < 1e-5 && flip.how == How::Extrapolated, "{flip:?}");
+        assert!((flip.frame.value / 512.0 - 1.0).abs() < 1e-5 && (flip.frame_wall / 512.0 - 1.0).abs() < 1e-5);
+        assert!((flip.with_setup.value / (518.0 / 7.0) - 1.0).abs() < 1e-5);
+        let equal = |with| s.equal_time.iter().find(|e| e.metric == Metric::Flip && e.with_setup == with).unwrap();
+        assert_eq!(equal(false).how, How::First);
+        assert!((equal(false).ratio.value - 16.0).abs() < 1e-5);
+        // 7 s less 6 s of set-up leave less than one sample
+        assert_eq!(equal(true).how, How::First);
+    }
+
+    #[test]
+    fn rows_are_sorted_and_the_front_and_orders_are_found() {
+        let s = summary(&example(), &[], "sites/s");
+        let names: Vec<_> = s.rows.iter().map(|r| format!("{} {}", r.setting.method.name(), r.label)).collect();
+        assert_eq!(names[..2], ["ibs as it comes", "ibs 32 volume cells"]);
+        assert!(
+            s.rows.iter().filter(|r| r.setting.method == Method::PathTracing).all(|r| !r.pareto || r.frame.cpu_s > 4.0)
+        );
+        let traced =
+            s.convergence.iter().find(|c| c.method == Method::PathTracing && c.metric == Metric::Rmse).unwrap();
+        assert!((traced.order.value + 0.5).abs() < 1e-6 && traced.points == 4);
+        let recommended = s.recommended.unwrap();
+        assert!(recommended.snippet.contains("clerestory render sites/s"), "{}", recommended.snippet);
+        assert!((tail(&[(1.0, 1.5), (2.0, 1.25), (4.0, 1.125)]).unwrap() + 1.0).abs() < 1e-12, "1 + ½/x");
+    }
+}
