@@ -236,8 +236,8 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
     for loss in &summary.losses {
         writeln!(out, "loses: {loss}")?;
     }
-    for left in &study.pending {
-        writeln!(out, "left undone by the budget: {left}")?;
+    if !study.pending.is_empty() {
+        writeln!(out, "left undone by the budget (the same command goes on): {}", study.pending.join("; "))?;
     }
     if let Some(r) = &summary.recommended {
         writeln!(out, "{}\n\n    {}\n", r.why, r.snippet)?;

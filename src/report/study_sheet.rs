@@ -41,7 +41,7 @@ pub fn study_sheet(study: &Study, summary: &Summary, outside: &[Outside], made_b
     }
     y = top + 90.0;
     legend(&mut svg, y, outside);
-    y += 11.0;
+    y += 4.4 * (3.0 + outside.len() as f64).div_euclid(3.01) + 11.0;
     svg.group("findings", "findings", |svg| y = findings(svg, y, study, summary, outside));
     svg.group("table", "table", |svg| table(svg, y + 3.0, summary));
     svg.text([MARGIN, SIZE[1] - 7.0], made_by, &Text::new(2.1).colour(GREY));
@@ -94,7 +94,7 @@ fn panel(svg: &mut Svg, frame: [f64; 4], summary: &Summary, outside: &[Outside],
     let mut reached: Vec<(f64, f64)> = places.iter().copied().chain(other).collect();
     reached.extend(flip().map(|s| (s.needed_cpu_s, s.error)));
     let Some(plot) = Plot::around(frame, &reached) else { return };
-    plot.axes(svg, "processor seconds (all threads)", "FLIP: 0 is equal");
+    plot.axes(svg, "processor seconds (all threads)", "visible error (FLIP)");
     plot.clipped(svg, |svg| {
         front(svg, &plot, &places);
         for (o, (mark, colour)) in outside.iter().zip(OUTSIDE) {
@@ -256,12 +256,15 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
             "The reference's own noise is {rmse:.2e} RMSE, taken off RMSE and relMSE; its halves differ by FLIP {flip:.3}."
         ));
     }
-    known.extend(outside.first().map(|o| format!("Outside figures: {}.", o.note)));
+    known.extend(outside.first().map(|o| {
+        format!("Outside figures: {}. Their intervals hold our own uncertainty only, over whole pictures.", o.note)
+    }));
     known.extend(outside.iter().filter(|o| o.points.iter().any(|p| p.carried)).map(|o| {
         format!("{}: its last points were measured in some views only and carried over by their ratio.", o.name)
     }));
     if !study.pending.is_empty() {
-        known.push(format!("The time budget left undone: {}.", study.pending.join("; ")));
+        let (n, first) = (study.pending.len(), &study.pending[0]);
+        known.push(format!("The time budget left {n} settings undone, from “{first}” on; the same command goes on."));
     }
     known.extend(study.notes.iter().cloned());
     say("What to know", &known);

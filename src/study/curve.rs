@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// So many times its last time a curve is followed; beyond that nothing is promised.
+const FURTHEST: f64 = 1e4;
+
 /// How a figure was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -30,7 +33,7 @@ impl Curve {
     }
 
     /// The time at which the error first falls to `error`; `None` without points, or where the curve ends without
-    /// falling.
+    /// falling, or 10⁴ times its last time would not be enough.
     pub fn time_at(&self, error: f64) -> Option<(f64, How)> {
         let first = self.points.first()?;
         if first.1 <= error {
@@ -40,7 +43,8 @@ impl Curve {
             return Some((between(flipped(pair[0]), flipped(pair[1]), error), How::Measured));
         }
         let [.., a, b] = self.points[..] else { return None };
-        (b.1 < a.1).then(|| (between(flipped(a), flipped(b), error), How::Extrapolated))
+        let time = (b.1 < a.1).then(|| between(flipped(a), flipped(b), error));
+        time.filter(|t| *t <= FURTHEST * b.0).map(|t| (t, How::Extrapolated))
     }
 
     /// The error at a time; before the first point, that point's. `None` without points, or beyond a lone one.
@@ -108,6 +112,7 @@ mod tests {
     #[test]
     fn a_curve_that_does_not_fall_promises_nothing() {
         assert_eq!(Curve::new([(1.0, 0.5), (2.0, 0.5)]).time_at(0.1), None);
+        assert_eq!(Curve::new([(1.0, 0.5), (2.0, 0.499)]).time_at(0.01), None, "too far away to tell");
         assert_eq!(Curve::new([(1.0, 0.5), (0.0, 3.0), (2.0, f64::NAN)]).time_at(0.1), None);
         assert_eq!(Curve::default().error_at(1.0), None);
         assert_eq!(order(&[(1.0, 2.0)]), None);

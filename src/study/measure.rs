@@ -50,6 +50,9 @@ pub struct ViewRun {
     pub frame: Seconds,
     /// Its errors.
     pub blocks: Vec<Block>,
+    /// Its errors over the whole photograph, where `blocks` are of tiles; of image-based shooting as it comes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub whole: Option<Vec<Block>>,
     /// Its errors over the whole photograph by where the light came from; of image-based shooting as it comes only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<Comparison>,
@@ -102,7 +105,11 @@ impl Bench<'_> {
             let whole = photo.as_ref().filter(|_| setting.parameter == Parameter::AsItComes);
             let parts = whole.and_then(|photo| compare(self.scene, &probes, &truth.camera, &picture, photo));
             let blocks = truth.errors(&truth.cut(&picture.radiance));
-            views.push(ViewRun { view: truth.name.clone(), frame, blocks, parts });
+            let whole = whole.filter(|_| truth.share() < 1.0).map(|photo| {
+                let all = TruthView::whole(&truth.name, truth.camera, photo);
+                all.errors(std::slice::from_ref(&picture.radiance))
+            });
+            views.push(ViewRun { view: truth.name.clone(), frame, blocks, whole, parts });
         }
         let (volume, spent_s) = (volume.is_some(), spent.read().wall_s);
         Ok(Run { setting, setup: setup_s, views, volume, radius_m: None, spent_s })
@@ -145,7 +152,7 @@ impl Bench<'_> {
         for truth in self.truth {
             let (frame, picture) = self.frames(&relit, truth, self.base.samples);
             let blocks = truth.errors(&truth.cut(&picture.radiance));
-            views.push(ViewRun { view: truth.name.clone(), frame, blocks, parts: None });
+            views.push(ViewRun { view: truth.name.clone(), frame, blocks, whole: None, parts: None });
         }
         let radius_m = Some(f64::from(plain.radius_m()));
         Ok(Run { setting, setup, views, volume: true, radius_m, spent_s: spent.read().wall_s })
@@ -167,7 +174,8 @@ impl Bench<'_> {
             _ => (traced.iter().map(Estimate::mean).collect(), 1.0),
         };
         let frame = clock.read().times(share / truth.share());
-        Some(ViewRun { view: truth.name.clone(), frame, blocks: truth.errors(&pictures), parts: None })
+        let blocks = truth.errors(&pictures);
+        Some(ViewRun { view: truth.name.clone(), frame, blocks, whole: None, parts: None })
     }
 
     fn options(&self) -> Options {
@@ -264,6 +272,11 @@ impl Run {
     /// All views' blocks, one view after the other.
     pub fn blocks(&self) -> Vec<Block> {
         self.views.iter().flat_map(|v| v.blocks.iter().copied()).collect()
+    }
+
+    /// The blocks of whole photographs where there are any, else those of tiles, by view.
+    pub(super) fn widest(&self) -> Vec<&Vec<Block>> {
+        self.views.iter().map(|v| v.whole.as_ref().unwrap_or(&v.blocks)).collect()
     }
 
     /// Whether this is image-based shooting with nothing changed.

@@ -150,12 +150,22 @@ pub fn summary(study: &Study, outside: &[Outside], site: &str) -> Summary {
     let rows = rows(&whole, &resamples);
     let (mut speed_ups, mut equal_time) = (Vec::new(), Vec::new());
     if let Some(ours) = whole.iter().find(|w| w.run.is_plain_ibs()) {
+        let widest = ours.run.widest();
+        let of_whole = Resamples::new(&widest.iter().map(|v| v.len()).collect::<Vec<_>>(), DRAWS);
         for metric in Metric::ALL {
             let traced = Rival::tracer(&whole, metric);
             let outside = outside.iter().filter_map(|o| Rival::outside(o, metric));
-            for rival in traced.into_iter().chain(outside) {
-                speed_ups.extend(rival.speed_up(ours, &resamples));
-                equal_time.extend([false, true].into_iter().filter_map(|s| rival.equal_time(ours, &resamples, s)));
+            let tiles = Ours { run: ours.run, blocks: ours.blocks.clone(), resamples: &resamples };
+            // other programs were measured over whole pictures
+            let whole = Ours {
+                run: ours.run,
+                blocks: widest.iter().flat_map(|v| v.iter().copied()).collect(),
+                resamples: &of_whole,
+            };
+            let pairs = traced.into_iter().map(|t| (t, &tiles)).chain(outside.map(|o| (o, &whole)));
+            for (rival, ours) in pairs {
+                speed_ups.extend(rival.speed_up(ours));
+                equal_time.extend([false, true].into_iter().filter_map(|s| rival.equal_time(ours, s)));
             }
         }
     }
@@ -173,6 +183,13 @@ fn rows(whole: &[Whole], resamples: &Resamples) -> Vec<Row> {
         Row { setting, label: setting.label(), setup, frame, rmse, relmse, flip, ssim, pareto }
     };
     whole.iter().zip(front).map(row).collect()
+}
+
+/// Image-based shooting as it comes, over the pixels that a rival was measured over.
+struct Ours<'a> {
+    run: &'a Run,
+    blocks: Vec<Block>,
+    resamples: &'a Resamples,
 }
 
 /// Another way to make pictures: its error by time, as it would be for another draw of blocks.
@@ -213,7 +230,7 @@ impl<'a> Rival<'a> {
         Curve::new(self.points.iter().map(|(t, e)| (time(t), error(e))))
     }
 
-    fn speed_up(&self, ours: &Whole, resamples: &Resamples) -> Option<SpeedUp> {
+    fn speed_up(&self, ours: &Ours) -> Option<SpeedUp> {
         let once = vec![1.0; ours.blocks.len()];
         let (frame, setup) = (ours.run.frame(), ours.run.setup);
         let reach = |draw: &[f32], time| self.curve(draw, time).time_at(error(self.metric, &ours.blocks, draw));
@@ -225,13 +242,13 @@ impl<'a> Rival<'a> {
             error: error(self.metric, &ours.blocks, &once),
             needed_cpu_s,
             how,
-            frame: resamples.interval(|draw| cpu(draw) / frame.cpu_s),
+            frame: ours.resamples.interval(|draw| cpu(draw) / frame.cpu_s),
             frame_wall: reach(&once, |s| s.wall_s).map_or(f64::NAN, |t| t.0 / frame.wall_s),
-            with_setup: resamples.interval(|draw| (cpu(draw) + self.setup_s) / (frame.cpu_s + setup.cpu_s)),
+            with_setup: ours.resamples.interval(|draw| (cpu(draw) + self.setup_s) / (frame.cpu_s + setup.cpu_s)),
         })
     }
 
-    fn equal_time(&self, ours: &Whole, resamples: &Resamples, with_setup: bool) -> Option<EqualTime> {
+    fn equal_time(&self, ours: &Ours, with_setup: bool) -> Option<EqualTime> {
         let once = vec![1.0; ours.blocks.len()];
         let (frame, setup) = (ours.run.frame().cpu_s, ours.run.setup.cpu_s);
         let cpu_s = if with_setup { frame + setup } else { frame };
@@ -239,7 +256,7 @@ impl<'a> Rival<'a> {
         let theirs = |draw: &[f32]| self.curve(draw, |s| s.cpu_s).error_at(left);
         let ratio = |draw: &[f32]| theirs(draw).map_or(f64::NAN, |e| e.0 / error(self.metric, &ours.blocks, draw));
         let (error, how) = theirs(&once)?;
-        let ratio = resamples.interval(ratio);
+        let ratio = ours.resamples.interval(ratio);
         Some(EqualTime { against: self.name.clone(), metric: self.metric, with_setup, cpu_s, error, how, ratio })
     }
 }
@@ -305,7 +322,7 @@ mod tests {
             similarity: 4.0 * (1.0 - e),
         };
         let frame = Seconds { wall_s: seconds, cpu_s: 2.0 * seconds };
-        let view = ViewRun { view: "v".to_owned(), frame, blocks: vec![block; 4], parts: None };
+        let view = ViewRun { view: "v".to_owned(), frame, blocks: vec![block; 4], whole: None, parts: None };
         let setup = Seconds { wall_s: 3.0, cpu_s: 6.0 };
         Run {
             setting: Setting { method, parameter, value },

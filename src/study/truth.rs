@@ -86,6 +86,11 @@ impl TruthView {
         Self { name: name.to_owned(), camera, tiles, exposure: Exposure::of(known), floor }
     }
 
+    /// The truth of a view that is all of a photograph.
+    pub(super) fn whole(name: &str, camera: Camera, photo: &Picture) -> Self {
+        Self::new(name, camera, vec![Tile { x: 0, y: 0, truth: photo.clone(), halves: None }], photo)
+    }
+
     /// The cameras that see the tiles, pixel for pixel as the view does.
     pub fn cameras(&self) -> Vec<Camera> {
         let one = |tile: &Tile| Camera {
@@ -286,11 +291,13 @@ mod tests {
         }
         assert_eq!(tiles(40, 30, 0.01).len(), 1, "a small picture still has one");
         assert_eq!(tiles(512, 300, 1.0), [[0, 0, 512, 300]]);
-        let view = view(&waves(0.3), 0.5, None);
-        let (camera, tile) = (view.cameras()[0], &view.tiles[0]);
-        let through_tile = camera.direction(3.5, 4.5);
-        let through_whole = view.camera.direction(f64::from(tile.x) + 3.5, f64::from(tile.y) + 4.5);
-        assert!((through_tile - through_whole).length() < 1e-12);
-        assert!((view.share() - 64.0 * 64.0 / (96.0 * 80.0)).abs() < 1e-12);
+        assert_eq!(tiles(96, 80, 0.5), [[0, 0, 96, 80]], "no room for tiles apart");
+        let whole = view(&waves(0.3), 1.0, None);
+        let tile = Tile { x: 20, y: 9, truth: cut(&waves(0.3), [20, 9, 48, 40]), halves: None };
+        let view = TruthView::new("v", whole.camera, vec![tile], &waves(0.3));
+        let through_tile = view.cameras()[0].direction(3.5, 4.5);
+        assert!((through_tile - whole.camera.direction(23.5, 13.5)).length() < 1e-12);
+        assert!((view.share() - 0.25).abs() < 1e-12);
+        assert_eq!(view.cut(&waves(0.3))[0], view.tiles[0].truth);
     }
 }

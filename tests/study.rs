@@ -1,0 +1,112 @@
+//! `study` from the command line: a small room, measured, cut short, gone on with and repeated.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
+
+mod support;
+
+use assert_cmd::Command;
+use glam::DVec3;
+use std::fs;
+use std::path::Path;
+use support::{Built, Plan, closed, grey, v};
+
+/// A room with an open ceiling, one probe and one view.
+fn room() -> Built {
+    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    quads.remove(1);
+    let mut plan =
+        Plan::new(quads, &[grey(0.6)]).probe(v(1.2, 1.4, 1.0), 64).view(v(3.6, 2.6, 1.4), v(0.5, 0.8, 0.6), 40);
+    plan.more = "[environment]\nradiance = [1, 1.1, 1.3]".to_owned();
+    plan.build().trace(&plan, 64)
+}
+
+fn study(site: &Path, out: &Path, more: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::cargo_bin("clerestory").unwrap();
+    command.args(["--threads", "2", "study"]).arg(site).arg("--out").arg(out);
+    command.args(["--reference-samples", "256", "--most-samples", "16"]).args(more).assert()
+}
+
+fn csv(out: &Path) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(out.join("study.csv")).unwrap();
+    text.lines().map(|l| l.split(',').map(str::to_owned).collect()).collect()
+}
+
+/// The columns that do not depend on the machine.
+fn errors(rows: &[Vec<String>]) -> Vec<String> {
+    let row = |r: &Vec<String>| format!("{} {} {:?}", r[0], r[1].split(';').next().unwrap(), &r[3..7]);
+    rows[1..].iter().map(row).collect()
+}
+
+#[test]
+fn a_study_is_cut_short_goes_on_and_repeats() {
+    let built = room();
+    let site = built.folder.path();
+    let out = tempfile::tempdir().unwrap();
+    let (first, second) = (out.path().join("a"), out.path().join("b"));
+
+    let short = study(site, &first, &["--budget", "0.0001"]).success();
+    let text = String::from_utf8_lossy(&short.get_output().stdout).into_owned();
+    assert!(text.contains("left undone by the budget"), "{text}");
+    let before = csv(&first).len();
+
+    let whole = study(site, &first, &["--json"]).success();
+    let json: serde_json::Value = serde_json::from_slice(&whole.get_output().stdout).unwrap();
+    let rows = csv(&first);
+    assert!(rows.len() > before);
+    assert_eq!(rows[0][..6], ["method", "setting", "seconds", "rmse", "relmse", "flip"]);
+    let first_of = |method: &str| rows.iter().find(|r| r[0] == method).unwrap();
+    for method in ["ibs", "paper", "path tracing"] {
+        assert!(first_of(method)[1].contains("set-up"), "{method}");
+    }
+    for row in &rows[1..] {
+        let numbers: Vec<f64> = row[2..].iter().map(|n| n.parse().unwrap()).collect();
+        assert!(numbers.iter().all(|n| n.is_finite()), "{row:?}");
+    }
+    // Monte Carlo: twice as near for four times the samples
+    let orders = json["convergence"].as_array().unwrap();
+    let order = orders.iter().find(|c| c["method"] == "path tracing" && c["metric"] == "rmse").unwrap();
+    let order = order["order"]["value"].as_f64().unwrap();
+    assert!((-0.7..-0.35).contains(&order), "{order}");
+    assert!(json["recommended"]["snippet"].as_str().unwrap().starts_with("clerestory render"));
+    assert!(json["losses"].as_array().is_some_and(|l| !l.is_empty()));
+
+    // nothing is measured twice
+    let stamp = fs::read_to_string(first.join("study.csv")).unwrap();
+    study(site, &first, &["-q"]).success().stdout("");
+    assert_eq!(fs::read_to_string(first.join("study.csv")).unwrap(), stamp);
+
+    // the same errors from scratch, where --share takes the whole of so small a picture
+    study(site, &second, &["-q", "--fresh"]).success();
+    assert_eq!(errors(&csv(&second)), errors(&rows));
+    for name in ["study.svg", "study.png"] {
+        assert!(fs::metadata(second.join(name)).unwrap().len() > 1000, "{name}");
+    }
+    let svg = fs::read_to_string(second.join("study.svg")).unwrap();
+    roxmltree::Document::parse(&svg).unwrap();
+    assert!(!svg.contains("NaN"));
+
+    // other settings: the old study is moved aside
+    let other = study(site, &second, &["--seed", "1", "--budget", "0.0001"]).success();
+    let text = String::from_utf8_lossy(&other.get_output().stdout).into_owned();
+    assert!(text.contains("study.previous.json") && second.join("study.previous.json").exists(), "{text}");
+}
+
+#[test]
+fn what_cannot_be_studied_is_one_line() {
+    let plan =
+        Plan::new(closed(DVec3::ZERO, v(2.0, 2.0, 2.0), 0), &[grey(0.5)]).view(v(1.5, 1.5, 1.0), v(0.0, 0.0, 1.0), 16);
+    let out = tempfile::tempdir().unwrap();
+    let bare = plan.build();
+    let one_line = |assert: assert_cmd::assert::Assert, needle: &str| {
+        let text = String::from_utf8_lossy(&assert.failure().code(1).get_output().stderr).into_owned();
+        assert!(text.lines().count() == 1 && text.contains(needle), "{text}");
+    };
+    one_line(study(bare.folder.path(), out.path(), &[]), "no probe");
+    let dark = plan.clone().probe(v(1.0, 1.0, 1.0), 16);
+    let built = dark.build().furnace(&dark, 1.0);
+    one_line(study(built.folder.path(), out.path(), &[]), "nothing to measure error against");
+    one_line(study(built.folder.path(), out.path(), &["--view", "none"]), "v0");
+    fs::write(out.path().join("bad.json"), "{\"rows\": []}").unwrap();
+    let bad = out.path().join("bad.json");
+    one_line(study(built.folder.path(), out.path(), &["--outside", bad.to_str().unwrap()]), "bad.json");
+}
