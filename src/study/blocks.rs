@@ -46,7 +46,7 @@ pub enum Metric {
     Rmse,
     /// Relative mean squared error, see [`super::relmse`].
     RelMse,
-    /// Mean FLIP, see [`super::flip`].
+    /// Mean FLIP, see [`super::flip()`].
     Flip,
     /// Structural similarity, see [`super::ssim`]; the only one that is better the greater it is.
     Ssim,
