@@ -1,5 +1,6 @@
 //! Where to stand: open space, what is seen from a point of it, and the fewest points that see all of it.
 
+pub mod cover;
 mod noding;
 pub mod open_space;
 mod orient;

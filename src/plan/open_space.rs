@@ -126,7 +126,7 @@ impl OpenSpace {
 
     /// The point itself if it lies inside, else the nearest found a hair (10⁻¹² of the extent) inside a wall that is
     /// no further than 10⁻⁹ of the extent; for points that were constructed on a wall and rounded out of it.
-    pub(crate) fn pulled_in(&self, p: DVec2) -> Option<DVec2> {
+    pub fn pulled_in(&self, p: DVec2) -> Option<DVec2> {
         if self.contains(p) {
             return Some(p);
         }

@@ -53,8 +53,9 @@ impl OpenSpace {
     }
 
     /// The far end of the ray from `from` through a corner that it sees: the last point in the open space that is
-    /// reached without leaving it. The corner itself when the ray goes no further.
-    pub(crate) fn ray_end(&self, from: DVec2, corner: u32) -> DVec2 {
+    /// reached without leaving it. The corner itself when the ray goes no further. `corner` is a number of
+    /// [`OpenSpace::corners`].
+    pub fn ray_end(&self, from: DVec2, corner: u32) -> DVec2 {
         let through = self.corners[corner as usize];
         let mut last = through;
         let mut step = Step::Corner(corner);

@@ -1,0 +1,146 @@
+//! Lower bounds on how many candidates a cover takes.
+
+use super::exact::Part;
+use super::{Coverage, Lists};
+
+/// A lower bound and what proves it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bound {
+    /// No cover has fewer candidates.
+    pub at_least: usize,
+    /// Elements no two of which one candidate covers: each takes a candidate of its own. May be fewer than `at_least`,
+    /// when the linear relaxation proves more.
+    pub apart: Vec<usize>,
+}
+
+/// A lower bound for covering everything that can be covered: the better of elements apart and of the linear
+/// relaxation, whose dual is climbed by subgradients (Held and Karp 1971; Beasley 1987) and rounded up.
+pub fn lower_bound(coverage: &Coverage) -> Bound {
+    let apart = disjoint(coverage);
+    let needed: Vec<u32> =
+        (0..coverage.elements()).filter(|&e| !coverage.covered_by(e).is_empty()).map(|e| e as u32).collect();
+    let mut number = vec![u32::MAX; coverage.elements()];
+    for (k, &e) in needed.iter().enumerate() {
+        number[e as usize] = k as u32;
+    }
+    let mut columns = Lists::default();
+    for c in 0..coverage.candidates() {
+        let list: Vec<u32> = coverage.covers(c).iter().map(|&e| number[e as usize]).collect();
+        columns.push(&list);
+    }
+    let part = Part::new(columns, needed.len());
+    let mut dual = Dual::new(&part);
+    for &e in &apart {
+        dual.prices[number[e] as usize] = 1.0;
+    }
+    let free = Free { rows: vec![true; part.rows.len()], columns: vec![true; part.columns.len()] };
+    let by_prices = dual.climb(&part, &free, 300, f64::INFINITY);
+    Bound { at_least: round_up(by_prices).max(apart.len()), apart }
+}
+
+/// Elements no two of which one candidate covers, chosen greedily: those first whose candidates cover least.
+pub fn disjoint(coverage: &Coverage) -> Vec<usize> {
+    let reach = |e: usize| coverage.covered_by(e).iter().map(|&c| coverage.covers(c as usize).len()).sum::<usize>();
+    let mut order: Vec<(usize, usize)> =
+        (0..coverage.elements()).filter(|&e| !coverage.covered_by(e).is_empty()).map(|e| (reach(e), e)).collect();
+    order.sort_unstable();
+    let mut used = vec![false; coverage.candidates()];
+    let mut apart = Vec::new();
+    for (_, e) in order {
+        let candidates = coverage.covered_by(e);
+        if candidates.iter().all(|&c| !used[c as usize]) {
+            apart.push(e);
+            for &c in candidates {
+                used[c as usize] = true;
+            }
+        }
+    }
+    apart
+}
+
+/// The least whole number not below a bound, mindful of rounding in its sum.
+pub(crate) fn round_up(bound: f64) -> usize {
+    (bound - 1e-6).ceil().max(0.0) as usize
+}
+
+/// What of a part is still to be decided.
+#[derive(Clone, Debug)]
+pub(crate) struct Free {
+    pub(crate) rows: Vec<bool>,
+    pub(crate) columns: Vec<bool>,
+}
+
+/// Prices of the rows: Σ uᵢ + Σⱼ min(0, 1 − Σ_{i ∈ j} uᵢ) is a lower bound for any prices uᵢ ≥ 0.
+#[derive(Clone, Debug)]
+pub(crate) struct Dual {
+    pub(crate) prices: Vec<f64>,
+    /// 1 − Σ uᵢ for each column, at the best bound found.
+    pub(crate) costs: Vec<f64>,
+}
+
+impl Dual {
+    pub(crate) fn new(part: &Part) -> Self {
+        let share = |r: usize| {
+            let of = |c: &u32| 1.0 / part.columns.get(*c as usize).len().max(1) as f64;
+            part.rows.get(r).iter().map(of).fold(1.0, f64::min)
+        };
+        Self { prices: (0..part.rows.len()).map(share).collect(), costs: vec![1.0; part.columns.len()] }
+    }
+
+    /// Climbs for so many steps, or until the bound exceeds `enough`; keeps the best prices and returns their bound.
+    pub(crate) fn climb(&mut self, part: &Part, free: &Free, steps: usize, enough: f64) -> f64 {
+        let rows: Vec<usize> = (0..free.rows.len()).filter(|&r| free.rows[r]).collect();
+        let columns: Vec<usize> = (0..free.columns.len()).filter(|&c| free.columns[c]).collect();
+        let mut best = f64::NEG_INFINITY;
+        let mut prices = self.prices.clone();
+        let mut costs = vec![1.0; free.columns.len()];
+        let (mut pace, mut stale) = (2.0, 0);
+        let mut slope = vec![0.0; free.rows.len()];
+        for _ in 0..steps {
+            for &r in &rows {
+                slope[r] = 1.0;
+            }
+            let mut bound: f64 = rows.iter().map(|&r| prices[r]).sum();
+            for &c in &columns {
+                let list = part.columns.get(c);
+                let cost =
+                    1.0 - list.iter().filter(|&&r| free.rows[r as usize]).map(|&r| prices[r as usize]).sum::<f64>();
+                costs[c] = cost;
+                if cost < 0.0 {
+                    bound += cost;
+                    for &r in list {
+                        slope[r as usize] -= 1.0;
+                    }
+                }
+            }
+            if bound > best + 1e-9 {
+                (best, stale) = (bound, 0);
+                self.prices.clone_from(&prices);
+                self.costs.clone_from(&costs);
+            } else {
+                stale += 1;
+            }
+            if best > enough {
+                break;
+            }
+            if stale >= 15 {
+                (pace, stale) = (pace / 2.0, 0);
+                prices.clone_from(&self.prices);
+                if pace < 0.003 {
+                    break;
+                }
+                continue;
+            }
+            let norm: f64 = rows.iter().map(|&r| slope[r] * slope[r]).sum();
+            if norm == 0.0 {
+                break;
+            }
+            // aims a little above the bound: the true height is unknown
+            let step = pace * (0.05 * best.max(1.0) + (best - bound).max(0.0)) / norm;
+            for &r in &rows {
+                prices[r] = (prices[r] + step * slope[r]).max(0.0);
+            }
+        }
+        best.max(0.0)
+    }
+}

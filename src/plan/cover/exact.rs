@@ -1,0 +1,201 @@
+//! The fewest candidates, proved: branch and bound on what [`super::reduce`] leaves.
+
+use super::bound::{Dual, Free, round_up};
+use super::choose::{Goal, choose};
+use super::reduce::reduce;
+use super::{Coverage, Lists};
+use std::time::Instant;
+
+/// A cover and a bound on all covers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Minimum {
+    /// Covers everything that can be covered, in rising order.
+    pub chosen: Vec<usize>,
+    /// No cover has fewer; equal to `chosen.len()` when proved.
+    pub at_least: usize,
+}
+
+impl Minimum {
+    /// Whether no better cover exists.
+    pub fn proved(&self) -> bool {
+        self.at_least == self.chosen.len()
+    }
+}
+
+/// An independent part of a problem, with its own numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub(crate) columns: Lists,
+    pub(crate) rows: Lists,
+}
+
+impl Part {
+    pub(crate) fn new(columns: Lists, rows: usize) -> Self {
+        let rows = columns.transposed(rows);
+        Self { columns, rows }
+    }
+}
+
+/// The fewest candidates that cover everything coverable. Stopped by `deadline` it returns the best cover found and a
+/// bound that still holds.
+pub fn minimum(coverage: &Coverage, deadline: Option<Instant>) -> Minimum {
+    let reduced = reduce(coverage);
+    let mut result = Minimum { at_least: reduced.forced.len(), chosen: reduced.forced };
+    for (part, names) in &reduced.parts {
+        let (chosen, at_least) = solve(part, deadline);
+        result.at_least += at_least;
+        result.chosen.extend(chosen.into_iter().map(|c| names[c]));
+    }
+    result.chosen.sort_unstable();
+    result
+}
+
+struct Search<'a> {
+    part: &'a Part,
+    best: Vec<usize>,
+    deadline: Option<Instant>,
+    nodes: usize,
+    stopped: bool,
+}
+
+/// A part's best cover, and a bound.
+fn solve(part: &Part, deadline: Option<Instant>) -> (Vec<usize>, usize) {
+    let rows = part.rows.len();
+    let candidates = (0..part.columns.len()).map(|c| part.columns.get(c).iter().copied());
+    let first = Coverage::new(vec![1.0; rows], candidates).map(|c| choose(&c, &Goal::default()).chosen);
+    let mut search = Search {
+        part,
+        best: first.unwrap_or_else(|_| (0..part.columns.len()).collect()),
+        deadline,
+        nodes: 0,
+        stopped: false,
+    };
+    let free = Free { rows: vec![true; rows], columns: vec![true; part.columns.len()] };
+    let mut dual = Dual::new(part);
+    let root = round_up(dual.climb(part, &free, 600, search.best.len() as f64 - 1.0 + 1e-5));
+    if root >= search.best.len() {
+        return (search.best, root);
+    }
+    search.branch(free, Vec::new(), dual);
+    let at_least = if search.stopped { root } else { search.best.len() };
+    let at_least = at_least.min(search.best.len());
+    (search.best, at_least)
+}
+
+impl Search<'_> {
+    fn branch(&mut self, mut free: Free, mut taken: Vec<usize>, mut dual: Dual) {
+        self.nodes += 1;
+        if self.stopped || self.deadline.is_some_and(|d| self.nodes.is_multiple_of(16) && Instant::now() >= d) {
+            self.stopped = true;
+            return;
+        }
+        loop {
+            if !self.force(&mut free, &mut taken) {
+                return;
+            }
+            if free.rows.iter().all(|r| !r) {
+                if taken.len() < self.best.len() {
+                    self.best = taken;
+                }
+                return;
+            }
+            // a cover that helps has at most this many more
+            let Some(most) = (self.best.len() - 1).checked_sub(taken.len()).filter(|&m| m > 0) else { return };
+            let steps = if self.nodes == 1 { 400 } else { 60 };
+            let bound = dual.climb(self.part, &free, steps, most as f64 + 1e-5);
+            if round_up(bound) > most {
+                return;
+            }
+            self.greedy(&free, &taken, &dual);
+            if taken.len() + round_up(bound) >= self.best.len() {
+                return;
+            }
+            let Some(most) = (self.best.len() - 1).checked_sub(taken.len()) else { return };
+            if !fix(&mut free, &dual, bound, most, self.part) {
+                break;
+            }
+        }
+        let open = |r: usize| self.part.rows.get(r).iter().filter(|&&c| free.columns[c as usize]).count();
+        let row = (0..free.rows.len())
+            .filter(|&r| free.rows[r])
+            .min_by(|&a, &b| open(a).cmp(&open(b)).then_with(|| dual.prices[b].total_cmp(&dual.prices[a])));
+        let Some(row) = row else { return };
+        let mut columns: Vec<usize> =
+            self.part.rows.get(row).iter().map(|&c| c as usize).filter(|&c| free.columns[c]).collect();
+        columns.sort_by(|&a, &b| dual.costs[a].total_cmp(&dual.costs[b]));
+        for c in columns {
+            let (mut next, mut with) = (free.clone(), taken.clone());
+            self.take(c, &mut next, &mut with);
+            self.branch(next, with, dual.clone());
+            // all covers with it are known
+            free.columns[c] = false;
+        }
+    }
+
+    fn take(&self, c: usize, free: &mut Free, taken: &mut Vec<usize>) {
+        taken.push(c);
+        free.columns[c] = false;
+        for &r in self.part.columns.get(c) {
+            free.rows[r as usize] = false;
+        }
+    }
+
+    /// Takes the only candidate of each row that has but one; false when a row has none.
+    fn force(&self, free: &mut Free, taken: &mut Vec<usize>) -> bool {
+        loop {
+            let mut changed = false;
+            for r in 0..free.rows.len() {
+                if !free.rows[r] {
+                    continue;
+                }
+                let mut open = self.part.rows.get(r).iter().map(|&c| c as usize).filter(|&c| free.columns[c]);
+                let Some(first) = open.next() else { return false };
+                if open.next().is_none() {
+                    self.take(first, free, taken);
+                    changed = true;
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
+        for c in 0..free.columns.len() {
+            if free.columns[c] && self.part.columns.get(c).iter().all(|&r| !free.rows[r as usize]) {
+                free.columns[c] = false;
+            }
+        }
+        true
+    }
+
+    /// A cover by the prices: cheapest columns first, by cost over what they add.
+    fn greedy(&mut self, free: &Free, taken: &[usize], dual: &Dual) {
+        let mut free = free.clone();
+        let mut cover = taken.to_vec();
+        while let Some(row) = (0..free.rows.len())
+            .filter(|&r| free.rows[r])
+            .max_by(|&a, &b| dual.prices[a].total_cmp(&dual.prices[b]).then(b.cmp(&a)))
+        {
+            if cover.len() + 1 >= self.best.len() {
+                return;
+            }
+            let adds = |c: usize| self.part.columns.get(c).iter().filter(|&&r| free.rows[r as usize]).count() as f64;
+            let columns = self.part.rows.get(row).iter().map(|&c| c as usize).filter(|&c| free.columns[c]);
+            let score = |c: usize| dual.costs[c] - 0.05 * adds(c);
+            let Some(c) = columns.min_by(|&a, &b| score(a).total_cmp(&score(b))) else { return };
+            self.take(c, &mut free, &mut cover);
+        }
+        self.best = cover;
+    }
+}
+
+/// Leaves out columns whose cost lifts the bound over `most`; whether any was.
+fn fix(free: &mut Free, dual: &Dual, bound: f64, most: usize, part: &Part) -> bool {
+    let mut changed = false;
+    for c in 0..free.columns.len() {
+        if free.columns[c] && dual.costs[c] > 0.0 && bound + dual.costs[c] > most as f64 + 1e-6 {
+            free.columns[c] = false;
+            changed |= !part.columns.get(c).is_empty();
+        }
+    }
+    changed
+}

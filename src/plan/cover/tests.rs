@@ -1,0 +1,68 @@
+use super::*;
+use proptest::prelude::*;
+
+/// By looking at every subset.
+fn fewest(coverage: &Coverage) -> usize {
+    let all: Vec<u32> =
+        (0..coverage.elements()).filter(|&e| !coverage.covered_by(e).is_empty()).map(|e| e as u32).collect();
+    let covers = |set: u32| {
+        let has = |e: &u32| coverage.covered_by(*e as usize).iter().any(|&c| set >> c & 1 == 1);
+        all.iter().all(has)
+    };
+    (0..1_u32 << coverage.candidates()).filter(|&s| covers(s)).map(u32::count_ones).min().unwrap() as usize
+}
+
+fn covers_all(coverage: &Coverage, chosen: &[usize]) -> bool {
+    (0..coverage.elements()).all(|e| {
+        let by = coverage.covered_by(e);
+        by.is_empty() || by.iter().any(|&c| chosen.contains(&(c as usize)))
+    })
+}
+
+proptest! {
+    #[test]
+    fn small_covers_are_the_fewest_and_bounds_hold(
+        columns in prop::collection::vec(prop::collection::vec(0_u32..14, 1..6), 1..12),
+    ) {
+        let coverage = Coverage::new(vec![1.0; 14], columns).unwrap();
+        let best = fewest(&coverage);
+        let minimum = minimum(&coverage, None);
+        prop_assert!(covers_all(&coverage, &minimum.chosen));
+        prop_assert_eq!(minimum.chosen.len(), best);
+        prop_assert_eq!(minimum.at_least, best);
+        let bound = lower_bound(&coverage);
+        prop_assert!(bound.at_least <= best);
+        prop_assert!(bound.apart.len() <= bound.at_least);
+        let choice = choose(&coverage, &Goal::default());
+        prop_assert!(covers_all(&coverage, &choice.chosen));
+        prop_assert!(choice.chosen.len() >= best);
+        prop_assert!(choice.curve.windows(2).all(|w| w[0] <= w[1]));
+    }
+}
+
+#[test]
+fn swaps_mend_the_greedy_choice() {
+    // greedy takes the six in the middle first and then needs both halves
+    let columns = [vec![0, 1, 2, 6, 7, 8], vec![0, 1, 2, 3, 4], vec![5, 6, 7, 8, 9], vec![3, 4], vec![5, 9]];
+    let coverage = Coverage::new(vec![1.0; 10], columns).unwrap();
+    let plain = choose(&coverage, &Goal { improve: false, ..Goal::default() });
+    let better = choose(&coverage, &Goal::default());
+    assert_eq!((plain.chosen.len(), better.chosen), (3, vec![1, 2]));
+}
+
+#[test]
+fn goals_are_kept() {
+    let coverage = Coverage::new(vec![5.0, 3.0, 1.0, 1.0], [vec![0], vec![1], vec![2], vec![3]]).unwrap();
+    let most = choose(&coverage, &Goal { target: 0.8, ..Goal::default() });
+    assert_eq!((most.chosen, most.curve), (vec![0, 1], vec![5.0, 8.0]));
+    let two = choose(&coverage, &Goal { at_most: Some(2), fixed: vec![3], ..Goal::default() });
+    assert_eq!((two.chosen, two.covered), (vec![3, 0], 6.0));
+    let nothing = choose(&Coverage::default(), &Goal::default());
+    assert_eq!(nothing.chosen, Vec::<usize>::new());
+}
+
+#[test]
+fn what_is_no_table_is_refused() {
+    assert!(matches!(Coverage::new(vec![1.0], [vec![1]]), Err(CoverageError::NoSuchElement { candidate: 0, .. })));
+    assert!(matches!(Coverage::new(vec![f64::NAN], [vec![0]]), Err(CoverageError::Weight { element: 0, .. })));
+}
