@@ -35,7 +35,7 @@ fn distance(d: &P, a: &P, b: &P) -> Q {
 }
 
 /// Cuts the full turn at every corner's direction; in each sector, the nearest edge ends the view.
-pub fn visible_area(polygon: &Polygon, q: DVec2) -> f64 {
+pub(crate) fn visible_area(polygon: &Polygon, q: DVec2) -> f64 {
     let place = [exact(q.x), exact(q.y)];
     let rings: Vec<Vec<P>> =
         polygon.rings().map(|r| r.iter().map(|p| minus(&[exact(p.x), exact(p.y)], &place)).collect()).collect();
