@@ -253,7 +253,7 @@ fn a_full_site_file_is_understood() {
         (camera.width, camera.height, camera.focal, camera.centre),
         (40, 30, DVec2::splat(30.0), DVec2::new(19.0, 15.0))
     );
-    assert_eq!((camera.distortion.k[0], camera.distortion.p[1]), (0.1, -0.01));
+    assert_eq!((camera.distortion.k()[0], camera.distortion.p()[1]), (0.1, -0.01));
     assert_eq!((site.unposed.len(), site.unposed[0].matches[0].point), (1, DVec3::new(1.0, 2.0, 3.0)));
     assert_eq!((site.plan.clearance_m, site.plan.probe_height_m, site.plan.max_probes), (0.5, 1.6, 12));
     assert_eq!((site.plan.keep_out[0].len(), site.plan.fixed[0]), (3, DVec2::new(2.0, 3.0)));

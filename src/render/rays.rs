@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
-use crate::site::{Camera, Distortion};
+use crate::site::Camera;
 
 /// Directions of a camera's rays, fast for a lens without distortion.
 pub struct PrimaryRays {
@@ -25,7 +25,7 @@ impl PrimaryRays {
             let at = |s: u32, step: f64| (0.5 + f64::from(s) * step).fract() as f32;
             (0..samples).map(|s| Vec2::new(at(s, 0.754_877_666_246_693), at(s, 0.569_840_290_998_053))).collect()
         };
-        let pinhole = (camera.distortion == Distortion::default()).then(|| {
+        let pinhole = camera.is_pinhole().then(|| {
             let m = camera.pose.rotation;
             let right = m.x_axis / camera.focal.x;
             let down = -m.z_axis / camera.focal.y;

@@ -23,12 +23,14 @@ mod fault;
 mod file;
 pub(crate) mod files;
 mod frame;
+mod lens;
 mod pose;
 mod resolve;
 
-pub use camera::{Camera, Distortion};
+pub use camera::Camera;
 pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
+pub use lens::{Distortion, Lens};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::path::{Path, PathBuf};

@@ -4,10 +4,11 @@ use glam::DVec2;
 use std::path::Path;
 use toml::Spanned;
 
-use super::super::camera::{Camera, Distortion};
+use super::super::camera::Camera;
 use super::super::fault::SiteError;
 use super::super::file::{MatchTable, ViewTable};
 use super::super::frame::Pose;
+use super::super::lens::Distortion;
 use super::super::pose::{Orientation, finite, finite_number};
 use super::super::{Match, UnposedView, View};
 use super::Resolver;
@@ -154,7 +155,7 @@ impl Resolver<'_> {
         camera.centre = DVec2::new(pixels(&t.cx, camera.centre.x, false)?, pixels(&t.cy, camera.centre.y, false)?);
         let term = |key: &Option<Spanned<f64>>| pixels(key, 0.0, false);
         camera.distortion =
-            Distortion { k: [term(&t.k1)?, term(&t.k2)?, term(&t.k3)?], p: [term(&t.p1)?, term(&t.p2)?] };
+            Distortion::brown([term(&t.k1)?, term(&t.k2)?, term(&t.k3)?, 0.0], [term(&t.p1)?, term(&t.p2)?]);
         Ok(camera)
     }
 }
