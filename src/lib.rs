@@ -15,6 +15,7 @@ pub mod audit;
 pub mod check;
 pub mod panorama;
 pub mod paper;
+pub mod photograph;
 pub mod plan;
 pub mod reference;
 pub mod render;

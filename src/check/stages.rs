@@ -88,7 +88,11 @@ fn unseen(site: &Site, scene: &Scene, view: &View) -> (usize, usize) {
     let (mut unseen, mut all) = (0, 0);
     for i in 0..GRID * GRID {
         let part = |n: u32, side: u32| (f64::from(n) + 0.5) / f64::from(GRID) * f64::from(side);
-        let direction = camera.direction(part(i % GRID, camera.width), part(i / GRID, camera.height)).as_vec3();
+        let (x, y) = (part(i % GRID, camera.width), part(i / GRID, camera.height));
+        if !camera.shows(x, y) {
+            continue;
+        }
+        let direction = camera.direction(x, y).as_vec3();
         let ray = Ray { origin, direction };
         let Some(hit) = scene.tracer.closest(&ray, 0.0) else { continue };
         let surface = scene.surface(&ray, &hit);

@@ -9,7 +9,7 @@ use clerestory::scene::{self, Health, Scene};
 use clerestory::site::{Site, View};
 use clerestory::study::{Comparison, compare};
 use clerestory::volume::{self, Volume};
-use clerestory::{paper, site};
+use clerestory::{paper, photograph, site};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -180,7 +180,9 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
             });
         }
         let Some(frame) = frame else { continue };
-        let error = photos.get(&view.name).and_then(|photo| compare(&scene, &probes, &view.camera, &frame, photo));
+        let error = photos
+            .get(&view.name)
+            .and_then(|(photo, left_out)| compare(&scene, &probes, &view.camera, &frame, photo, left_out.as_deref()));
         let file = write(&frame, view, &folder, args.layers)?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
         done.push(Done { name: view.name.clone(), rays_s, shade_s, covered_fraction, file, error });
@@ -229,8 +231,8 @@ fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
     Ok(all)
 }
 
-/// The photographs to compare with, by view.
-fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Picture>> {
+/// The photographs to compare with, by view, and the pixels that the view's mask leaves out.
+fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, (Picture, Option<Vec<bool>>)>> {
     let mut photos = BTreeMap::new();
     for view in views {
         if let Some(path) = &view.photo {
@@ -248,7 +250,7 @@ fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Picture>> {
                     wanted.1
                 );
             }
-            photos.insert(view.name.clone(), photo);
+            photos.insert(view.name.clone(), (photo, photograph::left_out(view)?));
         }
     }
     Ok(photos)

@@ -26,11 +26,51 @@ type Result<T> = std::result::Result<T, PanoramaError>;
 /// [`PanoramaError`] when the file is missing, damaged, of another format or larger than [`MAX_PIXELS`]. Nothing is
 /// allocated for pixels before the header is found plausible.
 pub fn read(path: &Path) -> Result<Picture> {
+    Ok(read_coded(path)?.0)
+}
+
+/// The same, with how the file stores its values.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_coded(path: &Path) -> Result<(Picture, Coding)> {
     let (format, file) = open(path)?;
     guarded(path, || match format {
-        Format::Exr => read_exr::read(path, file),
-        Format::Hdr => read_hdr::read(path, file),
+        Format::Exr => Ok((read_exr::read(path, file)?, Coding::Linear)),
+        Format::Hdr => Ok((read_hdr::read(path, file)?, Coding::Linear)),
         Format::Raster(kind) => read_raster::read(path, file, kind),
+    })
+}
+
+/// How a file stores its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coding {
+    /// Numbers proportional to light, without an upper end of their own.
+    Linear,
+    /// 8 bits, encoded by sRGB's curve.
+    Srgb8,
+    /// 16 bits, encoded by sRGB's curve.
+    Srgb16,
+}
+
+/// How the camera was held: the number of quarter turns clockwise that set the stored pixels upright, 0 to 3, and
+/// whether they are then mirrored left to right. [`read`] and [`dimensions`] have done so already.
+///
+/// # Errors
+/// As [`dimensions`].
+pub fn quarter_turns(path: &Path) -> Result<(u32, bool)> {
+    use image::metadata::Orientation as O;
+    let (format, file) = open(path)?;
+    let Format::Raster(kind) = format else { return Ok((0, false)) };
+    Ok(match guarded(path, || read_raster::orientation(path, file, kind))? {
+        O::NoTransforms => (0, false),
+        O::Rotate90 => (1, false),
+        O::Rotate180 => (2, false),
+        O::Rotate270 => (3, false),
+        O::FlipHorizontal => (0, true),
+        O::Rotate90FlipH => (1, true),
+        O::FlipVertical => (2, true),
+        O::Rotate270FlipH => (3, true),
     })
 }
 

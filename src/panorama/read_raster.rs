@@ -8,7 +8,7 @@ use glam::Vec3;
 use image::metadata::Orientation::{self, Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::read::{MAX_PIXELS, allocate, check_size};
+use super::read::{Coding, MAX_PIXELS, allocate, check_size};
 use super::{PanoramaError, Picture};
 
 type Result<T> = std::result::Result<T, PanoramaError>;
@@ -21,12 +21,18 @@ pub(super) fn dimensions(path: &Path, file: BufReader<File>, format: ImageFormat
     Ok(if sideways { (height, width) } else { (width, height) })
 }
 
+/// How the camera was held.
+pub(super) fn orientation(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<Orientation> {
+    let mut decoder = ImageReader::with_format(file, format).into_decoder().map_err(|e| told(path, e))?;
+    Ok(turned(&mut decoder))
+}
+
 /// How the camera was held, as the file says; unturned where it does not say.
 fn turned(decoder: &mut impl ImageDecoder) -> Orientation {
     decoder.orientation().unwrap_or(Orientation::NoTransforms)
 }
 
-pub(super) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<Picture> {
+pub(super) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<(Picture, Coding)> {
     let mut reader = ImageReader::with_format(file, format);
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_PIXELS * 16);
@@ -38,11 +44,12 @@ pub(super) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> R
     let mut decoded = DynamicImage::from_decoder(decoder).map_err(|e| told(path, e))?;
     decoded.apply_orientation(orientation);
     let mut picture = allocate(path, decoded.width() as usize, decoded.height() as usize)?;
-    match decoded {
+    let coding = match decoded {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             for (pixel, v) in picture.pixels.iter_mut().zip(decoded.into_rgb32f().pixels()) {
                 *pixel = Vec3::from(v.0);
             }
+            Coding::Linear
         }
         DynamicImage::ImageLuma8(_)
         | DynamicImage::ImageLumaA8(_)
@@ -52,14 +59,17 @@ pub(super) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> R
             for (pixel, v) in picture.pixels.iter_mut().zip(decoded.into_rgb8().pixels()) {
                 *pixel = Vec3::from(v.0.map(|c| table[usize::from(c)]));
             }
+            Coding::Srgb8
         }
         _ => {
+            let table: Vec<f32> = (0..=65535u16).map(|v| srgb_to_linear(f32::from(v) / 65535.0)).collect();
             for (pixel, v) in picture.pixels.iter_mut().zip(decoded.into_rgb16().pixels()) {
-                *pixel = Vec3::from(v.0.map(|c| srgb_to_linear(f32::from(c) / 65535.0)));
+                *pixel = Vec3::from(v.0.map(|c| table[usize::from(c)]));
             }
+            Coding::Srgb16
         }
-    }
-    Ok(picture)
+    };
+    Ok((picture, coding))
 }
 
 /// From sRGB-encoded 0..=1 to linear (IEC 61966-2-1).

@@ -128,7 +128,7 @@ impl Relit<'_> {
     }
 }
 
-/// Renders a view with so many samples a pixel (box filter). Rows of `done` so far and in all are told to `progress`.
+/// Renders a view with so many samples a pixel (box filter); black where its lens shows nothing. Rows of `done` so far and in all are told to `progress`.
 pub fn render(
     scene: &Scene,
     relit: &dyn Irradiance,
@@ -150,6 +150,10 @@ pub fn render(
         let start = Instant::now();
         pixels.par_chunks_mut(width).enumerate().for_each_init(Shader::default, |shader, (row, pixels)| {
             for (x, pixel) in pixels.iter_mut().enumerate() {
+                if !camera.shows(x as f64 + 0.5, (top + row) as f64 + 0.5) {
+                    *pixel = Pixel { depth: f32::INFINITY, agreement: 1.0, ..Pixel::default() };
+                    continue;
+                }
                 let hits = &hits[(row * width + x) * n..][..n];
                 *pixel = shader.shade(scene, relit, &rays, origin, (x, top + row), hits);
             }
@@ -303,6 +307,9 @@ pub fn shown_points(scene: &Scene, seen: Option<&Light>, cameras: &[Camera]) -> 
             .flat_map_iter(|y| {
                 let rays = &rays;
                 (step / 2..width).step_by(step).filter_map(move |x| {
+                    if !camera.shows(x as f64 + 0.5, y as f64 + 0.5) {
+                        return None;
+                    }
                     let ray = Ray { origin, direction: rays.direction(x, y, 0) };
                     let hit = scene.tracer.closest(&ray, NEAREST_M)?;
                     let s = scene.surface(&ray, &hit);

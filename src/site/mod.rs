@@ -25,12 +25,14 @@ pub(crate) mod files;
 mod frame;
 mod lens;
 mod pose;
+mod resection;
 mod resolve;
 
 pub use camera::Camera;
 pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
 pub use lens::{Distortion, Lens};
+pub use resection::{Resection, ResectionError};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::path::{Path, PathBuf};

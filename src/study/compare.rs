@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{flip_map, mean_where, median_relative_error, relmse, relmse_where};
+use super::{flip_map, mean_where, median_relative_error, relmse_where};
 use crate::panorama::Picture;
 use crate::render::{Frame, PrimaryRays, Source};
 use crate::scene::{Ray, Scene};
@@ -13,7 +13,7 @@ use glam::Vec3;
 /// Errors of a view against its photograph, whole and in parts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Comparison {
-    /// All pixels.
+    /// All pixels but those left out.
     pub all: Errors,
     /// Pixels lit by records, and the sky.
     pub records: Errors,
@@ -37,22 +37,47 @@ pub struct Errors {
 }
 
 /// Compares a frame with a photograph of the same size, taken by the same camera. `probes` are the probes' places, local
-/// metres. `None` where the sizes differ.
-pub fn compare(scene: &Scene, probes: &[Vec3], camera: &Camera, frame: &Frame, photo: &Picture) -> Option<Comparison> {
-    let (x, t) = (&frame.radiance.pixels, &photo.pixels);
-    if (photo.width, photo.height) != (frame.radiance.width, frame.radiance.height) {
+/// metres. Pixels set in `left_out` take no part, nor do those where the lens shows nothing. `None` where the sizes
+/// differ.
+pub fn compare(
+    scene: &Scene,
+    probes: &[Vec3],
+    camera: &Camera,
+    frame: &Frame,
+    photo: &Picture,
+    left_out: Option<&[bool]>,
+) -> Option<Comparison> {
+    let (width, height) = (frame.radiance.width, frame.radiance.height);
+    if (photo.width, photo.height) != (width, height) || left_out.is_some_and(|m| m.len() != width * height) {
         return None;
     }
-    let flip = flip_map(&frame.radiance, photo);
-    let over = |chosen: &dyn Fn(usize) -> bool| Errors {
-        share: (0..t.len()).filter(|&i| chosen(i)).count() as f64 / t.len() as f64,
-        flip: mean_where(&flip, chosen),
-        relmse: relmse_where(x, t, chosen),
-        median: median_relative_error(x, t, chosen),
+    let shown = |i: usize| camera.shows((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+    let counts: Vec<bool> =
+        (0..width * height).into_par_iter().map(|i| left_out.is_none_or(|m| !m[i]) && shown(i)).collect();
+    // what is left out is no light, for the truth's mean and exposure; and it must not show beside its edge either
+    let none = Vec3::splat(f32::NAN);
+    let truth: Vec<Vec3> = photo.pixels.iter().zip(&counts).map(|(t, c)| if *c { *t } else { none }).collect();
+    let filled: Vec<Vec3> = photo
+        .pixels
+        .iter()
+        .zip(&frame.radiance.pixels)
+        .zip(&counts)
+        .map(|((t, x), c)| if *c { *t } else { *x })
+        .collect();
+    let (x, t) = (&frame.radiance.pixels, &truth);
+    let flip = flip_map(&frame.radiance, &Picture { width, height, pixels: filled });
+    let over = |chosen: &dyn Fn(usize) -> bool| {
+        let chosen = |i: usize| counts[i] && chosen(i);
+        Errors {
+            share: (0..t.len()).filter(|&i| chosen(i)).count() as f64 / t.len() as f64,
+            flip: mean_where(&flip, chosen),
+            relmse: relmse_where(x, t, chosen),
+            median: median_relative_error(x, t, chosen),
+        }
     };
     let hidden = hidden(scene, probes, camera);
     Some(Comparison {
-        all: Errors { relmse: relmse(x, t), ..over(&|_| true) },
+        all: over(&|_| true),
         records: over(&|i| frame.source[i] != Source::Volume),
         volume: over(&|i| frame.source[i] == Source::Volume),
         unseen: over(&|i| hidden[i]),
