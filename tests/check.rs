@@ -233,7 +233,7 @@ fn a_full_site_file_is_understood() {
          {PROBE}gain = 2\nimage = {{ \"14:30\" = \"q.png\", \"10:00\" = \"p.png\" }}\n\
          [[probe]]\nname = \"b\"\nposition = [1, 1, 1]\nprojection = \"perspective\"\nfov_y = 90\nimage = {{ \"10:00\" = \"p.png\" }}\n\
          {VIEW}look_at = [0, 0, 0]\nfx = 30\ncx = 19\nk1 = 0.1\np2 = -0.01\nphoto = \"photo.png\"\n\
-         [[view]]\nname = \"w\"\nsize = [40, 30]\nmatch = [\n{}]\n\
+         [[view]]\nname = \"w\"\nsize = [40, 30]\nfov_y = 60\nmatch = [\n{}]\n\
          [plan]\nclearance = 0.5\nkeep_out = [[[0, 0], [1, 0], [1, 1]]]\nfixed = [[2, 3]]\n",
         "{ pixel = [1, 2], point = [1, 2, 3] },\n".repeat(4)
     ));

@@ -17,6 +17,7 @@ pub(super) struct SiteFile {
     pub(super) model: ModelTable,
     pub(super) environment: Option<Spanned<EnvironmentTable>>,
     pub(super) sun: Option<SunTable>,
+    pub(super) cameras: Option<Spanned<CamerasTable>>,
     #[serde(default)]
     pub(super) probe: Vec<Spanned<ProbeTable>>,
     #[serde(default)]
@@ -58,6 +59,19 @@ pub(super) struct SunTable {
 
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
+pub(super) struct CamerasTable {
+    pub(super) path: Text,
+    pub(super) photos: Option<Text>,
+    pub(super) masks: Option<Text>,
+    pub(super) only: Option<Vec<Text>>,
+    pub(super) scale: Option<Number>,
+    pub(super) rotation: Option<Spanned<[f64; 4]>>,
+    pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
+    pub(super) translation: Option<Vector>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct ProbeTable {
     pub(super) name: Text,
     pub(super) position: Vector,
@@ -84,6 +98,7 @@ pub(super) struct ViewTable {
     pub(super) rotation: Option<Spanned<[f64; 4]>>,
     pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
     pub(super) look_at: Option<Vector>,
+    pub(super) projection: Option<Spanned<LensKey>>,
     pub(super) fov_y: Option<Number>,
     pub(super) fx: Option<Number>,
     pub(super) fy: Option<Number>,
@@ -92,6 +107,7 @@ pub(super) struct ViewTable {
     pub(super) k1: Option<Number>,
     pub(super) k2: Option<Number>,
     pub(super) k3: Option<Number>,
+    pub(super) k4: Option<Number>,
     pub(super) p1: Option<Number>,
     pub(super) p2: Option<Number>,
     pub(super) size: Option<Spanned<[u32; 2]>>,
@@ -140,6 +156,13 @@ pub(super) enum ProjectionKey {
     Fisheye,
     CubeCross,
     Perspective,
+}
+
+#[derive(serde::Deserialize, Clone, Copy, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum LensKey {
+    Perspective,
+    Fisheye,
 }
 
 /// Metres in a model unit.

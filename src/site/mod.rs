@@ -1,6 +1,7 @@
 //! The site file: what a site is made of, checked, with every pose brought into the program's frame.
 //!
-//! `file` knows the keys, `resolve` checks them table by table, `fault` says what is wrong and where.
+//! `file` knows the keys, `resolve` checks them table by table, `fault` says what is wrong and where. `camera` and `lens`
+//! map points to pixels and back, `resection` finds a pose from picked points, `poses` reads what other programs found.
 //!
 //! # Orientation
 //!
@@ -25,6 +26,7 @@ pub(crate) mod files;
 mod frame;
 mod lens;
 mod pose;
+mod poses;
 mod resection;
 mod resolve;
 
@@ -32,6 +34,7 @@ pub use camera::Camera;
 pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
 pub use lens::{Distortion, Lens};
+pub use poses::PoseFileError;
 pub use resection::{Resection, ResectionError};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
@@ -56,10 +59,8 @@ pub struct Site {
     pub sun: Option<Sun>,
     /// The light probes, in the file's order.
     pub probes: Vec<Probe>,
-    /// The views whose pose is known, in the file's order.
+    /// The views, in the file's order; those of a pose file come last.
     pub views: Vec<View>,
-    /// Views without a position, whose pose is to be found from matches.
-    pub unposed: Vec<UnposedView>,
     /// How probes are to be planned.
     pub plan: Plan,
     /// What is odd but no fault, a sentence each.
@@ -184,21 +185,19 @@ pub struct View {
     pub mask: Option<PathBuf>,
     /// Known pairs of pixel and model point.
     pub matches: Vec<Match>,
+    /// Where the camera comes from.
+    pub source: CameraSource,
 }
 
-/// A view whose camera is not known yet.
+/// Where a view's camera comes from.
 #[derive(Clone, Debug)]
-pub struct UnposedView {
-    /// Unique name.
-    pub name: String,
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// At least four pairs of pixel and model point.
-    pub matches: Vec<Match>,
-    /// The photograph taken there, if any.
-    pub photo: Option<PathBuf>,
-    /// A picture whose dark pixels are left out of comparisons.
-    pub mask: Option<PathBuf>,
+pub enum CameraSource {
+    /// From the site file.
+    SiteFile,
+    /// From a file that another program wrote.
+    PoseFile(PathBuf),
+    /// From pairs of pixel and model point.
+    Matches(Box<Resection>),
 }
 
 /// A point of the model and where a photograph shows it.

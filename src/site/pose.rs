@@ -46,6 +46,13 @@ impl Orientation<'_> {
         Ok(Pose { position: at, rotation })
     }
 
+    /// Where any orientation is given.
+    pub(super) fn given(&self) -> Option<std::ops::Range<usize>> {
+        let numbers = [self.heading, self.pitch, self.roll].into_iter().flatten().map(Spanned::span).next();
+        let other = self.rotation.as_ref().map(Spanned::span).or(self.matrix.as_ref().map(Spanned::span));
+        numbers.or(other).or(self.look_at.as_ref().map(Spanned::span))
+    }
+
     fn only_one_way(&self, source: &Source) -> Result<(), SiteError> {
         let bearings = [self.heading, self.pitch, self.roll].into_iter().flatten().map(Spanned::span).next();
         let ways = [
@@ -75,7 +82,7 @@ fn frame_from_model(frame: &Frame, model_from_camera: DMat3) -> DMat3 {
     DMat3::from_cols(axis(DVec3::X), axis(DVec3::NEG_Z), axis(DVec3::Y))
 }
 
-fn quaternion(source: &Source, wxyz: &Spanned<[f64; 4]>) -> Result<DMat3, SiteError> {
+pub(super) fn quaternion(source: &Source, wxyz: &Spanned<[f64; 4]>) -> Result<DMat3, SiteError> {
     let [w, x, y, z] = *wxyz.get_ref();
     let q = DQuat::from_xyzw(x, y, z, w);
     let length = q.length();
@@ -89,7 +96,7 @@ fn quaternion(source: &Source, wxyz: &Spanned<[f64; 4]>) -> Result<DMat3, SiteEr
     Ok(DMat3::from_quat(q.normalize()))
 }
 
-fn matrix(source: &Source, rows: &Spanned<[[f64; 3]; 3]>) -> Result<DMat3, SiteError> {
+pub(super) fn matrix(source: &Source, rows: &Spanned<[[f64; 3]; 3]>) -> Result<DMat3, SiteError> {
     let m = DMat3::from_cols_array_2d(rows.get_ref()).transpose();
     let departure = (m * m.transpose() - DMat3::IDENTITY).to_cols_array().iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     if !m.is_finite() || departure > 2.0 * TOLERANCE {

@@ -1,5 +1,6 @@
 //! From the site file's keys to a checked [`Site`]: one file per table.
 
+mod cameras;
 mod light;
 mod names;
 mod picture;
@@ -17,7 +18,6 @@ use super::pose::finite_number;
 use super::{Pictures, Site};
 use names::unique;
 use probe::with_lighting_warnings;
-use view::Posed;
 
 /// Reads and checks a site file's text. `path` is the file itself.
 pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Result<Site, SiteError> {
@@ -33,19 +33,11 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
     unique(s, "probe", file.probe.iter().map(|p| &p.get_ref().name))?;
     unique(s, "view", file.view.iter().map(|v| &v.get_ref().name))?;
     let mut views = Vec::new();
-    let mut unposed = Vec::new();
     for table in &file.view {
-        match resolver.view(table)? {
-            Posed::View(view) => views.push(view),
-            Posed::Not(view) => {
-                warnings.push(format!(
-                    "View “{}” has no position: it is left out until its pose is known from its {} matches.",
-                    view.name,
-                    view.matches.len()
-                ));
-                unposed.push(view);
-            }
-        }
+        views.push(resolver.view(table, &mut warnings)?);
+    }
+    if let Some(table) = &file.cameras {
+        resolver.cameras(table, &mut views, &mut warnings)?;
     }
     let name = match &file.site.name {
         Some(name) => name.get_ref().clone(),
@@ -60,7 +52,6 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
         plan: resolver.plan(&file.plan)?,
         probes,
         views,
-        unposed,
         warnings,
         file: resolver.source.path.to_owned(),
     };

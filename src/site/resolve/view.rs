@@ -1,28 +1,24 @@
 //! `[[view]]` tables.
 
-use glam::DVec2;
+use glam::{DMat3, DVec2, DVec3};
 use std::path::Path;
 use toml::Spanned;
 
 use super::super::camera::Camera;
 use super::super::fault::SiteError;
-use super::super::file::{MatchTable, ViewTable};
+use super::super::file::{LensKey, MatchTable, ViewTable};
 use super::super::frame::Pose;
-use super::super::lens::Distortion;
+use super::super::lens::{Distortion, Lens};
 use super::super::pose::{Orientation, finite, finite_number};
-use super::super::{Match, UnposedView, View};
+use super::super::resection::{Resection, ResectionError};
+use super::super::{CameraSource, Match, View};
 use super::Resolver;
 use super::names::safe_name;
 use super::picture::ASPECT_TOLERANCE;
-
-/// A view whose pose is known, or is yet to be found.
-pub(super) enum Posed {
-    View(View),
-    Not(UnposedView),
-}
+use crate::panorama::Exif;
 
 impl Resolver<'_> {
-    pub(super) fn view(&self, table: &Spanned<ViewTable>) -> Result<Posed, SiteError> {
+    pub(super) fn view(&self, table: &Spanned<ViewTable>, warnings: &mut Vec<String>) -> Result<View, SiteError> {
         let t = table.get_ref();
         safe_name(&self.source, &t.name, "view")?;
         let name = t.name.get_ref().clone();
@@ -36,16 +32,6 @@ impl Resolver<'_> {
         let mask = file(&t.mask, "the mask")?;
         let [width, height] = self.picture_size_of(table, photo.as_deref(), mask.as_deref())?;
         let matches = self.matches(t, width, height)?;
-        let Some(position) = &t.position else {
-            if matches.len() >= 4 {
-                return Ok(Posed::Not(UnposedView { name, size: [width, height], matches, photo, mask }));
-            }
-            return Err(self.source.fault(
-                table.span(),
-                "the key `position` is missing",
-                "Add position = [x, y, z], or at least four match pairs of pixel and model point",
-            ));
-        };
         let orientation = Orientation {
             heading: &t.heading,
             pitch: &t.pitch,
@@ -54,9 +40,61 @@ impl Resolver<'_> {
             matrix: &t.matrix,
             look_at: &t.look_at,
         };
-        let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, position)?)?;
-        let camera = self.camera(table, pose, width, height)?;
-        Ok(Posed::View(View { name, camera, photo, mask, matches }))
+        let (camera, source) = match &t.position {
+            Some(position) => {
+                let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, position)?)?;
+                (self.camera(table, pose, width, height, false)?, CameraSource::SiteFile)
+            }
+            None if matches.is_empty() => {
+                return Err(self.source.fault(
+                    table.span(),
+                    "the key `position` is missing",
+                    "Add position = [x, y, z], or at least four match pairs of pixel and model point",
+                ));
+            }
+            None => {
+                if let Some(at) = orientation.given() {
+                    return Err(self.source.fault(
+                        at,
+                        "an orientation without a position",
+                        "Remove it, since the matches give both; or add position = [x, y, z]",
+                    ));
+                }
+                let still = Pose { position: DVec3::ZERO, rotation: DMat3::IDENTITY };
+                let focal = t.fov_y.is_none() && t.fx.is_none() && t.fy.is_none();
+                let lens = self.camera(table, still, width, height, focal)?;
+                let found = self.resection(t, &lens, &matches, focal)?;
+                warnings.extend(doubts(&name, &found));
+                (found.camera, CameraSource::Matches(Box::new(found)))
+            }
+        };
+        if let Some(path) = photo.as_deref().filter(|p| p.exists()) {
+            warnings.extend(contradiction(&name, &camera, path));
+        }
+        Ok(View { name, camera, photo, mask, matches, source })
+    }
+
+    /// The pose from matches; a fault stands at the pair that is to blame.
+    fn resection(&self, t: &ViewTable, lens: &Camera, matches: &[Match], focal: bool) -> Result<Resection, SiteError> {
+        use ResectionError as E;
+        Resection::of(lens, matches, focal).map_err(|e| {
+            let (pair, help) = match &e {
+                E::TooFew { focal: true, .. } => (0, "Add pairs, or give fov_y or fx"),
+                E::TooFew { .. } => (0, "Add pairs"),
+                E::Coincident { second, .. } => (*second, "Remove one of them, or correct it"),
+                E::Collinear { .. } => (0, "Add a pair well away from that line"),
+                E::Unshown { pair } => (*pair, "Correct the pixel, or the lens's distortion"),
+                E::NoFit { worst, .. } => (
+                    *worst,
+                    "Check that pixels are [right, down] from the top left corner, points in the model's own axes and \
+                     units, and the focal length",
+                ),
+                E::Ambiguous { .. } => (0, "Add a pair away from the plane of the others"),
+                E::Loose { .. } => (0, "Add pairs that are farther apart, at different distances from the camera"),
+            };
+            let at = t.pairs.get(pair.saturating_sub(1)).map_or(0..0, Spanned::span);
+            self.source.fault(at, e.to_string(), help)
+        })
     }
 
     /// The view's size in pixels: as given, or its photograph's.
@@ -122,15 +160,32 @@ impl Resolver<'_> {
         t.pairs.iter().map(one).collect()
     }
 
-    fn camera(&self, table: &Spanned<ViewTable>, pose: Pose, width: u32, height: u32) -> Result<Camera, SiteError> {
+    /// The camera; `solved` where its focal length is still to be found.
+    fn camera(
+        &self,
+        table: &Spanned<ViewTable>,
+        pose: Pose,
+        width: u32,
+        height: u32,
+        solved: bool,
+    ) -> Result<Camera, SiteError> {
         let t = table.get_ref();
         let pixels = |key: &Option<Spanned<f64>>, default: f64, positive: bool| match key {
             None => Ok(default),
             Some(v) if positive => self.number(v, |v| v > 0.0, "a focal length in pixels above zero"),
             Some(v) => finite_number(&self.source, v),
         };
+        let fisheye = t.projection.as_ref().is_some_and(|p| *p.get_ref() == LensKey::Fisheye);
         let mut camera = match (&t.fov_y, &t.fx, &t.fy) {
+            (Some(fov), None, None) if fisheye => {
+                let fov =
+                    self.number(fov, |v| v > 0.0 && v <= 360.0, "a field of view above 0, at most 360 degrees")?;
+                let mut camera = Camera::with_fov(pose, width, height, 90.0);
+                camera.focal = DVec2::splat(f64::from(height) / fov.to_radians());
+                camera
+            }
             (Some(fov), None, None) => Camera::with_fov(pose, width, height, self.field_of_view(fov)?),
+            (None, None, None) if solved => Camera::with_fov(pose, width, height, 60.0),
             (None, None, None) => {
                 return Err(self.source.fault(
                     table.span(),
@@ -154,8 +209,48 @@ impl Resolver<'_> {
         };
         camera.centre = DVec2::new(pixels(&t.cx, camera.centre.x, false)?, pixels(&t.cy, camera.centre.y, false)?);
         let term = |key: &Option<Spanned<f64>>| pixels(key, 0.0, false);
-        camera.distortion =
-            Distortion::brown([term(&t.k1)?, term(&t.k2)?, term(&t.k3)?, 0.0], [term(&t.p1)?, term(&t.p2)?]);
+        let k = [term(&t.k1)?, term(&t.k2)?, term(&t.k3)?, term(&t.k4)?];
+        camera.distortion = Distortion::brown(k, [term(&t.p1)?, term(&t.p2)?]);
+        camera.lens = if fisheye { Lens::Fisheye } else { Lens::Perspective };
         Ok(camera)
     }
+}
+
+/// What is odd about a pose that was found.
+fn doubts(view: &str, found: &Resection) -> Option<String> {
+    let worst = found.residuals_px.iter().copied().fold(0.0, f64::max);
+    match found.suspect {
+        Some(pair) => Some(format!(
+            "View “{view}”: pair {} misses by {:.1} pixels, and without it the others agree far better: pick it again.",
+            pair + 1,
+            found.residuals_px[pair]
+        )),
+        None if worst > 5.0 => {
+            Some(format!("View “{view}”: its pose misses a picked pixel by {worst:.1} pixels; see `check`."))
+        }
+        None => None,
+    }
+}
+
+/// A warning where the photograph's EXIF data tells another focal length than the view.
+fn contradiction(view: &str, camera: &Camera, photo: &Path) -> Option<String> {
+    /// Relative difference that rounding, focusing and makers' habits explain.
+    const TOLERANCE: f64 = 0.1;
+    if camera.lens == Lens::Fisheye {
+        return None;
+    }
+    let exif = Exif::read(photo);
+    let says = exif.focal_px(camera.width, camera.height)?;
+    let ratio = camera.focal.y / says;
+    if (ratio - 1.0).abs() <= TOLERANCE {
+        return None;
+    }
+    let fov = |f: f64| (2.0 * (0.5 * f64::from(camera.height) / f).atan()).to_degrees();
+    Some(format!(
+        "View “{view}”: the photograph's EXIF data says {:.0} mm (35 mm film), a vertical field of view of {:.1}°, but the \
+         view has {:.1}°. Check fov_y or fx, and whether the photograph was cropped.",
+        exif.focal_35mm?,
+        fov(says),
+        fov(camera.focal.y)
+    ))
 }
