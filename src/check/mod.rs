@@ -2,9 +2,11 @@
 
 mod probes;
 mod stages;
+mod views;
 
 pub use probes::{PictureCheck, ProbeCheck};
 pub use stages::{Stage, stages};
+pub use views::ViewCheck;
 
 use serde::Serialize;
 
@@ -29,6 +31,8 @@ pub struct Check {
     pub edge_warnings: Vec<String>,
     /// Each probe, in the site's order.
     pub probes: Vec<ProbeCheck>,
+    /// Each view, in the site's order.
+    pub views: Vec<ViewCheck>,
     /// The share, over all views' pixels that show the model, of points that no probe sees; `None` without views.
     pub unseen_share: Option<f64>,
     /// The stages of work, in order.
@@ -56,18 +60,20 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
     let scene = scene::load(site, &mut model)?;
     let edges = scene::edges(&scene.mesh);
     let probes = probes::probes(site, &scene, &edges)?;
+    let views: Vec<_> = site.views.iter().map(|v| views::view(site, &scene, v)).collect();
     let unseen_share = stages::unseen_share(site, &scene);
     let edge_warnings = edge_warnings(&edges);
     let quiet = site.warnings.is_empty() && model.warnings.is_empty() && edge_warnings.is_empty();
     Ok(Check {
         site: site.name.clone(),
-        ok: quiet && probes.iter().all(|p| p.warnings.is_empty()),
+        ok: quiet && probes.iter().all(|p| p.warnings.is_empty()) && views.iter().all(|v| v.warnings.is_empty()),
         warnings: site.warnings.clone(),
         stages: stages(site, &scene, unseen_share),
         model,
         edges,
         edge_warnings,
         probes,
+        views,
         unseen_share,
     })
 }

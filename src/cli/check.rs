@@ -1,7 +1,7 @@
 //! `clerestory check SITE`.
 
 use clap::Args;
-use clerestory::check::{Check, CheckError, ProbeCheck, check};
+use clerestory::check::{Check, CheckError, ProbeCheck, ViewCheck, check};
 use clerestory::scene::Health;
 use clerestory::site::{Site, SiteError};
 use std::io::{self, Write};
@@ -48,6 +48,9 @@ fn print(check: &Check, out: &mut impl Write) -> io::Result<()> {
     for probe in &check.probes {
         print_probe(probe, out)?;
     }
+    for view in &check.views {
+        print_view(view, out)?;
+    }
     writeln!(out, "\nStages")?;
     for stage in &check.stages {
         let verdict = if stage.needed { "needed  " } else { "left out" };
@@ -93,6 +96,42 @@ fn print_probe(probe: &ProbeCheck, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "  {} × {} pixels, {}", picture.width, picture.height, picture.file.display())?;
     }
     sentences(&probe.warnings, "  ", out)
+}
+
+fn print_view(view: &ViewCheck, out: &mut impl Write) -> io::Result<()> {
+    let list = |v: [f64; 3], digits: usize| v.map(|n| format!("{n:.digits$}")).join(", ");
+    // no −0.00
+    let [heading, pitch, roll] = view.bearings_deg.map(|v| (100.0 * v).round() / 100.0 + 0.0);
+    writeln!(out, "\nView {} ({}), {} × {} pixels", view.name, view.source, view.size[0], view.size[1])?;
+    writeln!(
+        out,
+        "  at [{}] in the model's own axes and units, heading {heading:.2}°, pitch {pitch:.2}°, roll {roll:.2}°",
+        list(view.position, 3)
+    )?;
+    writeln!(out, "  field of view {:.2}° high, focal length {:.1} pixels", view.fov_y_deg, view.focal_px)?;
+    if let Some(u) = &view.uncertainty {
+        let focal = u.focal_px.map_or(String::new(), |f| format!(", focal length ± {f:.1} pixels"));
+        writeln!(
+            out,
+            "  uncertain by ± {:.3} m, ± {:.3}°{focal} (one standard deviation)",
+            u.position_m, u.direction_deg
+        )?;
+    }
+    if let Some(rms) = view.rms_px {
+        let each = view.residuals_px.iter().map(|r| format!("{r:.2}")).collect::<Vec<_>>().join(", ");
+        writeln!(out, "  its matches are off by {each} pixels, {rms:.2} in the root mean square")?;
+    }
+    if let Some(photo) = &view.photograph {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        write!(out, "  photograph {}: {} usable", photo.file.display(), percent(photo.usable))?;
+        for (share, what) in [(photo.clipped, "clipped"), (photo.dark, "too dark"), (photo.masked, "masked")] {
+            if share > 0.0 {
+                write!(out, ", {} {what}", percent(share))?;
+            }
+        }
+        writeln!(out, "{}", photo.camera.as_ref().map_or(String::new(), |c| format!(" ({c})")))?;
+    }
+    sentences(&view.warnings, "  ", out)
 }
 
 fn sentences(list: &[String], indent: &str, out: &mut impl Write) -> io::Result<()> {

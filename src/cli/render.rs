@@ -231,8 +231,11 @@ fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
     Ok(all)
 }
 
-/// The photographs to compare with, by view, and the pixels that the view's mask leaves out.
-fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, (Picture, Option<Vec<bool>>)>> {
+/// A photograph, and the pixels that its view's mask leaves out.
+type Masked = (Picture, Option<Vec<bool>>);
+
+/// The photographs to compare with, by view.
+fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Masked>> {
     let mut photos = BTreeMap::new();
     for view in views {
         if let Some(path) = &view.photo {

@@ -60,6 +60,20 @@ impl Frame {
         let roll = DMat3::from_rotation_y(roll_deg.to_radians());
         heading * pitch * roll
     }
+
+    /// Heading (0 to 360), pitch and roll in degrees of a rotation: the inverse of [`rotation`](Self::rotation). Straight
+    /// up or down, the roll is 0.
+    pub fn bearings(&self, rotation: &DMat3) -> [f64; 3] {
+        let (right, forward) = (rotation.x_axis, rotation.y_axis);
+        let pitch = forward.z.clamp(-1.0, 1.0).asin();
+        let level = forward.cross(DVec3::Z);
+        let steep = level.length() < 1e-9;
+        let level = if steep { right } else { level.normalize() };
+        // level is to the right of the heading
+        let heading = (-level.y).atan2(level.x).to_degrees() - self.north_deg;
+        let roll = (-right.dot(level.cross(forward))).atan2(right.dot(level));
+        [heading.rem_euclid(360.0), pitch.to_degrees(), if steep { 0.0 } else { roll.to_degrees() }]
+    }
 }
 
 /// Where a probe or camera stands and how it is turned.
@@ -79,5 +93,24 @@ impl Pose {
         let right = forward.cross(DVec3::Z).normalize_or(DVec3::X);
         let up = right.cross(forward);
         Self { position, rotation: DMat3::from_cols(right, forward, up) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bearings_come_back() {
+        let frame = Frame { metres_per_unit: 1.0, up: Up::Z, north_deg: 25.0 };
+        for bearings in [[0.0, 0.0, 0.0], [90.0, 30.0, -20.0], [200.0, -75.0, 170.0], [359.0, 10.0, 5.0]] {
+            let back = frame.bearings(&frame.rotation(bearings[0], bearings[1], bearings[2]));
+            let near = back.iter().zip(&bearings).all(|(a, b)| (a - b).abs() < 1e-9);
+            assert!(near, "{back:?}, not {bearings:?}");
+        }
+        let up = frame.rotation(40.0, 90.0, 0.0);
+        let [heading, pitch, roll] = frame.bearings(&up);
+        let again = frame.rotation(heading, pitch, roll);
+        assert!((again - up).to_cols_array().iter().all(|v| v.abs() < 1e-6));
     }
 }
