@@ -103,7 +103,7 @@ impl Bench<'_> {
         for (truth, photo) in self.truth.iter().zip(self.photos) {
             let (frame, picture) = self.frames(&relit, truth, value(Parameter::Samples));
             let whole = photo.as_ref().filter(|_| setting.parameter == Parameter::AsItComes);
-            let parts = whole.and_then(|photo| compare(self.scene, &probes, &truth.camera, &picture, photo));
+            let parts = whole.and_then(|photo| compare(self.scene, &probes, &truth.camera, &picture, photo, None));
             let blocks = truth.errors(&truth.cut(&picture.radiance));
             let whole = whole.filter(|_| truth.share() < 1.0).map(|photo| {
                 let all = TruthView::whole(&truth.name, truth.camera, photo);
