@@ -6,6 +6,7 @@ use std::io::{self, Write};
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod render;
+pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
 
@@ -29,6 +30,7 @@ enum Verb {
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
     Render(Box<render::RenderArgs>),
+    Report(report::ReportArgs),
     Simulate(simulate::SimulateArgs),
     Study(study::StudyArgs),
 }
@@ -38,15 +40,31 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
     let threads = arguments.threads.unwrap_or(0) as usize;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
-        match &arguments.verb {
-            Verb::Check(args) => check::run(args, out)?,
-            Verb::Demo(args) => demo::run(args, out)?,
-            Verb::Render(args) => render::run(args, out)?,
-            Verb::Simulate(args) => simulate::run(args, out)?,
-            Verb::Study(args) => study::run(args, out)?,
-        }
+        verb(&arguments.verb, out)?;
         Ok(out.flush()?)
     })
+}
+
+fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
+    match verb {
+        Verb::Check(args) => check::run(args, out)?,
+        Verb::Demo(args) => demo::run(args, out)?,
+        Verb::Render(args) => render::run(args, out)?,
+        Verb::Report(args) => report::run(args, out)?,
+        Verb::Simulate(args) => simulate::run(args, out)?,
+        Verb::Study(args) => study::run(args, out)?,
+    }
+    Ok(())
+}
+
+/// Runs another verb as if its command line had been typed (without the program's name), on the same threads; gives what
+/// it prints.
+pub(crate) fn run_line(line: &[String]) -> anyhow::Result<Vec<u8>> {
+    let words = std::iter::once("clerestory").chain(line.iter().map(String::as_str));
+    let arguments = Arguments::try_parse_from(words)?;
+    let mut out = Vec::new();
+    verb(&arguments.verb, &mut out)?;
+    Ok(out)
 }
 
 /// Whether whoever read the output has stopped reading.

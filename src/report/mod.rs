@@ -1,9 +1,12 @@
-//! Drawing: sheets in SVG and PNG.
+//! Drawing: sheets in SVG and PNG, and the report's page with its manifest.
 //!
 //! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
 mod loglog;
+mod manifest;
+mod marked;
+pub mod page;
 mod png;
 mod study_sheet;
 pub mod style;
@@ -13,6 +16,8 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+pub use manifest::{Fingerprint, Manifest, fingerprints};
+pub use marked::{Mark, marked};
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};

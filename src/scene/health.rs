@@ -35,6 +35,9 @@ pub struct Health {
     pub size_m: [f64; 3],
     /// Area of each material in use, largest first.
     pub areas: Vec<MaterialArea>,
+    /// Material files and pictures that were read beside the model.
+    #[serde(skip)]
+    pub files: Vec<std::path::PathBuf>,
 }
 
 /// How much of the model a material covers.

@@ -131,6 +131,7 @@ fn library(model_file: &Path, folder: &Path, model: &obj::Model, health: &mut He
     for path in library_files(model_file, folder, model, health) {
         match std::fs::read(&path) {
             Ok(bytes) => {
+                health.files.push(path.clone());
                 for material in mtl::read(&path, &String::from_utf8_lossy(&bytes), &mut health.warnings) {
                     let name = material.name.clone();
                     if all.insert(name.clone(), material).is_some() {
@@ -262,6 +263,7 @@ fn textures(
         }
         textures.extend(texture);
     }
+    health.files.extend(paths);
     let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
     Ok((textures, indices))
 }

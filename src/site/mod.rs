@@ -101,6 +101,19 @@ impl Site {
         resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text), pictures)
     }
 
+    /// All files that the site file names, and itself; a model's materials and textures are in
+    /// [`crate::scene::Health::files`].
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = vec![self.file.clone(), self.model.clone()];
+        if let Some(Environment::Image { path, .. }) = &self.environment {
+            files.push(path.clone());
+        }
+        files.extend(self.probes.iter().flat_map(|p| p.pictures.iter().map(|l| l.path.clone())));
+        files.extend(self.views.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
+        files.extend(self.unposed.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
+        files
+    }
+
     /// All lightings that any probe has, in the file's order; `""` is the lone picture's.
     pub fn lightings(&self) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();

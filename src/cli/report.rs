@@ -1,0 +1,280 @@
+//! `clerestory report SITE`.
+
+use anyhow::Context;
+use clap::{Args, ValueHint};
+use clerestory::panorama::{self, Exposure, Picture, write_png};
+use clerestory::report::page::{Archive, Audit, Run, Study, ViewPictures, page};
+use clerestory::report::{Manifest, Mark, fingerprints, marked, write_file};
+use clerestory::scene::{self, Health};
+use clerestory::site::{Site, View};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::de::DeserializeOwned;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime};
+
+use super::render::default_folder;
+
+/// Do all that a site allows and gather it in one folder with a page, to read and to archive.
+///
+/// Runs check, plan, render, audit and study as far as the site has what they need, and writes index.html and
+/// manifest.json (every input and output with its SHA-256, the commands, the times) beside their files. The page needs
+/// no network.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory report sites/chapel\n  \
+    clerestory report sites/chapel --out archive/chapel-2026 --budget 300\n  \
+    clerestory report sites/chapel --without study,plan")]
+pub(crate) struct ReportArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Folder for the report [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Seconds for the study of error against run time
+    #[arg(long, value_name = "SECONDS", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..))]
+    budget: u32,
+    /// Leave these parts out: plan, render, audit, study
+    #[arg(long, value_name = "PART,…", value_delimiter = ',', value_parser = ["plan", "render", "audit", "study"])]
+    without: Vec<String>,
+    /// Print the manifest as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// Makes the report and tells `out` where it is.
+pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let site = Site::load(&args.site)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
+    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let bar = progress(args);
+
+    let mut archive = Archive {
+        site: site.name.clone(),
+        software: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into(),
+        ..Archive::default()
+    };
+    let shown = |path: &Path| path.to_string_lossy().into_owned();
+    let (file, dir) = (shown(&args.site), shown(&folder));
+    for (verb, left_out, options) in parts(&site, args) {
+        let mut line = vec![verb.to_owned(), file.clone()];
+        if verb != "check" {
+            line.extend(["--out".into(), dir.clone()]);
+        }
+        line.extend(options);
+        let mut run = Run { verb: verb.into(), command: command(&line), ..Run::default() };
+        if let Some(why) = left_out {
+            run.note = why;
+            archive.runs.push(run);
+            continue;
+        }
+        bar.set_message(format!("{verb} …"));
+        line.push("--json".into());
+        let start = Instant::now();
+        let printed = super::run_line(&line);
+        run.seconds = Some(start.elapsed().as_secs_f64());
+        match printed {
+            Ok(json) => keep(verb, &json, &folder, &mut archive)?,
+            // a model that cannot be read stops everything; a floor that is not found only the plan
+            Err(e) if verb == "check" => return Err(e),
+            Err(e) => run.note = format!("{e:#}"),
+        }
+        archive.runs.push(run);
+        bar.inc(1);
+    }
+
+    bar.set_message("page …");
+    archive.views = pictures(&site, &archive, &folder)?;
+    let mut health = Health::default();
+    scene::load(&site, &mut health)?;
+    let home = site.file.parent().unwrap_or(Path::new("")).to_owned();
+    let mut inputs = site.files();
+    inputs.extend(health.files);
+    inputs.sort();
+    inputs.dedup();
+    archive.inputs = fingerprints(&inputs, &home)?;
+    write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
+
+    let manifest = Manifest {
+        software: env!("CARGO_PKG_NAME"),
+        version: env!("CARGO_PKG_VERSION"),
+        site: archive.site.clone(),
+        made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        command: command(&std::env::args().skip(1).collect::<Vec<_>>()),
+        runs: archive.runs.clone(),
+        inputs: archive.inputs.clone(),
+        outputs: fingerprints(&files_in(&folder)?, &folder)?,
+    };
+    let mut json = serde_json::to_vec_pretty(&manifest)?;
+    json.push(b'\n');
+    write_file(&folder.join("manifest.json"), &json)?;
+    bar.finish_and_clear();
+    if args.json {
+        out.write_all(&json)?;
+    } else if !args.quiet {
+        for run in &archive.runs {
+            match (run.seconds, run.note.as_str()) {
+                (None, why) => writeln!(out, "{:<7} left out: {why}", run.verb)?,
+                (Some(s), "") => writeln!(out, "{:<7} {s:.1} s", run.verb)?,
+                (Some(_), why) => writeln!(out, "{:<7} came to no end: {why}", run.verb)?,
+            }
+        }
+        writeln!(out, "{}", folder.join("index.html").display())?;
+    }
+    Ok(())
+}
+
+/// The verbs in order: why each is left out, if it is, and its options.
+fn parts(site: &Site, args: &ReportArgs) -> Vec<(&'static str, Option<String>, Vec<String>)> {
+    let words = |list: &[&str]| list.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
+    let photos = site.views.iter().any(|v| v.photo.is_some());
+    let (no_probe, no_view) = (site.probes.is_empty(), site.views.is_empty());
+    let why_not = |verb: &str| -> Option<&str> {
+        if args.without.iter().any(|w| w == verb) {
+            return Some("not asked for");
+        }
+        match verb {
+            "render" | "audit" | "study" if no_probe => Some("the site has no probe"),
+            "render" | "audit" | "study" if no_view => Some("the site has no view"),
+            "audit" if !photos => Some("the site has no photograph"),
+            _ => None,
+        }
+    };
+    let compare: &[&str] = if photos { &["--compare"] } else { &[] };
+    let budget = args.budget.to_string();
+    let part = |verb, options: &[&str]| (verb, why_not(verb).map(str::to_owned), words(options));
+    vec![
+        part("check", &[]),
+        part("plan", &[]),
+        part("render", compare),
+        part("audit", &[]),
+        part("study", &["--budget", &budget]),
+    ]
+}
+
+/// Takes what a verb printed or wrote into the archive.
+fn keep(verb: &str, json: &[u8], folder: &Path, archive: &mut Archive) -> anyhow::Result<()> {
+    match verb {
+        "check" => {
+            write_file(&folder.join("check.json"), json)?;
+            archive.check = Some(serde_json::from_slice(json)?);
+        }
+        "render" => {
+            write_file(&folder.join("render.json"), json)?;
+            archive.render = Some(serde_json::from_slice(json)?);
+        }
+        "plan" => archive.plan = Some(read_json(&folder.join("plan.json"))?),
+        "audit" => archive.audit = Some(read_json(&folder.join("findings.json"))?),
+        "study" => archive.study = Some(study(folder)?),
+        _ => {}
+    }
+    Ok(())
+}
+
+fn read_json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
+}
+
+/// The rows of `study.csv`.
+fn study(folder: &Path) -> anyhow::Result<Study> {
+    let path = folder.join("study.csv");
+    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let table = text.lines().map(|line| line.split(',').map(|c| c.trim_matches('"').to_owned()).collect()).collect();
+    Ok(Study { table, says: Vec::new() })
+}
+
+/// Writes each rendered view and its photograph at one exposure, so that they can lie over each other.
+fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec<ViewPictures>> {
+    let mut all = Vec::new();
+    for rendered in archive.render.iter().flat_map(|r| &r.views) {
+        let Some(view) = site.views.iter().find(|v| v.name == rendered.name) else { continue };
+        let relit = panorama::read(&rendered.file)?;
+        let photo = view.photo.as_deref().map(panorama::read).transpose()?;
+        let photo = photo.filter(|p| (p.width, p.height) == (relit.width, relit.height));
+        let exposure = Exposure::of(photo.as_ref().unwrap_or(&relit));
+        let name = &view.name;
+        let mut pictures = ViewPictures {
+            name: name.clone(),
+            size: [relit.width, relit.height],
+            render: format!("view-{name}-relit.png"),
+            ..ViewPictures::default()
+        };
+        write_png(&folder.join(&pictures.render), &relit, exposure)?;
+        if let Some(photo) = photo {
+            let file = format!("view-{name}-photo.png");
+            write_png(&folder.join(&file), &photo, exposure)?;
+            if let Some(audit) = &archive.audit {
+                pictures.findings = findings(view, audit, &photo, exposure, folder)?;
+            }
+            pictures.photo = Some(file);
+        }
+        let sheet = format!("audit-{name}");
+        pictures.sheet = folder.join(format!("{sheet}.svg")).is_file().then_some(sheet);
+        all.push(pictures);
+    }
+    Ok(all)
+}
+
+/// The photograph with this view's findings marked; `None` where there are none.
+fn findings(
+    view: &View,
+    audit: &Audit,
+    photo: &Picture,
+    exposure: Exposure,
+    folder: &Path,
+) -> anyhow::Result<Option<String>> {
+    let mut marks = Vec::new();
+    for finding in audit.findings.iter().filter(|f| f.view == view.name) {
+        let path = folder.join(&finding.mask);
+        let mask = image::open(&path).with_context(|| path.display().to_string())?.to_luma8();
+        marks.push(Mark { id: finding.id.clone(), kind: finding.kind.clone(), mask, bbox: finding.bbox });
+    }
+    if marks.is_empty() {
+        return Ok(None);
+    }
+    let shown = |x: u32, y: u32| {
+        let p = exposure.show(photo.pixels[y as usize * photo.width + x as usize]);
+        image::Rgb((p * 255.0 + 0.5).to_array().map(|v| v as u8))
+    };
+    let shown = image::RgbImage::from_fn(photo.width as u32, photo.height as u32, shown);
+    let file = format!("view-{}-findings.png", view.name);
+    write_file(&folder.join(&file), &marked(&shown, &marks)?)?;
+    Ok(Some(file))
+}
+
+/// All files in a folder but the manifest, sorted.
+fn files_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_file() && path.file_name().is_some_and(|n| n != "manifest.json") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// The line as it may be typed.
+fn command(line: &[String]) -> String {
+    let plain = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./:,=+@".contains(c));
+    let word = |w: &String| if plain(w) { w.clone() } else { format!("'{}'", w.replace('\'', r"'\''")) };
+    let words: Vec<String> = line.iter().map(word).collect();
+    format!("clerestory {}", words.join(" "))
+}
+
+/// A bar over the parts on a terminal, nothing elsewhere.
+fn progress(args: &ReportArgs) -> ProgressBar {
+    if args.quiet || args.json || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
+    let bar = ProgressBar::new(6).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    bar
+}
