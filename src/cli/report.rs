@@ -3,7 +3,7 @@
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use clerestory::panorama::{self, Exposure, Picture, write_png};
-use clerestory::report::page::{Archive, Audit, Run, Study, ViewPictures, page};
+use clerestory::report::page::{Archive, Audit, Finding, Run, Study, ViewPictures, page};
 use clerestory::report::{Manifest, Mark, fingerprints, marked, write_file};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Site, View};
@@ -229,10 +229,12 @@ fn findings(
     folder: &Path,
 ) -> anyhow::Result<Option<String>> {
     let mut marks = Vec::new();
-    for finding in audit.findings.iter().filter(|f| f.view == view.name) {
+    let doubt = |f: &Finding| Finding { kind: "ambiguous".into(), ..f.clone() };
+    let all = audit.findings.iter().cloned().chain(audit.doubts.iter().map(doubt));
+    for finding in all.filter(|f| f.view == view.name) {
         let path = folder.join(&finding.mask);
         let mask = image::open(&path).with_context(|| path.display().to_string())?.to_luma8();
-        marks.push(Mark { id: finding.id.clone(), kind: finding.kind.clone(), mask, bbox: finding.bbox });
+        marks.push(Mark { id: finding.id, kind: finding.kind, mask, bbox: finding.bbox });
     }
     if marks.is_empty() {
         return Ok(None);

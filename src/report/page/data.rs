@@ -247,20 +247,40 @@ pub struct ViewPictures {
 pub struct Audit {
     /// What is wrong.
     pub findings: Vec<Finding>,
-    /// What was seen of each view.
+    /// What disagrees without telling how.
+    pub doubts: Vec<Finding>,
+    /// How each view was judged.
     pub views: Vec<AuditedView>,
+    /// What is odd, a sentence each.
+    pub warnings: Vec<String>,
 }
 
-/// What the audit says of one photograph.
+/// How one photograph was judged.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct AuditedView {
     /// The view.
-    #[serde(alias = "view")]
-    pub name: String,
-    /// Share of pixels that could not be tested.
-    #[serde(alias = "untestable")]
-    pub untestable_share: Option<f64>,
+    pub view: String,
+    /// Shares of its pixels.
+    pub shares: Shares,
+    /// What is odd, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Shares of a view's pixels.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Shares {
+    /// Nothing speaks against the model.
+    pub ok: f64,
+    /// The picture on the surface is wrong.
+    pub texture: f64,
+    /// The surface is wrong.
+    pub geometry: f64,
+    /// Something disagrees without telling how.
+    pub ambiguous: f64,
+    /// Nothing can be said.
+    pub untestable: f64,
 }
 
 /// One thing that is wrong.
@@ -279,16 +299,30 @@ pub struct Finding {
     pub score: f64,
     /// Pixels: left, top, right, bottom.
     pub bbox: [f64; 4],
-    /// Pixels.
-    pub area_px: f64,
     /// Its mask's file.
     pub mask: String,
     /// In the model's own axes and units.
-    pub position: Option<[f64; 3]>,
+    pub position: [f64; 3],
     /// Metres.
-    pub size_m: Option<f64>,
+    pub size_m: f64,
+    /// Square centimetres.
+    pub area_cm2: f64,
+    /// The model's material.
+    pub material: String,
+    /// How far the surface is off.
+    pub displacement: Option<Displacement>,
     /// A sentence.
     pub note: String,
+}
+
+/// How far a surface is off its place.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Displacement {
+    /// Metres along its normal, positive towards the camera's side.
+    pub metres: f64,
+    /// One standard deviation.
+    pub uncertainty_m: f64,
 }
 
 /// What the page shows of the study.

@@ -40,9 +40,8 @@ fn glance(archive: &Archive) -> String {
         let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();
         let kinds = format!("{} geometry, {} texture", count("geometry"), count("texture"));
         facts.add("Findings", &audit.findings.len().to_string(), &kinds);
-        let shares: Vec<f64> = audit.views.iter().filter_map(|v| v.untestable_share).collect();
-        if !shares.is_empty() {
-            let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+        if !audit.views.is_empty() {
+            let mean = audit.views.iter().map(|v| v.shares.untestable).sum::<f64>() / audit.views.len() as f64;
             facts.add("Untestable", &percent(mean), "of the photographs: neither right nor wrong");
         }
     }
@@ -93,35 +92,77 @@ impl Facts {
 }
 
 fn findings(audit: &Audit) -> String {
-    if audit.findings.is_empty() {
-        return "<p>Nothing in the photographs contradicts the model. What no probe sees, or what the photographs show \
-                too dark, too bright or too plainly, was not tested: the sheets mark it as untestable.</p>\n"
-            .into();
-    }
-    let row = |f: &Finding| {
-        let position = f.position.map_or_else(|| "–".into(), |p| p.map(|v| format!("{v:.2}")).join(", "));
-        let size = f.size_m.map_or_else(|| "–".into(), |s| format!("{s:.2}"));
-        let (kind, what, view, note, id) =
-            (escape(&f.kind), escape(&f.what), escape(&f.view), escape(&f.note), escape(&f.id));
-        let class = if f.kind.chars().all(|c| c.is_ascii_lowercase()) { &f.kind } else { "" };
+    let intro = if audit.findings.is_empty() {
+        "<p>Nothing in the photographs contradicts the model, as far as it could be tested.</p>\n".to_owned()
+    } else {
+        "<p>What the photographs say of the model. Each finding is a proposal for a surveyor to confirm; the sheets have \
+         a column for the verdict.</p>\n"
+            .to_owned()
+            + &finding_table("Findings", &audit.findings)
+    };
+    let doubts = if audit.doubts.is_empty() {
+        String::new()
+    } else {
         format!(
-            "<tr id=\"finding-{id}\"><th scope=\"row\">{id}</th><td><a href=\"#view-{view}\">{view}</a></td><td><span class=\"kind {class}\">{kind}</span></td>\
-             <td>{what}</td><td class=\"number\" data-value=\"{}\">{}</td><td class=\"number\">{size}</td>\
-             <td class=\"number\" data-value=\"{}\">{:.0}</td><td>{position}</td><td>{note}</td></tr>\n",
-            f.score,
-            percent(f.score),
-            f.area_px,
-            f.area_px
+            "<h3>Doubts</h3>\n<p>Something disagrees here, but what it is cannot be told from these photographs and probes.</p>\n{}",
+            finding_table("Doubts", &audit.doubts)
         )
     };
-    let rows: String = audit.findings.iter().map(row).collect();
+    let rows: String = audit
+        .views
+        .iter()
+        .map(|v| {
+            let s = v.shares;
+            let cells: String = [s.ok, s.geometry, s.texture, s.ambiguous, s.untestable]
+                .iter()
+                .map(|share| format!("<td class=\"number\" data-value=\"{share}\">{}</td>", percent(*share)))
+                .collect();
+            format!("<tr><th scope=\"row\">{}</th>{cells}</tr>\n", escape(&v.view))
+        })
+        .collect();
+    let mut said = audit.warnings.clone();
+    said.extend(audit.views.iter().flat_map(|v| v.warnings.iter().map(|w| format!("{}: {w}", v.view))));
     format!(
-        "<p>What the photographs say of the model. Each finding is a proposal for a surveyor to confirm; the sheets have a \
-         column for the verdict.</p>\n\
-         <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Findings\">\n<table class=\"sortable\">\n<caption>Findings; a column’s title sorts by it</caption>\n<thead><tr>\
-         <th scope=\"col\">Id</th><th scope=\"col\">View</th><th scope=\"col\">Kind</th><th scope=\"col\">What</th>\
-         <th scope=\"col\" class=\"number\">Confidence</th><th scope=\"col\" class=\"number\">Size, m</th>\
-         <th scope=\"col\" class=\"number\">Pixels</th><th scope=\"col\">Place in the model</th><th scope=\"col\">Note</th>\
+        "{intro}{doubts}<h3>What was tested</h3>\n<p>Shares of each photograph. Untestable is what no probe sees, what \
+         shows too little parallax or texture, or is too dark or too bright: it is neither right nor wrong.</p>\n\
+         <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"What was tested\">\n<table class=\"sortable\">\n<thead><tr>\
+         <th scope=\"col\">View</th><th scope=\"col\" class=\"number\">Right</th><th scope=\"col\" class=\"number\">Geometry wrong</th>\
+         <th scope=\"col\" class=\"number\">Texture wrong</th><th scope=\"col\" class=\"number\">Ambiguous</th>\
+         <th scope=\"col\" class=\"number\">Untestable</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n{}",
+        warnings(&said)
+    )
+}
+
+fn finding_table(title: &str, list: &[Finding]) -> String {
+    let row = |f: &Finding| {
+        let position = f.position.map(|v| format!("{v:.2}")).join(", ");
+        let (kind, what, view, note, id, material) =
+            (escape(&f.kind), escape(&f.what), escape(&f.view), escape(&f.note), escape(&f.id), escape(&f.material));
+        let class = if f.kind.chars().all(|c| c.is_ascii_lowercase()) { &f.kind } else { "" };
+        let (off, shown) = f.displacement.map_or_else(
+            || (String::new(), "–".to_owned()),
+            |d| (d.metres.to_string(), format!("{:+.1} ± {:.1}", 100.0 * d.metres, 100.0 * d.uncertainty_m)),
+        );
+        format!(
+            "<tr id=\"finding-{id}\"><th scope=\"row\">{id}</th><td><a href=\"#view-{view}\">{view}</a></td>\
+             <td><span class=\"kind {class}\">{kind}</span> {what}</td>\
+             <td class=\"number\" data-value=\"{}\">{}</td><td class=\"number\">{:.2}</td>\
+             <td class=\"number\">{:.0}</td><td class=\"number\" data-value=\"{off}\">{shown}</td>\
+             <td>{position}</td><td>{material}</td><td>{note}</td></tr>\n",
+            f.score,
+            percent(f.score),
+            f.size_m,
+            f.area_cm2
+        )
+    };
+    let rows: String = list.iter().map(row).collect();
+    format!(
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\">\n<table class=\"sortable\">\n\
+         <caption>{title}; a column’s title sorts by it</caption>\n<thead><tr>\
+         <th scope=\"col\">Id</th><th scope=\"col\">View</th><th scope=\"col\">What is wrong</th>\
+         <th scope=\"col\" class=\"number\">Confidence</th><th scope=\"col\" class=\"number\">Extent, m</th>\
+         <th scope=\"col\" class=\"number\">Area, cm²</th><th scope=\"col\" class=\"number\">Off its place, cm</th>\
+         <th scope=\"col\">Place in the model</th><th scope=\"col\">Material</th><th scope=\"col\">Note</th>\
          </tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n"
     )
 }

@@ -9,8 +9,8 @@ fn archive() -> Archive {
         what: "moved".into(),
         score: 0.9,
         bbox: [1.0, 2.0, 30.0, 40.0],
-        area_px: 800.0,
-        position: Some([1.0, -2.5, 3.0]),
+        position: [1.0, -2.5, 3.0],
+        displacement: Some(Displacement { metres: -0.051, uncertainty_m: 0.004 }),
         note: "5 cm & more".into(),
         ..Finding::default()
     };
@@ -34,7 +34,12 @@ fn archive() -> Archive {
             findings: Some("f.png".into()),
             sheet: Some("audit-apse".into()),
         }],
-        audit: Some(Audit { findings: vec![finding("G1", "geometry"), finding("T1", "texture")], views: vec![] }),
+        audit: Some(Audit {
+            findings: vec![finding("F1", "geometry"), finding("F2", "texture")],
+            doubts: vec![finding("D1", "texture")],
+            views: vec![AuditedView { view: "apse <1>".into(), ..AuditedView::default() }],
+            warnings: vec![],
+        }),
         runs: vec![Run { verb: "study".into(), note: "not asked for".into(), ..Run::default() }],
         inputs: vec![Fingerprint { file: "site.toml".into(), bytes: 12, sha256: "ab".repeat(32) }],
         ..Archive::default()
