@@ -1,0 +1,135 @@
+//! The report: made by the program as a user runs it, and held against the one in `reports/`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn report(site: &Path, out: &Path, more: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::cargo_bin("clerestory").unwrap();
+    command.current_dir(root()).arg("report").arg(site).arg("--out").arg(out).args(more).assert()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))).unwrap()
+}
+
+fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap());
+    entries.filter(|e| e.path().is_file()).map(|e| e.file_name().into_string().unwrap()).collect()
+}
+
+/// Times differ from run to run, and paths from place to place.
+fn is_of_this_run(key: &str) -> bool {
+    key.ends_with("_s") || ["peak_bytes", "file", "seconds", "photo", "version", "setup", "saved"].contains(&key)
+}
+
+/// Where two values differ by more than rounding.
+fn differences(at: &str, a: &Value, b: &Value, found: &mut Vec<String>) {
+    match (a, b) {
+        (Value::Object(x), Value::Object(y)) => {
+            let keys: BTreeSet<&String> = x.keys().chain(y.keys()).collect();
+            for key in keys.into_iter().filter(|k| !is_of_this_run(k)) {
+                let (p, q) = (x.get(key).unwrap_or(&Value::Null), y.get(key).unwrap_or(&Value::Null));
+                differences(&format!("{at}.{key}"), p, q, found);
+            }
+        }
+        (Value::Array(x), Value::Array(y)) if x.len() == y.len() => {
+            for (i, (p, q)) in x.iter().zip(y).enumerate() {
+                differences(&format!("{at}[{i}]"), p, q, found);
+            }
+        }
+        (Value::Number(x), Value::Number(y)) => {
+            let (x, y) = (x.as_f64().unwrap(), y.as_f64().unwrap());
+            if (x - y).abs() > 1e-3 * x.abs().max(y.abs()) + 1e-6 {
+                found.push(format!("{at}: {x} and {y}"));
+            }
+        }
+        _ if a == b => {}
+        _ => found.push(format!("{at}: {a} and {b}")),
+    }
+}
+
+/// Mean difference of two pictures in steps of 255; a picture of it is left beside the new one where that is large.
+fn apart(kept: &Path, made: &Path) -> f64 {
+    let [a, b] = [kept, made].map(|p| image::open(p).unwrap().to_rgb8());
+    assert_eq!(a.dimensions(), b.dimensions(), "{}", made.display());
+    let sum: u64 = a.as_raw().iter().zip(b.as_raw()).map(|(x, y)| u64::from(x.abs_diff(*y))).sum();
+    let mean = sum as f64 / a.as_raw().len() as f64;
+    if mean > 0.5 {
+        let difference = image::RgbImage::from_fn(a.width(), a.height(), |x, y| {
+            let (p, q) = (a.get_pixel(x, y).0, b.get_pixel(x, y).0);
+            image::Rgb(std::array::from_fn(|i| p[i].abs_diff(q[i]).saturating_mul(4)))
+        });
+        let path = std::env::temp_dir().join(format!("difference-{}", made.file_name().unwrap().to_string_lossy()));
+        difference.save(&path).unwrap();
+        eprintln!("the difference is in {}", path.display());
+    }
+    mean
+}
+
+#[test]
+fn the_kept_report_is_what_the_program_makes() {
+    let kept = root().join("reports/chapel");
+    let made = tempfile::tempdir().unwrap();
+    report(Path::new("sites/chapel"), made.path(), &["--without", "study", "-q"]).success().stdout("");
+    let study = |name: &String| name.starts_with("study");
+    let of_the_site = |name: &String| !study(name) && !name.ends_with(".exr");
+    let wanted: BTreeSet<String> = names(&kept).into_iter().filter(of_the_site).collect();
+    let found: BTreeSet<String> = names(made.path()).into_iter().filter(of_the_site).collect();
+    assert_eq!(wanted, found, "the same files");
+    for name in &wanted {
+        let (kept, made) = (kept.join(name), made.path().join(name));
+        if name.ends_with(".png") {
+            let mean = apart(&kept, &made);
+            assert!(
+                mean <= 0.5,
+                "{name}: {mean:.2} of 255 apart; run `clerestory report sites/chapel` if that is meant"
+            );
+        } else if name.ends_with(".json") && name != "manifest.json" {
+            let mut found = Vec::new();
+            differences(name, &json(&kept), &json(&made), &mut found);
+            assert!(found.is_empty(), "{found:#?}");
+        } else if name.ends_with(".svg") {
+            roxmltree::Document::parse(&fs::read_to_string(&made).unwrap()).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_manifest_names_every_file_and_the_page_shows_only_what_is_there() {
+    let made = tempfile::tempdir().unwrap();
+    let out = report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,audit", "--json"]).success();
+    let manifest: Value = serde_json::from_slice(&out.get_output().stdout).unwrap();
+    let listed: BTreeSet<String> =
+        manifest["outputs"].as_array().unwrap().iter().map(|f| f["file"].as_str().unwrap().into()).collect();
+    let mut there = names(made.path());
+    assert!(there.remove("manifest.json"));
+    assert_eq!(listed, there);
+    let inputs: Vec<&str> =
+        manifest["inputs"].as_array().unwrap().iter().map(|f| f["file"].as_str().unwrap()).collect();
+    for input in ["site.toml", "model/chapel.obj", "model/chapel.mtl", "model/brick.jpg", "photos/apse.exr"] {
+        assert!(inputs.contains(&input), "{input} is missing in {inputs:?}");
+    }
+    let page = fs::read_to_string(made.path().join("index.html")).unwrap();
+    for part in page.split(" src=\"").skip(1).filter_map(|rest| rest.split('"').next()) {
+        assert!(there.contains(part), "the page shows {part}");
+    }
+    assert!(page.contains("not asked for"));
+}
+
+#[test]
+fn a_site_that_cannot_be_read_leaves_no_folder() {
+    let made = tempfile::tempdir().unwrap();
+    let out = made.path().join("report");
+    let failed = report(Path::new("sites/nowhere"), &out, &[]).code(1);
+    let error = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+    assert!(error.starts_with("error: sites/nowhere") && error.lines().count() == 1, "{error}");
+    assert!(!out.exists());
+}
