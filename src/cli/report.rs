@@ -169,7 +169,10 @@ fn keep(verb: &str, json: &[u8], folder: &Path, archive: &mut Archive) -> anyhow
         }
         "plan" => archive.plan = Some(read_json(&folder.join("plan.json"))?),
         "audit" => archive.audit = Some(read_json(&folder.join("findings.json"))?),
-        "study" => archive.study = Some(study(folder)?),
+        "study" => {
+            archive.study =
+                Some(Study { table: rows(&folder.join("study.csv"))?, summary: serde_json::from_slice(json)? })
+        }
         _ => {}
     }
     Ok(())
@@ -180,12 +183,10 @@ fn read_json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
     serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
 }
 
-/// The rows of `study.csv`.
-fn study(folder: &Path) -> anyhow::Result<Study> {
-    let path = folder.join("study.csv");
-    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let table = text.lines().map(|line| line.split(',').map(|c| c.trim_matches('"').to_owned()).collect()).collect();
-    Ok(Study { table, says: Vec::new() })
+/// The rows of a table that quotes nothing.
+fn rows(path: &Path) -> anyhow::Result<Vec<Vec<String>>> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    Ok(text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect())
 }
 
 /// Writes each rendered view and its photograph at one exposure, so that they can lie over each other.

@@ -330,6 +330,66 @@ pub struct Displacement {
 pub struct Study {
     /// Header and rows of `study.csv`.
     pub table: Vec<Vec<String>>,
-    /// Sentences that the study prints.
-    pub says: Vec<String>,
+    /// `study --json`.
+    pub summary: StudySummary,
+}
+
+/// `study --json`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct StudySummary {
+    /// How much longer other ways take for the same error.
+    pub speed_ups: Vec<SpeedUp>,
+    /// Where image-based shooting loses, a sentence each.
+    pub losses: Vec<String>,
+    /// What to render with.
+    pub recommended: Option<Recommended>,
+}
+
+/// How much longer another way takes for the same error.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct SpeedUp {
+    /// The other way.
+    pub against: String,
+    /// The error's measure.
+    pub metric: String,
+    /// The error.
+    pub error: f64,
+    /// `extrapolated` where the other way's curve ends before.
+    pub how: String,
+    /// Times as long for a frame.
+    pub frame: Interval,
+    /// Times as long with all set-up.
+    pub with_setup: Interval,
+}
+
+/// A figure and its 95 % interval; NaN where it is not finite.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Interval {
+    /// The figure.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub value: f64,
+    /// Lower end.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub low: f64,
+    /// Upper end.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub high: f64,
+}
+
+/// JSON has no infinity: null stands for it.
+fn null_is_nan<'de, D: serde::Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
+/// What to render with.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Recommended {
+    /// Why.
+    pub why: String,
+    /// The command to paste.
+    pub snippet: String,
 }

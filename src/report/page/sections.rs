@@ -1,8 +1,9 @@
 //! The page's sections: one function each, from data to HTML.
 
-use super::data::{Archive, Audit, Check, Finding, Floor, Plan, Render, Run, Study, ViewPictures};
+use super::data::{Archive, Audit, Check, Finding, Floor, Plan, Render, Run, Study, StudySummary, ViewPictures};
 use crate::report::Fingerprint;
 use crate::report::svg::escape;
+use crate::study::rounded;
 
 /// A titled part of the page.
 pub(super) struct Section {
@@ -300,7 +301,7 @@ fn floor(index: usize, floor: &Floor) -> String {
 }
 
 fn study_part(study: &Study) -> String {
-    let says: String = study.says.iter().map(|line| format!("<p>{}</p>\n", escape(line))).collect();
+    let says = study_words(&study.summary);
     let table = match study.table.split_first() {
         None => String::new(),
         Some((head, rows)) => {
@@ -324,6 +325,39 @@ fn study_part(study: &Study) -> String {
          <button type=\"button\" data-act=\"out\">Zoom out</button><button type=\"button\" data-act=\"reset\">Whole sheet</button></div>\n\
          <figcaption>Error against run time: <a href=\"study.svg\">SVG</a>, <a href=\"study.png\">PNG</a>, <a href=\"study.csv\">CSV</a></figcaption>\n</figure>\n{table}"
     )
+}
+
+/// What the study comes to, in words.
+fn study_words(summary: &StudySummary) -> String {
+    let mut out = String::new();
+    for s in &summary.speed_ups {
+        let how = if s.how == "extrapolated" { ", extrapolated" } else { "" };
+        out += &format!(
+            "<li>For the same error ({} {:.4}), {} takes <b>{}×</b> as long for a frame (95 %: {} to {}{how}), and \
+             {}× with all set-up ({} to {}).</li>\n",
+            escape(&s.metric.to_uppercase()),
+            s.error,
+            escape(&s.against),
+            rounded(s.frame.value),
+            rounded(s.frame.low),
+            rounded(s.frame.high),
+            rounded(s.with_setup.value),
+            rounded(s.with_setup.low),
+            rounded(s.with_setup.high)
+        );
+    }
+    for loss in &summary.losses {
+        out += &format!("<li>Where it loses: {}</li>\n", escape(loss));
+    }
+    let out = if out.is_empty() { out } else { format!("<ul>\n{out}</ul>\n") };
+    let recommended = summary.recommended.as_ref().map_or_else(String::new, |r| {
+        format!(
+            "<p>{}</p>\n<pre id=\"setting\">{}</pre>\n<button type=\"button\" class=\"copy\" data-of=\"setting\">Copy</button>\n",
+            escape(&r.why),
+            escape(&r.snippet)
+        )
+    });
+    out + &recommended
 }
 
 fn health(check: &Check) -> String {
