@@ -110,7 +110,13 @@ impl Site {
         }
         files.extend(self.probes.iter().flat_map(|p| p.pictures.iter().map(|l| l.path.clone())));
         files.extend(self.views.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
-        files.extend(self.unposed.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
+        let pose_files = self.views.iter().filter_map(|v| match &v.source {
+            CameraSource::PoseFile(path) => Some(path),
+            _ => None,
+        });
+        let mut pose_files: Vec<_> = pose_files.collect();
+        pose_files.dedup();
+        files.extend(pose_files.into_iter().flat_map(|path| poses::files(path)));
         files
     }
 

@@ -346,10 +346,13 @@ fn study_words(summary: &StudySummary) -> String {
             rounded(s.with_setup.high)
         );
     }
-    for loss in &summary.losses {
-        out += &format!("<li>Where it loses: {}</li>\n", escape(loss));
-    }
     let out = if out.is_empty() { out } else { format!("<ul>\n{out}</ul>\n") };
+    let losses: String = summary.losses.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect();
+    let losses = if losses.is_empty() {
+        losses
+    } else {
+        format!("<h3>Where image-based shooting loses</h3>\n<ul>\n{losses}</ul>\n")
+    };
     let recommended = summary.recommended.as_ref().map_or_else(String::new, |r| {
         format!(
             "<p>{}</p>\n<pre id=\"setting\">{}</pre>\n<button type=\"button\" class=\"copy\" data-of=\"setting\">Copy</button>\n",
@@ -357,7 +360,7 @@ fn study_words(summary: &StudySummary) -> String {
             escape(&r.snippet)
         )
     });
-    out + &recommended
+    out + &losses + &recommended
 }
 
 fn health(check: &Check) -> String {

@@ -120,6 +120,18 @@ pub(super) fn read(path: &Path) -> Result<PoseFile> {
     }
 }
 
+/// The files that [`read`] reads: of a folder, those that hold poses.
+pub(super) fn files(path: &Path) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path.to_owned()];
+    }
+    let ending = ["bin", "txt"].into_iter().find(|e| path.join(format!("images.{e}")).is_file());
+    match ending {
+        Some(ending) => ["cameras", "images"].map(|stem| path.join(format!("{stem}.{ending}"))).into(),
+        None => xmp_files(path).unwrap_or_default(),
+    }
+}
+
 fn xmp_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let io = |source| PoseFileError::Io { path: folder.into(), source };
     let mut files = Vec::new();
