@@ -5,6 +5,8 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
+#[path = "stability/fits.rs"]
+mod fits;
 #[path = "stability/numbers.rs"]
 mod numbers;
 #[path = "stability/rooms.rs"]
@@ -70,6 +72,7 @@ reference, never an earlier run.
 fn every_row_is_within_its_bound_and_the_table_says_so() {
     let mut rows = rooms::rows();
     rows.extend(numbers::rows());
+    rows.extend(fits::rows());
     let mut text = HEAD.to_owned();
     for row in &rows {
         println!("{}", row.line());
