@@ -119,7 +119,7 @@ fn geometry() -> Vec<Row> {
     broken.quads[0] = Quad(corner, w, u, 0);
 
     // each input up or down by one unit in its last place, by turns
-    let nudge = |i: usize| 1.0 + if i % 3 == 0 { f32::EPSILON } else { -0.5 * f32::EPSILON };
+    let nudge = |i: usize| 1.0 + if i.is_multiple_of(3) { f32::EPSILON } else { -0.5 * f32::EPSILON };
     let lit = near.look(0, 64, |s| gradient(&near.scene, s));
     let mut moved = lit.clone();
     moved.pixels.iter_mut().enumerate().for_each(|(i, p)| *p *= nudge(i));
