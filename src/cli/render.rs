@@ -202,7 +202,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         done.push(Done { name: view.name.clone(), rays_s, shade_s, covered_fraction, file, error });
     }
     bar.finish_and_clear();
-    let left_out = not_done(&site, &options, unreached, &setup, pictures_s)?;
+    let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
     let Setup { timings, records, record_bytes, .. } = setup;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome =
@@ -240,6 +240,7 @@ fn leave_unreached(site: &Site, scene: &mut Scene, views: &[String]) -> Option<N
 /// What was not done, and what that saved. `pictures_s` is what reading the pictures took that were read.
 fn not_done(
     site: &Site,
+    args: &RenderArgs,
     options: &Options,
     unreached: Option<NotDone>,
     setup: &Setup,
@@ -256,7 +257,8 @@ fn not_done(
             (spared, count) = (spared + width * height, count + 1);
         }
     }
-    if count > 0 {
+    // with all stages they were
+    if count > 0 && !args.all_stages {
         let why = format!("{count} pictures of lightings that were not asked for are not decoded");
         let seconds = (pictures_s + setup.timings.index_s) * spared as f64 / read.max(1) as f64;
         let bytes = (spared * size_of::<glam::Vec3>()) as u64;
