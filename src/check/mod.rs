@@ -1,11 +1,13 @@
 //! Whether a site is fit for work: the model's health, the probes' sanity, and which stages the site needs.
 
 mod probes;
+mod reach;
 mod stages;
 mod views;
 
 pub use probes::{PictureCheck, ProbeCheck};
-pub use stages::{Stage, stages};
+pub use reach::unreachable;
+pub use stages::{Saving, Stage, stages};
 pub use views::ViewCheck;
 
 use serde::Serialize;
@@ -68,7 +70,7 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
         site: site.name.clone(),
         ok: quiet && probes.iter().all(|p| p.warnings.is_empty()) && views.iter().all(|v| v.warnings.is_empty()),
         warnings: site.warnings.clone(),
-        stages: stages(site, &scene, unseen_share),
+        stages: stages(site, &scene, unseen_share)?,
         model,
         edges,
         edge_warnings,
@@ -76,6 +78,13 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
         views,
         unseen_share,
     })
+}
+
+/// Where rays start: all probes, and the views, or those named; local metres.
+pub fn eyes(site: &Site, scene: &Scene, views: Option<&[&str]>) -> Vec<glam::Vec3> {
+    let wanted = |name: &str| views.is_none_or(|v| v.contains(&name));
+    let cameras = site.views.iter().filter(|v| wanted(&v.name)).map(|v| v.camera.pose);
+    site.probes.iter().map(|p| p.pose).chain(cameras).map(|pose| scene.local(pose.position)).collect()
 }
 
 /// Rims and cracks are usual in models of interiors; only what misleads is worth a sentence.

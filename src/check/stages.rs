@@ -2,25 +2,50 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
+use std::time::Instant;
 
-use crate::scene::{Ray, Scene};
+use super::reach::unreachable;
+use crate::panorama::{self, PanoramaError};
+use crate::scene::{Ray, Scene, Tracer};
 use crate::site::{Site, View};
+use crate::volume::{self, Anchor, Anchors, Grid};
 
 /// A stage of work, and whether the site needs it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stage {
-    /// `textures`, `shoot`, `lightings`, `merge`, `volume`, `render`, `audit`, `simulate` or `plan`.
+    /// `textures`, `unreached`, `shoot`, `lightings`, `merge`, `volume`, `render`, `audit`, `simulate`, `floors` or
+    /// `plan`.
     pub stage: &'static str,
     /// Whether it is needed.
     pub needed: bool,
     /// Why, or why not.
     pub why: String,
+    /// What leaving it out saves, where that is worth telling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saves: Option<Saving>,
 }
 
+/// What is not spent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Saving {
+    /// Seconds on this machine, as measured on a part or the whole of the work.
+    pub seconds: f64,
+    /// Bytes of memory.
+    pub bytes: u64,
+}
+
+/// So high must a model be, metres, before people can walk on two of its floors, one above the other.
+const TWO_STOREYS_M: f64 = 3.6;
+
 /// The stages in the order of work. `unseen_share` is the share of what the views show that no probe sees;
-/// `None` where they show nothing.
-pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Vec<Stage> {
-    let stage = |stage, needed, why: String| Stage { stage, needed, why };
+/// `None` where they show nothing. What some stages would cost is measured, which takes a moment.
+///
+/// # Errors
+///
+/// A probe's picture that cannot be read.
+pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Result<Vec<Stage>, PanoramaError> {
+    let stage = |stage, needed, why: String| Stage { stage, needed, why, saves: None };
+    let saving = |s: Stage, saves: Option<Saving>| Stage { saves: saves.filter(|_| !s.needed), ..s };
     let probes = site.probes.len();
     let lightings = site.lightings().len();
     let photos = site.views.iter().filter(|v| v.photo.is_some()).count();
@@ -37,35 +62,84 @@ pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Vec<Stag
         Some(share) => (true, format!("no probe sees {:.1} % of what the views show", 100.0 * share)),
     };
     let light = site.environment.is_some() || site.sun.is_some() || scene.materials.iter().any(emits);
-    vec![
+    let simulate = match light {
+        true => "the site tells where light comes from",
+        false => "the site has no environment, no sun and no material that shines",
+    };
+    let (low, high) = scene.mesh.bounds();
+    let height = f64::from(high.z - low.z);
+    let floors =
+        (height >= TWO_STOREYS_M, format!("the model is {height:.1} m high; two storeys take {TWO_STOREYS_M} m"));
+    let plan = match probes {
+        0 => "no probe has been taken yet",
+        _ => "probes have been taken; plan again for more",
+    };
+    Ok(vec![
         stage("textures", textures > 0, format!("the model has {textures} pictures on its materials")),
+        unreached_stage(site, scene),
         stage("shoot", probes > 0, count(probes, "probe", "probes")),
-        stage("lightings", lightings > 1, count(lightings, "lighting", "lightings")),
+        lightings_stage(site, count(lightings, "lighting", "lightings"))?,
         stage("merge", probes > 1, count(probes, "probe", "probes")),
-        stage("volume", volume.0, volume.1),
+        saving(stage("volume", volume.0, volume.1), (probes > 0).then(|| volume_cost(scene))),
         stage(
             "render",
             probes > 0 && views > 0,
             format!("{}, {}", count(probes, "probe", "probes"), count(views, "view", "views")),
         ),
         stage("audit", probes > 0 && photos > 0, count(photos, "photograph", "photographs")),
-        stage(
-            "simulate",
-            light,
-            if light {
-                "the site tells where light comes from"
-            } else {
-                "the site has no environment, no sun and no material that shines"
-            }
-            .to_owned(),
-        ),
-        stage(
-            "plan",
-            probes == 0,
-            if probes == 0 { "no probe has been taken yet" } else { "probes have been taken; plan again for more" }
-                .to_owned(),
-        ),
-    ]
+        stage("simulate", light, simulate.to_owned()),
+        stage("floors", floors.0, floors.1),
+        stage("plan", probes == 0, plan.to_owned()),
+    ])
+}
+
+/// Whether there is more than one lighting; and what it saves that only the one asked for is decoded.
+fn lightings_stage(site: &Site, count: String) -> Result<Stage, PanoramaError> {
+    let all = site.lightings();
+    let others: Vec<_> =
+        site.probes.iter().flat_map(|p| &p.pictures).filter(|lit| Some(&lit.lighting) != all.first()).collect();
+    let Some(one) = others.first() else {
+        return Ok(Stage { stage: "lightings", needed: false, why: count, saves: None });
+    };
+    let start = Instant::now();
+    let pixels = panorama::read(&one.path)?.pixels.len();
+    let rate = start.elapsed().as_secs_f64() / pixels.max(1) as f64;
+    let mut all_pixels = 0;
+    for lit in &others {
+        let (width, height) = panorama::dimensions(&lit.path)?;
+        all_pixels += width * height;
+    }
+    let saves = Saving { seconds: rate * all_pixels as f64, bytes: (all_pixels * size_of::<glam::Vec3>()) as u64 };
+    let why = format!("{count}; only the one that is asked for is decoded");
+    Ok(Stage { stage: "lightings", needed: true, why, saves: Some(saves) })
+}
+
+/// Whether all of the model can be reached from probes and views.
+fn unreached_stage(site: &Site, scene: &Scene) -> Stage {
+    let eyes = super::eyes(site, scene, None);
+    let Some(marked) = unreachable(scene, &eyes) else {
+        let why = "all triangles may be reached from the probes and views".to_owned();
+        return Stage { stage: "unreached", needed: true, why, saves: None };
+    };
+    let start = Instant::now();
+    let whole = Tracer::new(&scene.mesh).bytes();
+    let seconds = start.elapsed().as_secs_f64();
+    let keep: Vec<bool> = marked.iter().map(|m| !m).collect();
+    let count = marked.iter().filter(|m| **m).count();
+    let bytes = whole.saturating_sub(Tracer::over(&scene.mesh, &keep).bytes()) as u64;
+    let seconds = seconds * count as f64 / marked.len() as f64;
+    let why = format!("{count} triangles lie behind closed walls that part them from all probes and views");
+    Stage { stage: "unreached", needed: false, why, saves: Some(Saving { seconds, bytes }) }
+}
+
+/// What the volume takes where nothing wants it: the places that it would put values at.
+fn volume_cost(scene: &Scene) -> Saving {
+    let start = Instant::now();
+    let (low, high) = scene.mesh.bounds();
+    let grid = Grid::over(low, high, volume::Settings::default().cells);
+    let anchors = Anchors::over(scene, grid);
+    let bytes = anchors.list.len() * size_of::<Anchor>() + grid.len() * size_of::<u32>();
+    Saving { seconds: start.elapsed().as_secs_f64(), bytes: bytes as u64 }
 }
 
 fn emits(material: &crate::scene::Material) -> bool {

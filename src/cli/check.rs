@@ -54,7 +54,10 @@ fn print(check: &Check, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "\nStages")?;
     for stage in &check.stages {
         let verdict = if stage.needed { "needed  " } else { "left out" };
-        writeln!(out, "  {:<9} {verdict}  {}", stage.stage, stage.why)?;
+        let saves = stage.saves.map_or_else(String::new, |s| {
+            format!("; saves {:.2} s and {:.1} MiB", s.seconds, s.bytes as f64 / f64::from(1 << 20))
+        });
+        writeln!(out, "  {:<15} {verdict}  {}{saves}", stage.stage, stage.why)?;
     }
     let verdict =
         if check.ok { "Nothing is wrong." } else { "The site can be used; mind the lines marked with “!”." };

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
+use clerestory::check::{self, Saving};
 use clerestory::panorama::{self, Exposure, Picture, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, prepare, render};
@@ -103,8 +104,17 @@ struct Outcome {
     records: usize,
     record_bytes: usize,
     peak_bytes: Option<u64>,
-    left_out: Vec<LeftOut>,
+    left_out: Vec<NotDone>,
     warnings: Vec<String>,
+}
+
+/// A stage that was left out, and what that saved where it is known.
+#[derive(Serialize)]
+struct NotDone {
+    #[serde(flatten)]
+    what: LeftOut,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saves: Option<Saving>,
 }
 
 /// One rendered view.
@@ -130,7 +140,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
 
     let mut health = Health::default();
-    let scene = scene::load(&site, &mut health)?;
+    let mut scene = scene::load(&site, &mut health)?;
+    let unreached = if args.all_stages { None } else { leave_unreached(&site, &mut scene, &args.view) };
     let load_s = start.elapsed().as_secs_f64();
     let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
     let options = Options {
@@ -142,6 +153,9 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         volume_for_all: args.volume_only,
     };
     let mut setup = prepare(&site, &scene, &cameras, &options)?;
+    // all stages: the lightings that nobody asked for too
+    let _unasked = if args.all_stages { unasked(&site, &scene, &options)? } else { None };
+    let pictures_s = setup.timings.load_s;
     setup.timings.load_s += load_s;
     let plain = match args.method {
         Method::Ibs => None,
@@ -188,7 +202,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         done.push(Done { name: view.name.clone(), rays_s, shade_s, covered_fraction, file, error });
     }
     bar.finish_and_clear();
-    let Setup { timings, left_out, records, record_bytes, .. } = setup;
+    let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
+    let Setup { timings, records, record_bytes, .. } = setup;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome =
         Outcome { setup: timings, views: done, records, record_bytes, peak_bytes: peak_bytes(), left_out, warnings };
@@ -199,6 +214,57 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         print(&outcome, out)?;
     }
     Ok(())
+}
+
+/// The light of the lightings that nobody asked for.
+fn unasked(site: &Site, scene: &Scene, options: &Options) -> anyhow::Result<Option<Setup>> {
+    let others = site.lightings().into_iter().filter(|l| !options.lightings.contains(l)).collect::<Vec<_>>();
+    if others.is_empty() {
+        return Ok(None);
+    }
+    let options = Options { lightings: others, all_stages: false, ..options.clone() };
+    Ok(Some(prepare(site, scene, &[], &options)?))
+}
+
+/// Leaves what no probe and no view can reach out of the ray caster.
+fn leave_unreached(site: &Site, scene: &mut Scene, views: &[String]) -> Option<NotDone> {
+    let views: Vec<&str> = views.iter().map(String::as_str).collect();
+    let eyes = check::eyes(site, scene, (!views.is_empty()).then_some(&views));
+    let marked = check::unreachable(scene, &eyes)?;
+    let (count, bytes) = scene.leave_out(&marked);
+    let why = format!("{count} triangles lie behind closed walls that part them from all probes and views");
+    let saves = Some(Saving { seconds: 0.0, bytes: bytes as u64 });
+    Some(NotDone { what: LeftOut { stage: "unreached", why }, saves })
+}
+
+/// What was not done, and what that saved. `pictures_s` is what reading the pictures took that were read.
+fn not_done(
+    site: &Site,
+    args: &RenderArgs,
+    options: &Options,
+    unreached: Option<NotDone>,
+    setup: &Setup,
+    pictures_s: f64,
+) -> anyhow::Result<Vec<NotDone>> {
+    let mut all: Vec<NotDone> =
+        setup.left_out.iter().map(|what| NotDone { what: what.clone(), saves: None }).chain(unreached).collect();
+    let (mut read, mut spared, mut count) = (0usize, 0usize, 0usize);
+    for lit in site.probes.iter().take(options.probes).flat_map(|p| &p.pictures) {
+        let (width, height) = panorama::dimensions(&lit.path)?;
+        if options.lightings.contains(&lit.lighting) {
+            read += width * height;
+        } else {
+            (spared, count) = (spared + width * height, count + 1);
+        }
+    }
+    // with all stages they were
+    if count > 0 && !args.all_stages {
+        let why = format!("{count} pictures of lightings that were not asked for are not decoded");
+        let seconds = (pictures_s + setup.timings.index_s) * spared as f64 / read.max(1) as f64;
+        let bytes = (spared * size_of::<glam::Vec3>()) as u64;
+        all.push(NotDone { what: LeftOut { stage: "lightings", why }, saves: Some(Saving { seconds, bytes }) });
+    }
+    Ok(all)
 }
 
 /// The views that were asked for, in the site's order.
@@ -343,8 +409,11 @@ fn print(outcome: &Outcome, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "load {load_s:.2} s, shoot {shoot_s:.2} s, index {index_s:.2} s, volume {volume_s:.2} s")?;
     let mib = outcome.record_bytes as f64 / f64::from(1 << 20);
     writeln!(out, "{} records in {mib:.0} MiB", outcome.records)?;
-    for LeftOut { stage, why } in &outcome.left_out {
-        writeln!(out, "left out {stage}: {why}")?;
+    for NotDone { what: LeftOut { stage, why }, saves } in &outcome.left_out {
+        let saves = saves.map_or_else(String::new, |s| {
+            format!("; saves about {:.2} s and {:.1} MiB", s.seconds, s.bytes as f64 / f64::from(1 << 20))
+        });
+        writeln!(out, "left out {stage}: {why}{saves}")?;
     }
     for view in &outcome.views {
         let frame_s = view.rays_s + view.shade_s;

@@ -200,7 +200,7 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
             rounded(s.frame.value),
             rounded(s.frame.low),
             rounded(s.frame.high),
-            rounded(s.frame_wall),
+            s.frame_wall.map_or_else(|| "?".to_owned(), rounded),
             rounded(s.with_setup.value),
             rounded(s.with_setup.low),
             rounded(s.with_setup.high)

@@ -1,6 +1,6 @@
 //! Drawing: sheets in SVG and PNG, and the report's page with its manifest.
 //!
-//! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png`]
+//! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png()`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
 mod loglog;

@@ -50,6 +50,27 @@ impl Scene {
         Self { mesh, materials, textures, origin, tracer }
     }
 
+    /// Leaves the marked triangles out of the ray caster, and frees the pictures that only they have. The mesh keeps
+    /// them, so that indices and bounds stay. Gives the number of triangles and the bytes that this saves.
+    pub fn leave_out(&mut self, marked: &[bool]) -> (usize, usize) {
+        let keep: Vec<bool> = marked.iter().map(|m| !m).collect();
+        let before = self.tracer.bytes();
+        self.tracer = Tracer::over(&self.mesh, &keep);
+        let mut used = vec![false; self.textures.len()];
+        for (t, _) in keep.iter().enumerate().filter(|k| *k.1) {
+            if let Some(texture) = self.materials[self.mesh.materials[t] as usize].texture {
+                used[texture as usize] = true;
+            }
+        }
+        let mut freed = before.saturating_sub(self.tracer.bytes());
+        for (texture, used) in self.textures.iter_mut().zip(used) {
+            if !used {
+                freed += std::mem::replace(texture, Texture::blank()).bytes();
+            }
+        }
+        (marked.iter().filter(|m| **m).count(), freed)
+    }
+
     /// A position in metres in the program's axes, local to this scene.
     pub fn local(&self, position: DVec3) -> Vec3 {
         (position - self.origin).as_vec3()

@@ -66,16 +66,17 @@ impl Metric {
         }
     }
 
-    /// Its value over blocks that count so often each; NaN where nothing counts.
+    /// Its value over blocks that count so often each; 0 where nothing counts.
     pub fn over(self, blocks: &[Block], weights: &[f32]) -> f64 {
         let sum = |part: fn(&Block) -> f32| -> f64 {
             blocks.iter().zip(weights).map(|(b, w)| f64::from(part(b)) * f64::from(*w)).sum()
         };
+        let per = |part: f64, all: f64| if all > 0.0 { part / all } else { 0.0 };
         match self {
-            Self::Rmse => (sum(|b| b.squared) / (3.0 * sum(|b| b.pixels))).max(0.0).sqrt(),
-            Self::RelMse => (sum(|b| b.relative) / sum(|b| b.kept)).max(0.0),
-            Self::Flip => sum(|b| b.flip) / sum(|b| b.pixels),
-            Self::Ssim => sum(|b| b.similarity) / sum(|b| b.windows),
+            Self::Rmse => per(sum(|b| b.squared), 3.0 * sum(|b| b.pixels)).max(0.0).sqrt(),
+            Self::RelMse => per(sum(|b| b.relative), sum(|b| b.kept)).max(0.0),
+            Self::Flip => per(sum(|b| b.flip), sum(|b| b.pixels)),
+            Self::Ssim => per(sum(|b| b.similarity), sum(|b| b.windows)),
         }
     }
 }
@@ -173,6 +174,6 @@ mod tests {
             Block { pixels: 4.0, flip: 1.0, squared: 12.0, kept: 4.0, relative: 2.0, windows: 2.0, similarity: 1.0 };
         let values = Metric::ALL.map(|m| m.over(&[block; 3], &[1.0, 2.0, 0.0]));
         assert_eq!(values, [1.0, 0.5, 0.25, 0.5]);
-        assert!(Metric::Flip.over(&[], &[]).is_nan());
+        assert_eq!(Metric::Flip.over(&[], &[]), 0.0);
     }
 }

@@ -71,7 +71,7 @@ pub struct SpeedUp {
     /// Times as long for a frame, all set-up done.
     pub frame: Interval,
     /// The same by the clock on the wall.
-    pub frame_wall: f64,
+    pub frame_wall: Option<f64>,
     /// Times as long for one frame and all set-up, with every view's set-up charged to that frame.
     pub with_setup: Interval,
 }
@@ -243,7 +243,7 @@ impl<'a> Rival<'a> {
             needed_cpu_s,
             how,
             frame: ours.resamples.interval(|draw| cpu(draw) / frame.cpu_s),
-            frame_wall: reach(&once, |s| s.wall_s).map_or(f64::NAN, |t| t.0 / frame.wall_s),
+            frame_wall: reach(&once, |s| s.wall_s).map(|t| t.0 / frame.wall_s),
             with_setup: ours.resamples.interval(|draw| (cpu(draw) + self.setup_s) / (frame.cpu_s + setup.cpu_s)),
         })
     }
@@ -365,7 +365,7 @@ mod tests {
         let flip = s.speed_ups.iter().find(|s| s.metric == Metric::Flip).unwrap();
         // 0.8/√n = 0.05 at n = 256 samples = 512 processor seconds, beyond the last point
         assert!((flip.needed_cpu_s / 512.0 - 1.0).abs() < 1e-5 && flip.how == How::Extrapolated, "{flip:?}");
-        assert!((flip.frame.value / 512.0 - 1.0).abs() < 1e-5 && (flip.frame_wall / 512.0 - 1.0).abs() < 1e-5);
+        assert!((flip.frame.value / 512.0 - 1.0).abs() < 1e-5 && (flip.frame_wall.unwrap() / 512.0 - 1.0).abs() < 1e-5);
         assert!((flip.with_setup.value / (518.0 / 7.0) - 1.0).abs() < 1e-5);
         let equal = |with| s.equal_time.iter().find(|e| e.metric == Metric::Flip && e.with_setup == with).unwrap();
         assert_eq!(equal(false).how, How::First);

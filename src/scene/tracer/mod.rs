@@ -60,6 +60,21 @@ impl Tracer {
         build::build(mesh)
     }
 
+    /// The same over the triangles that `keep` marks only; hits keep the whole mesh's indices.
+    pub fn over(mesh: &Mesh, keep: &[bool]) -> Self {
+        let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|&t| keep[t as usize]).collect();
+        let part = Mesh {
+            positions: mesh.positions.clone(),
+            triangles: kept.iter().map(|&t| mesh.triangles[t as usize]).collect(),
+            ..Mesh::default()
+        };
+        let mut tracer = build::build(&part);
+        for id in &mut tracer.triangles.ids {
+            *id = kept[*id as usize];
+        }
+        tracer
+    }
+
     /// The nearest hit farther than `t_min` metres.
     pub fn closest(&self, ray: &Ray, t_min: f32) -> Option<Hit> {
         match &self.wide {

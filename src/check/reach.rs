@@ -1,0 +1,195 @@
+//! Which parts of a model no ray from its probes and views can ever reach.
+//!
+//! A closed surface, every edge of which belongs to an even number of triangles, parts space in two. If all probes and
+//! views are on one side of it, no ray of theirs, however often reflected, comes to the other side: what lies there
+//! wholly can be left out of the ray caster, and no picture changes.
+
+use glam::Vec3;
+use std::collections::BTreeMap;
+
+use crate::scene::{Mesh, Ray, Scene, Tracer};
+
+/// Triangles that no ray from `eyes` (local metres) can reach, as a mark for each; `None` where all can be reached, or
+/// where that cannot be ruled out.
+pub fn unreachable(scene: &Scene, eyes: &[Vec3]) -> Option<Vec<bool>> {
+    let mesh = &scene.mesh;
+    let parts = parts(mesh);
+    if parts.len() < 2 || eyes.is_empty() {
+        return None;
+    }
+    let mut marked = vec![false; mesh.triangles.len()];
+    for wall in parts.iter().filter(|p| p.closed) {
+        let keep = wall.marks(mesh.triangles.len());
+        let tracer = Tracer::over(mesh, &keep);
+        let sides: Option<Vec<bool>> = eyes.iter().map(|eye| inside(&tracer, *eye)).collect();
+        let Some(sides) = sides else { continue };
+        if sides.iter().any(|s| *s != sides[0]) {
+            continue;
+        }
+        for part in parts.iter().filter(|p| !std::ptr::eq(*p, wall)) {
+            let done = part.triangles.iter().all(|&t| marked[t as usize]);
+            if !done && apart(mesh, &tracer, wall, part, sides[0]) {
+                part.triangles.iter().for_each(|&t| marked[t as usize] = true);
+            }
+        }
+    }
+    marked.contains(&true).then_some(marked)
+}
+
+/// Triangles that hang together by corners in the same place.
+struct Part {
+    triangles: Vec<u32>,
+    /// Every edge belongs to an even number of triangles.
+    closed: bool,
+}
+
+impl Part {
+    fn marks(&self, count: usize) -> Vec<bool> {
+        let mut marks = vec![false; count];
+        self.triangles.iter().for_each(|&t| marks[t as usize] = true);
+        marks
+    }
+
+    fn edges<'a>(&'a self, mesh: &'a Mesh) -> impl Iterator<Item = [Vec3; 2]> + 'a {
+        self.triangles.iter().flat_map(|&t| {
+            let [a, b, c] = mesh.corners(t);
+            [[a, b], [b, c], [c, a]]
+        })
+    }
+}
+
+fn parts(mesh: &Mesh) -> Vec<Part> {
+    // corners in the same place are one; −0 is 0
+    let key = |p: Vec3| (p + 0.0).to_array().map(f32::to_bits);
+    let mut places: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+    let corner = |i: u32, places: &mut BTreeMap<_, u32>| {
+        let next = places.len() as u32;
+        *places.entry(key(mesh.positions[i as usize])).or_insert(next)
+    };
+    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|i| corner(i, &mut places))).collect();
+    let mut parent: Vec<u32> = (0..places.len() as u32).collect();
+    for t in &triangles {
+        for pair in [[t[0], t[1]], [t[1], t[2]]] {
+            let (a, b) = (root(&mut parent, pair[0]), root(&mut parent, pair[1]));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut by_root: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (i, t) in triangles.iter().enumerate() {
+        by_root.entry(root(&mut parent, t[0])).or_default().push(i as u32);
+    }
+    let one = |list: Vec<u32>| {
+        let sorted = |a: u32, b: u32| (a.min(b), a.max(b));
+        let edges = list.iter().map(|&i| triangles[i as usize]);
+        let mut edges: Vec<_> = edges.flat_map(|[a, b, c]| [sorted(a, b), sorted(b, c), sorted(c, a)]).collect();
+        edges.sort_unstable();
+        Part { closed: edges.chunk_by(|a, b| a == b).all(|same| same.len() % 2 == 0), triangles: list }
+    };
+    by_root.into_values().map(one).collect()
+}
+
+fn root(parent: &mut [u32], mut i: u32) -> u32 {
+    while parent[i as usize] != i {
+        parent[i as usize] = parent[parent[i as usize] as usize];
+        i = parent[i as usize];
+    }
+    i
+}
+
+/// Whether a point is inside a closed surface, by the parity of crossings; `None` where directions do not agree.
+fn inside(wall: &Tracer, point: Vec3) -> Option<bool> {
+    const MOST: usize = 10_000;
+    let odd = |direction: Vec3| -> Option<bool> {
+        let (mut t, mut crossings) = (0.0, 0);
+        while let Some(hit) = wall.closest(&Ray { origin: point, direction }, t) {
+            (t, crossings) = (hit.t, crossings + 1);
+            if crossings > MOST {
+                return None;
+            }
+        }
+        Some(crossings % 2 == 1)
+    };
+    let first = odd(Vec3::new(0.48, 0.6, 0.64))?;
+    let others = [Vec3::new(-0.64, 0.6, -0.48), Vec3::new(0.36, -0.48, 0.8), Vec3::new(-0.6, -0.64, 0.48)];
+    others.into_iter().all(|d| odd(d.normalize()) == Some(first)).then_some(first)
+}
+
+/// Whether a part lies wholly on the other side of a closed wall than the eyes, without touching it.
+fn apart(mesh: &Mesh, tracer: &Tracer, wall: &Part, part: &Part, eyes_inside: bool) -> bool {
+    let first = mesh.corners(part.triangles[0])[0];
+    if inside(tracer, first) != Some(!eyes_inside) {
+        return false;
+    }
+    let crossed = |tracer: &Tracer, [a, b]: [Vec3; 2]| {
+        let length = a.distance(b);
+        // a hair longer at both ends, so that a touch counts
+        let (d, more) = ((b - a) / length, 1e-3 * length + 1e-4);
+        length > 0.0 && tracer.occluded(&Ray { origin: a - d * more, direction: d }, 0.0, length + 2.0 * more)
+    };
+    if part.edges(mesh).any(|e| crossed(tracer, e)) {
+        return false;
+    }
+    let own = Tracer::over(mesh, &part.marks(mesh.triangles.len()));
+    !wall.edges(mesh).any(|e| crossed(&own, e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+    use glam::DVec3;
+
+    /// Adds a closed box, or one without its lid.
+    fn add(mesh: &mut Mesh, low: Vec3, high: Vec3, lid: bool) {
+        let first = mesh.positions.len() as u32;
+        mesh.positions
+            .extend((0..8).map(|i| Vec3::select(glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low)));
+        let quads = [[0, 1, 3, 2], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5], [4, 5, 7, 6]];
+        for [a, b, c, d] in &quads[..if lid { 6 } else { 5 }] {
+            mesh.triangles.extend([[a, b, c], [a, c, d]].map(|t| t.map(|i| first + i)));
+        }
+        mesh.materials = vec![0; mesh.triangles.len()];
+    }
+
+    fn scene(boxes: &[(Vec3, Vec3, bool)]) -> Scene {
+        let mut mesh = Mesh::default();
+        boxes.iter().for_each(|&(low, high, lid)| add(&mut mesh, low, high, lid));
+        let material = Material { name: String::new(), albedo: Vec3::ONE, texture: None, emission: Vec3::ZERO };
+        Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
+    }
+
+    fn marked(boxes: &[(Vec3, Vec3, bool)], eyes: &[Vec3]) -> Vec<usize> {
+        let marks = unreachable(&scene(boxes), eyes).unwrap_or_default();
+        let mut first = 0;
+        let mut found = Vec::new();
+        for (i, b) in boxes.iter().enumerate() {
+            let count = if b.2 { 12 } else { 10 };
+            let here = marks.get(first..first + count).map_or(0, |m| m.iter().filter(|m| **m).count());
+            assert!(here == 0 || here == count, "all of a part or nothing");
+            found.extend((here > 0).then_some(i));
+            first += count;
+        }
+        found
+    }
+
+    const V: fn(f32) -> Vec3 = Vec3::splat;
+
+    #[test]
+    fn what_a_closed_wall_parts_from_all_eyes_is_unreachable() {
+        let room = (V(0.0), V(4.0), true);
+        let solid = (V(1.0), V(2.0), true);
+        let in_solid = (V(1.3), V(1.6), false);
+        let outside = (V(6.0), V(7.0), false);
+        let through = (Vec3::new(3.0, 1.0, 1.0), Vec3::new(5.0, 2.0, 2.0), true);
+        let all = [room, solid, in_solid, outside];
+        assert_eq!(marked(&all, &[V(3.0)]), [2, 3]);
+        assert_eq!(marked(&all, &[V(3.0), V(0.5)]), [2, 3]);
+        assert_eq!(marked(&all, &[V(3.0), V(9.0)]), [2], "an eye on either side of the room");
+        assert_eq!(marked(&all, &[V(9.0)]), [1, 2], "seen from outside");
+        assert_eq!(marked(&[room, through], &[V(0.5)]), [0usize; 0], "it sticks through the wall");
+        let open = (V(0.0), V(4.0), false);
+        assert_eq!(marked(&[open, outside], &[V(3.0)]), [0usize; 0], "an open wall parts nothing");
+        let touching = (Vec3::new(4.0, 1.0, 1.0), Vec3::new(5.0, 2.0, 2.0), true);
+        assert_eq!(marked(&[room, touching], &[V(0.5)]), [0usize; 0], "contact is no parting");
+    }
+}
