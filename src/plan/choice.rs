@@ -19,22 +19,22 @@ const LOOKOUTS: usize = 200;
 
 /// Candidates chosen on a floor.
 #[derive(Clone, Debug, Default)]
-pub struct Chosen {
+pub(super) struct Chosen {
     /// Numbers of the model's candidates; the fixed ones first.
-    pub stations: Vec<usize>,
+    pub(super) stations: Vec<usize>,
     /// How many of them are fixed.
-    pub fixed: usize,
+    pub(super) fixed: usize,
     /// How many reach the target in plan.
-    pub needed: usize,
+    pub(super) needed: usize,
     /// So many are needed at least for that.
-    pub lower_bound: usize,
+    pub(super) lower_bound: usize,
     /// Groups that are not linked by overlap.
-    pub groups: usize,
+    pub(super) groups: usize,
 }
 
 /// Chooses enough stations on each floor to see the wanted share in plan, and shares `max_probes` out among the floors
 /// where that is too many: to those that gain most.
-pub fn in_plan(models: &[Model], fixed: &[Vec<DVec2>], plan: &Plan) -> Vec<Chosen> {
+pub(super) fn in_plan(models: &[Model], fixed: &[Vec<DVec2>], plan: &Plan) -> Vec<Chosen> {
     let mut all: Vec<(Chosen, Choice)> =
         models.iter().zip(fixed).map(|(m, f)| on_floor(m, f.len(), None, plan)).collect();
     let total: usize = all.iter().map(|(c, _)| c.stations.len()).sum();
@@ -50,7 +50,7 @@ pub fn in_plan(models: &[Model], fixed: &[Vec<DVec2>], plan: &Plan) -> Vec<Chose
 }
 
 /// How many stations may still be added.
-pub fn left(chosen: &[Chosen], plan: &Plan) -> usize {
+pub(super) fn left(chosen: &[Chosen], plan: &Plan) -> usize {
     (plan.max_probes as usize).saturating_sub(chosen.iter().map(|c| c.stations.len()).sum())
 }
 
@@ -120,14 +120,14 @@ fn shared(all: &[(Chosen, Choice)], models: &[Model], most: usize) -> Vec<usize>
 }
 
 /// The patches that a tripod on a floor could see.
-pub fn reached(surface: &Surface<'_>, lenses: &[Vec3]) -> Vec<bool> {
+pub(super) fn reached(surface: &Surface<'_>, lenses: &[Vec3]) -> Vec<bool> {
     let step = lenses.len().div_ceil(LOOKOUTS).max(1);
     let from: Vec<Vec3> = lenses.iter().copied().step_by(step).collect();
     surface.reached(&from, false)
 }
 
 /// Points all over a floor's open space, at two heights.
-pub fn inside(floor: &Floor, plan: &Plan) -> Vec<Vec3> {
+pub(super) fn inside(floor: &Floor, plan: &Plan) -> Vec<Vec3> {
     let cells: Vec<usize> = floor.target.cells().collect();
     let step = cells.len().div_ceil(LOOKOUTS).max(1);
     let grid = floor.target.grid;
@@ -146,7 +146,7 @@ pub fn inside(floor: &Floor, plan: &Plan) -> Vec<Vec3> {
 /// Adds stations, at most `left`, until the wanted share of the surface is seen too: patches that are missed but can be
 /// seen come back as witnesses.
 #[expect(clippy::too_many_arguments, reason = "one step of the plan, called once")]
-pub fn in_space(
+pub(super) fn in_space(
     model: &Model,
     lenses: &[Vec3],
     present: &[Vec3],
@@ -217,7 +217,7 @@ fn missed(surface: &Surface<'_>, stations: &[Vec3], reach: &[bool]) -> Vec<usize
 }
 
 /// Adds stations, at most `left`, that link groups without enough in common.
-pub fn link(model: &Model, plan: &Plan, mut left: usize, chosen: &mut Chosen) {
+pub(super) fn link(model: &Model, plan: &Plan, mut left: usize, chosen: &mut Chosen) {
     let weights = model.witnesses.weights();
     let overlap = Overlap { weights: &weights, share: plan.overlap };
     loop {

@@ -16,19 +16,19 @@ use crate::site::Plan;
 const MOST: f64 = 500.0;
 
 /// A floor with the stations that could be, and their sights.
-pub struct Model {
+pub(super) struct Model {
     /// The open region at probe height.
-    pub open: OpenSpace,
+    pub(super) open: OpenSpace,
     /// Points and walls to be seen.
-    pub witnesses: Witnesses,
+    pub(super) witnesses: Witnesses,
     /// Where a station may be: fixed places first, then the rest.
-    pub candidates: Vec<DVec2>,
+    pub(super) candidates: Vec<DVec2>,
     /// What each candidate sees.
-    pub stars: Vec<Star>,
+    pub(super) stars: Vec<Star>,
     /// The witnesses that each candidate sees.
-    pub sights: Vec<Vec<u32>>,
+    pub(super) sights: Vec<Vec<u32>>,
     /// Probes that are there already: what each sees, and the witnesses among it.
-    pub present: Vec<(Star, Vec<u32>)>,
+    pub(super) present: Vec<(Star, Vec<u32>)>,
 }
 
 impl Model {
@@ -37,7 +37,7 @@ impl Model {
     /// # Errors
     ///
     /// An outline that is no polygon.
-    pub fn new(
+    pub(super) fn new(
         floor: &Floor,
         scene: &Scene,
         plan: &Plan,

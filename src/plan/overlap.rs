@@ -1,11 +1,11 @@
 //! Stations that can be registered with each other: neighbours must see enough in common.
 
 /// What stations see, as rising lists of witnesses with their weights.
-pub struct Overlap<'a> {
+pub(super) struct Overlap<'a> {
     /// Weight of each witness.
-    pub weights: &'a [f64],
+    pub(super) weights: &'a [f64],
     /// The least share of the lesser sight that two neighbours have in common.
-    pub share: f64,
+    pub(super) share: f64,
 }
 
 impl Overlap<'_> {
@@ -14,7 +14,7 @@ impl Overlap<'_> {
     }
 
     /// The share of the lesser of two sights that both see.
-    pub fn of(&self, a: &[u32], b: &[u32]) -> f64 {
+    pub(super) fn of(&self, a: &[u32], b: &[u32]) -> f64 {
         let (mut i, mut j, mut common) = (0, 0, 0.0);
         while let (Some(x), Some(y)) = (a.get(i), b.get(j)) {
             match x.cmp(y) {
@@ -30,7 +30,7 @@ impl Overlap<'_> {
     }
 
     /// For each sight the number of the group it is linked with, groups numbered by their first.
-    pub fn groups(&self, sights: &[&[u32]]) -> Vec<usize> {
+    pub(super) fn groups(&self, sights: &[&[u32]]) -> Vec<usize> {
         let mut group = vec![usize::MAX; sights.len()];
         let mut count = 0;
         for start in 0..sights.len() {
@@ -53,7 +53,7 @@ impl Overlap<'_> {
     }
 
     /// The candidate that links most groups of `sights`, at least two; the one that sees most among equals.
-    pub fn link(&self, sights: &[&[u32]], candidates: &[Vec<u32>]) -> Option<usize> {
+    pub(super) fn link(&self, sights: &[&[u32]], candidates: &[Vec<u32>]) -> Option<usize> {
         let groups = self.groups(sights);
         let links = |candidate: &[u32]| {
             let mut linked: Vec<usize> = (0..sights.len())

@@ -11,7 +11,7 @@ const ROUNDS: usize = 250;
 
 /// A lower bound on the number of candidates that cover at least `wanted` weight; `upper` is a number that is known
 /// to do.
-pub fn partial_bound(coverage: &Coverage, wanted: f64, upper: usize) -> usize {
+pub(super) fn partial_bound(coverage: &Coverage, wanted: f64, upper: usize) -> usize {
     let elements: Vec<usize> = (0..coverage.elements()).filter(|e| !coverage.covered_by(*e).is_empty()).collect();
     let total: f64 = elements.iter().map(|e| coverage.weight(*e)).sum();
     if wanted <= 0.0 || upper == 0 || elements.is_empty() {

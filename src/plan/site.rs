@@ -3,11 +3,11 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::PlanError;
-use super::choice::{self, Chosen};
+use super::choice;
 use super::floors::{self, Floor};
 use super::grid::Map;
 use super::model::Model;
-use super::report::{floor_plan, FloorParts};
+use super::assemble::{FloorParts, floor_plan};
 use super::star::Star;
 use super::surface::{Seen, Surface};
 use super::tape::Tape;
@@ -92,15 +92,14 @@ pub struct FloorPlan {
     pub curve: Vec<f64>,
     /// The share of wall, by length at probe height, that is seen.
     pub wall_fraction: f64,
-    /// So many new stations are needed at least for what was asked of the discretised plan; `None` if even all places
-    /// together would not do.
+    /// So many new stations are needed at least to reach the target on the discretised plan.
     pub lower_bound: usize,
     /// How many new stations were found to reach the target in plan, before the check in space, the overlap and the
     /// greatest number had their say.
     pub needed: usize,
     /// How many candidates and witnesses stand for the floor.
     pub discrete: [usize; 2],
-    /// The least overlap along the links that join all stations, and the number of groups that are not joined.
+    /// The groups that the stations, old and new, fall into when those with enough in common are joined.
     pub groups: usize,
     /// What is seen in space; `None` where that was not asked.
     pub surface: Option<SurfaceCover>,
@@ -319,6 +318,3 @@ fn in_space<'a>(
     }
     SurfacePlan { surface, reachable, interior, seen }
 }
-
-/// The stations chosen on each floor so far.
-pub(super) type All = Vec<Chosen>;

@@ -6,7 +6,7 @@ const EXACT: usize = 11;
 /// The order in which to visit places, given the length of the way between any two. The shortest open tour for up to
 /// eleven (Held and Karp, *A Dynamic Programming Approach to Sequencing Problems*, 1962), a good one for more (nearest
 /// neighbour, then 2-opt). It starts at the end with the lower number.
-pub fn shortest(way: &[Vec<f64>]) -> Vec<usize> {
+pub(super) fn shortest(way: &[Vec<f64>]) -> Vec<usize> {
     let n = way.len();
     let mut tour = if n <= EXACT { exact(way) } else { improved(way, nearest(way)) };
     if tour.first() > tour.last() {
@@ -16,7 +16,7 @@ pub fn shortest(way: &[Vec<f64>]) -> Vec<usize> {
 }
 
 /// The length of a tour.
-pub fn length(way: &[Vec<f64>], tour: &[usize]) -> f64 {
+pub(super) fn length(way: &[Vec<f64>], tour: &[usize]) -> f64 {
     tour.windows(2).map(|w| way[w[0]][w[1]]).sum()
 }
 

@@ -4,6 +4,9 @@
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
 mod loglog;
+mod coverage_sheet;
+mod floor_map;
+mod plan_sheet;
 mod png;
 mod study_sheet;
 pub mod style;
@@ -13,6 +16,8 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+pub use coverage_sheet::coverage_sheet;
+pub use plan_sheet::plan_sheet;
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};
