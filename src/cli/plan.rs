@@ -1,6 +1,6 @@
 //! `clerestory plan SITE`.
 
-use anyhow::Context;
+use anyhow::anyhow;
 use clap::{Args, ValueHint};
 use clerestory::plan::output::{self, Outward};
 use clerestory::plan::ply;
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     if args.no_surface {
         options.patches = 0;
     }
-    let plan = plan(&site, &scene, &options).with_context(|| site.file.display().to_string())?;
+    let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
     spinner.set_message("drawing");
     let outward = Outward::of(&site, &scene);
     let json = output::json(&site, &plan, &outward);
@@ -150,7 +150,12 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
         writeln!(out, "#   seen after 1, 2, … stations: {} %", curve.join(", "))?;
     }
     let covered = plan.covered_fraction();
-    writeln!(out, "#   floor seen {:.1} %, walls at probe height {:.1} %", 100.0 * covered, 100.0 * plan.wall_fraction)?;
+    writeln!(
+        out,
+        "#   floor seen {:.1} %, walls at probe height {:.1} %",
+        100.0 * covered,
+        100.0 * plan.wall_fraction
+    )?;
     if let Some(s) = plan.surface {
         writeln!(
             out,

@@ -31,9 +31,8 @@ pub(super) fn floor_plan(parts: FloorParts<'_>, names: &mut Vec<String>) -> Floo
     let FloorParts { floor, model, present, chosen, scene, limits } = parts;
     let grid = floor.target.grid;
     let cells: Vec<usize> = floor.target.cells().collect();
-    let sees = |star: &Star| -> Vec<bool> {
-        cells.par_iter().map(|c| star.sees(grid.middle(*c), grid.cell_m)).collect()
-    };
+    let sees =
+        |star: &Star| -> Vec<bool> { cells.par_iter().map(|c| star.sees(grid.middle(*c), grid.cell_m)).collect() };
     let old: Vec<Vec<bool>> = model.present.iter().map(|(star, _)| sees(star)).collect();
     let new: Vec<Vec<bool>> = chosen.stations.iter().map(|c| sees(&model.stars[*c])).collect();
     let reachable: Vec<bool> = (0..cells.len())
@@ -127,7 +126,8 @@ fn by_use(base: &[bool], seen: &[Vec<bool>], candidates: &[usize]) -> Vec<usize>
     let mut order = Vec::new();
     while !rest.is_empty() {
         let gain = |i: usize| seen[i].iter().zip(&covered).filter(|(s, c)| **s && !**c).count();
-        let best = (0..rest.len()).max_by_key(|k| (gain(rest[*k]), count(&seen[rest[*k]]), Reverse(candidates[rest[*k]])));
+        let best =
+            (0..rest.len()).max_by_key(|k| (gain(rest[*k]), count(&seen[rest[*k]]), Reverse(candidates[rest[*k]])));
         let Some(best) = best else { break };
         let i = rest.remove(best);
         covered.iter_mut().zip(&seen[i]).for_each(|(c, s)| *c |= s);

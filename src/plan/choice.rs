@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::cover::{Choice, Coverage, Goal, choose};
 use super::floors::Floor;
+use super::grid::Map;
 use super::model::Model;
 use super::overlap::Overlap;
 use super::partial_bound::partial_bound;
@@ -16,6 +17,10 @@ const MISSED: usize = 1500;
 const ROUNDS: usize = 2;
 /// The most candidates that rays are cast from to learn what can be seen at all.
 const LOOKOUTS: usize = 200;
+/// Walls are about so thick, metres.
+const WALL_M: f64 = 0.5;
+/// A station for the surface alone must add this share to what counts.
+const WORTH: f64 = 0.005;
 
 /// Candidates chosen on a floor.
 #[derive(Clone, Debug, Default)]
@@ -120,10 +125,18 @@ fn shared(all: &[(Chosen, Choice)], models: &[Model], most: usize) -> Vec<usize>
 }
 
 /// The patches that a tripod on a floor could see.
-pub(super) fn reached(surface: &Surface<'_>, lenses: &[Vec3]) -> Vec<bool> {
+pub(super) fn reached(surface: &Surface<'_>, lenses: &[Vec3], house: &Map) -> Vec<bool> {
     let step = lenses.len().div_ceil(LOOKOUTS).max(1);
     let from: Vec<Vec3> = lenses.iter().copied().step_by(step).collect();
-    surface.reached(&from, false)
+    surface.reached(&from, house, false)
+}
+
+/// Where surfaces count: above and below what is open on any floor, and a wall's thickness around. What rays meet
+/// through a window or a crack beyond that is not the house.
+pub(super) fn house(floors: &[Floor]) -> Option<Map> {
+    let first = floors.first()?;
+    let any = Map::of(first.open.grid, |c| floors.iter().any(|f| f.open.on[c]));
+    Some(any.grown(WALL_M))
 }
 
 /// Points all over a floor's open space, at two heights.
@@ -166,8 +179,7 @@ pub(super) fn in_space(
     // floor and surface count alike
     let scale = flat / all;
     for _ in 0..ROUNDS {
-        let stations: Vec<Vec3> =
-            present.iter().copied().chain(chosen.stations.iter().map(|c| lenses[*c])).collect();
+        let stations: Vec<Vec3> = present.iter().copied().chain(chosen.stations.iter().map(|c| lenses[*c])).collect();
         let missed = missed(surface, &stations, reach);
         let lost: f64 = missed.iter().map(|p| surface.areas[*p]).sum();
         if lost <= (1.0 - plan.target_coverage) * all || chosen.stations.len() >= most {
@@ -178,9 +190,7 @@ pub(super) fn in_space(
         back.truncate(MISSED);
         let seen: Vec<Vec<u32>> = lenses
             .par_iter()
-            .map(|lens| {
-                (0..back.len()).filter(|i| surface.sees(*lens, back[*i]).is_some()).map(|i| i as u32).collect()
-            })
+            .map(|lens| (0..back.len()).filter(|i| surface.sees(*lens, back[*i]).is_some()).map(|i| i as u32).collect())
             .collect();
         // those that stand for the rest carry its weight
         let part: f64 = back.iter().map(|p| surface.areas[*p]).sum();
@@ -199,8 +209,12 @@ pub(super) fn in_space(
             fixed: first(model, 0).into_iter().chain(chosen.stations.iter().copied()).collect(),
             improve: true,
         };
-        let next = choose(&coverage, &goal).chosen;
-        let next: Vec<usize> = next.into_iter().filter(|c| *c < model.candidates.len()).collect();
+        let next = choose(&coverage, &goal);
+        let gain = |k: usize| next.curve[k] - if k == 0 { 0.0 } else { next.curve[k - 1] };
+        let before = goal.fixed.len();
+        let kept = (before..next.chosen.len()).take_while(|k| gain(*k) >= WORTH * 2.0 * flat).count();
+        let next = next.chosen.into_iter().take(before + kept);
+        let next: Vec<usize> = next.filter(|c| *c < model.candidates.len()).collect();
         if next.len() == chosen.stations.len() {
             return;
         }

@@ -132,7 +132,9 @@ mod tests {
     #[test]
     fn a_frame_has_an_outer_ring_and_a_hole() {
         let map = map(40, |x, y| {
-            (5.0..35.0).contains(&x) && (5.0..35.0).contains(&y) && !((10.0..20.0).contains(&x) && (10.0..15.0).contains(&y))
+            (5.0..35.0).contains(&x)
+                && (5.0..35.0).contains(&y)
+                && !((10.0..20.0).contains(&x) && (10.0..15.0).contains(&y))
         });
         let polygons = polygons(&map, 0.05);
         let [p] = polygons.as_slice() else { panic!("{polygons:?}") };

@@ -14,13 +14,13 @@ pub enum PlanError {
         /// Free height asked for.
         headroom_m: f32,
     },
-    /// Floors, but none enclosed.
+    /// Level surfaces, but none enclosed.
     #[error(
-        "the model is open: it has {area_m2:.0} m² of floor, but no walls or roof around any of it; model the walls, or \
-         check site.up"
+        "no floor found indoors, the model is open: its {area_m2:.0} m² of level surface have no walls around them (a \
+         roof, terrain, or a floor without walls); model floor and walls, or check site.up and site.units"
     )]
     OpenModel {
-        /// Floor found.
+        /// Level surface found.
         area_m2: f64,
     },
     /// Floors, but no place on them.

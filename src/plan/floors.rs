@@ -101,10 +101,12 @@ pub fn find(scene: &Scene, plan: &Plan) -> Result<Found, PlanError> {
             100.0 * grid.cell_m
         ));
     }
-    let all: Vec<Floor> = levels
-        .iter()
-        .map(|level| floor(level, &levels, &places, (&indoors, side), &columns, scene, plan))
-        .collect();
+    let mut all: Vec<Floor> =
+        levels.iter().map(|level| floor(level, &levels, &places, (&indoors, side), &columns, scene, plan)).collect();
+    for i in 0..all.len() {
+        let target = own(&all, i, &columns, plan);
+        all[i].target = target;
+    }
     let mut unfit = Vec::new();
     for floor in all {
         if floor.standable.count() > 0 {
@@ -144,9 +146,8 @@ fn flat(v: glam::Vec3) -> Vec2 {
 
 /// `Ground floor` and `ground` for 0, and so on.
 fn name(floor: usize) -> (String, String) {
-    const NAMES: [&str; 11] = [
-        "Ground", "First", "Second", "Third", "Fourth", "Fifth", "Sixth", "Seventh", "Eighth", "Ninth", "Tenth",
-    ];
+    const NAMES: [&str; 11] =
+        ["Ground", "First", "Second", "Third", "Fourth", "Fifth", "Sixth", "Seventh", "Eighth", "Ninth", "Tenth"];
     match NAMES.get(floor) {
         Some(name) => (format!("{name} floor"), name.to_lowercase()),
         None => (format!("Floor {floor}"), format!("floor-{floor}")),
@@ -202,11 +203,8 @@ fn standable(walkable: &Map, ground: &[f32], free: &Map, scene: &Scene, plan: &P
             step.is_nan() || step <= LEVEL_M
         })
     };
-    let keep_out: Vec<Vec<DVec2>> = plan
-        .keep_out
-        .iter()
-        .map(|ring| ring.iter().map(|p| *p - scene.origin.truncate()).collect())
-        .collect();
+    let keep_out: Vec<Vec<DVec2>> =
+        plan.keep_out.iter().map(|ring| ring.iter().map(|p| *p - scene.origin.truncate()).collect()).collect();
     let on = (0..grid.len())
         .into_par_iter()
         .map(|cell| {
@@ -244,9 +242,9 @@ fn enclosed(region: Map, scene: &Scene, height: f32, side: Side) -> Map {
             let cells = (y0..(y0 + block).min(grid.height))
                 .flat_map(|y| (x0..(x0 + block).min(grid.width)).map(move |x| y * grid.width + x));
             let in_region: Vec<usize> = cells.filter(|c| region.on[*c]).collect();
-            in_region.get(in_region.len() / 2).is_some_and(|c| {
-                Enclosure::at(scene, grid.middle(*c).as_vec2().extend(height)).indoors(side)
-            })
+            in_region
+                .get(in_region.len() / 2)
+                .is_some_and(|c| Enclosure::at(scene, grid.middle(*c).as_vec2().extend(height)).indoors(side))
         })
         .collect();
     Map::of(grid, |c| region.on[c] && indoors[c / grid.width / block * wide + c % grid.width / block])
@@ -274,6 +272,18 @@ fn mended(mut open: Map) -> Map {
             return open;
         }
     }
+}
+
+/// A floor's target without what another floor is the ground of: a raised choir is no part of the nave.
+fn own(all: &[Floor], i: usize, columns: &Columns, plan: &Plan) -> Map {
+    let lens = all[i].elevation + plan.probe_height_m as f32;
+    let others = |c: usize| {
+        let Some(ground) = columns.ground(c, lens) else { return false };
+        let on = |f: &Floor| f.walkable.on[c] && (f.ground[c] - ground).abs() < 0.05;
+        !on(&all[i]) && all.iter().any(on)
+    };
+    let target = &all[i].target;
+    Map::of(target.grid, |c| target.on[c] && !others(c))
 }
 
 /// The open cells above this floor: ground, furniture or steps beneath, and small holes.

@@ -17,9 +17,9 @@ pub(super) const SPREAD_M: f32 = 1.2;
 /// Half the width of a place that counts: a table or cornice is narrower, metres.
 const CORE_M: f64 = 0.35;
 /// The least core of a part that may hold a floor, m².
-const LEAST_PART_M2: f64 = 1.5;
+const LEAST_PART_M2: f64 = 1.0;
 /// The least core of a floor, m² and as a share of the largest floor's.
-const LEAST_LEVEL_M2: f64 = 2.0;
+const LEAST_LEVEL_M2: f64 = 1.0;
 const LEAST_SHARE: f64 = 0.015;
 /// A landing's core is smaller than this, m².
 const LANDING_M2: f64 = 8.0;
@@ -37,12 +37,7 @@ pub(super) struct Level {
 }
 
 /// Finds the levels, from the lowest. `indoors` tells for each place.
-pub(super) fn find(
-    places: &Places,
-    (indoors, side): (&[bool], Side),
-    columns: &Columns,
-    scene: &Scene,
-) -> Vec<Level> {
+pub(super) fn find(places: &Places, (indoors, side): (&[bool], Side), columns: &Columns, scene: &Scene) -> Vec<Level> {
     let cell_area = columns.grid.cell_area();
     let core = core(places, indoors, columns);
     let mut parts = vec![Part::default(); places.part_count()];
@@ -54,11 +49,10 @@ pub(super) fn find(
             part.core.push(i);
         }
     }
-    let mut fit: Vec<bool> = parts
-        .iter()
-        .map(|p| 2 * p.level >= p.places && p.core.len() as f64 * cell_area >= LEAST_PART_M2)
-        .collect();
+    let mut fit: Vec<bool> =
+        parts.iter().map(|p| 2 * p.level >= p.places && p.core.len() as f64 * cell_area >= LEAST_PART_M2).collect();
     drop_insides(&mut fit, side, &parts, places, columns, scene);
+    drop_hollows(&mut fit, &parts, places, columns);
     let counted: Vec<usize> = (0..places.list.len())
         .filter(|i| core[*i] && places.list[*i].level && fit[places.list[*i].part as usize])
         .collect();
@@ -108,6 +102,47 @@ fn drop_insides(fit: &mut [bool], side: Side, parts: &[Part], places: &Places, c
     }
 }
 
+/// Drops hollows beneath floors: parts of their own whose ceiling is a sheet that is itself walked on (unless the largest
+/// part has such a ceiling too: there, storeys are sheets), and small pits.
+fn drop_hollows(fit: &mut [bool], parts: &[Part], places: &Places, columns: &Columns) {
+    let under = |part: &Part| {
+        let below = part.core.iter().filter(|i| below_sheet(**i, places, columns)).count();
+        below as f64 / part.core.len().max(1) as f64
+    };
+    let Some(largest) = (0..parts.len()).filter(|p| fit[*p]).max_by_key(|p| parts[*p].core.len()) else { return };
+    let sheets = under(&parts[largest]) >= 0.3;
+    for p in (0..parts.len()).filter(|p| *p != largest) {
+        let small = 4 * parts[p].core.len() < parts[largest].core.len();
+        fit[p] = fit[p] && (sheets || under(&parts[p]) < 0.6) && !(small && pit(p as u32, places, columns));
+    }
+}
+
+/// Whether a part has no way out, but a floor higher than a step looks down on a good share of its rim: one can only
+/// fall into it.
+fn pit(part: u32, places: &Places, columns: &Columns) -> bool {
+    let (mut rim, mut overlooked) = (0, 0);
+    for place in places.list.iter().filter(|p| p.part == part) {
+        for beside in columns.grid.neighbours(place.cell as usize) {
+            let mut others = places.column(beside).map(|i| places.list[i]);
+            if others.clone().any(|o| o.part == part) {
+                continue;
+            }
+            rim += 1;
+            overlooked += usize::from(others.any(|o| (0.3..3.0).contains(&(o.z - place.z))));
+        }
+    }
+    20 * overlooked > rim
+}
+
+/// Whether what is next above a place is thin and a place itself.
+fn below_sheet(place: usize, places: &Places, columns: &Columns) -> bool {
+    let (cell, z) = (places.list[place].cell as usize, places.list[place].z);
+    let above = columns.column(cell).iter().find(|s| s.low > z + 0.1);
+    above.is_some_and(|s| {
+        s.high - s.low < 0.12 && places.column(cell).any(|other| (places.list[other].z - s.high).abs() < 0.01)
+    })
+}
+
 /// The share of hits on backs, seen from 24 places of a part 1.2 m up.
 fn back_share(core: &[usize], places: &Places, columns: &Columns, scene: &Scene) -> f64 {
     let (mut backs, mut hits) = (0usize, 0usize);
@@ -140,7 +175,8 @@ fn peaks(places: &Places, counted: &[usize], cell_area: f64) -> Vec<f32> {
             let z = (bin as f32 + 0.5) * BIN_M;
             peaks.iter().all(|p: &f32| (p - z).abs() > SPREAD_M)
         };
-        let sum = |bin: i64| -> usize { bins.range(bin..bin + PEAK as i64).filter(|(b, _)| free(**b)).map(|(_, n)| n).sum() };
+        let sum =
+            |bin: i64| -> usize { bins.range(bin..bin + PEAK as i64).filter(|(b, _)| free(**b)).map(|(_, n)| n).sum() };
         // the lowest of equal ones
         let best = bins.keys().map(|b| (sum(*b), -*b)).max();
         let Some((count, bin)) = best.map(|(count, bin)| (count, -bin)) else { return peaks };

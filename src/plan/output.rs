@@ -142,7 +142,8 @@ impl Outward {
     /// Degrees clockwise from true north of a direction in plan.
     pub fn bearing(&self, direction: glam::DVec2) -> f64 {
         let own = direction.x.atan2(direction.y).to_degrees();
-        (own - self.frame.north_deg).rem_euclid(360.0)
+        // to a tenth, so that a hair west of north is 0 and not 360
+        ((own - self.frame.north_deg).rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0
     }
 }
 
@@ -212,8 +213,9 @@ pub fn csv(plan: &SitePlan<'_>, out: &Outward) -> String {
     for f in &plan.floors {
         for (i, s) in f.stations.iter().enumerate() {
             let [x, y, z] = out.point(s.position);
-            let tapes: String =
-                (0..3).map(|k| s.tapes.get(k).map_or_else(|| ",".to_owned(), |t| format!(",{:.2}", t.metres))).collect();
+            let tapes: String = (0..3)
+                .map(|k| s.tapes.get(k).map_or_else(|| ",".to_owned(), |t| format!(",{:.2}", t.metres)))
+                .collect();
             // writing to a String cannot fail
             let _ = writeln!(
                 text,
@@ -238,14 +240,22 @@ pub fn probe_blocks(plan: &SitePlan<'_>, out: &Outward) -> String {
             let [x, y, z] = out.point(s.position);
             let _ = writeln!(
                 text,
-                "[[probe]]                     # {}, adds {:.1} %\nname = \"{}\"\nposition = [{x:?}, {y:?}, {z:?}]\n\
+                "[[probe]]                     # {}, {}\nname = \"{}\"\nposition = [{x:?}, {y:?}, {z:?}]\n\
                  heading = 0.0\nimage = \"probes/{}.exr\"\n",
                 f.floor.name,
-                100.0 * s.adds_fraction,
+                purpose(s),
                 s.name,
                 s.name
             );
         }
     }
     text
+}
+
+/// What a station is there for.
+pub fn purpose(station: &Station) -> String {
+    match station.adds_fraction {
+        adds if adds >= 0.0005 => format!("adds {:.1} % of the floor", 100.0 * adds),
+        _ => "for surfaces in 3D, walls or overlap".to_owned(),
+    }
 }

@@ -56,10 +56,8 @@ impl Overlap<'_> {
     pub(super) fn link(&self, sights: &[&[u32]], candidates: &[Vec<u32>]) -> Option<usize> {
         let groups = self.groups(sights);
         let links = |candidate: &[u32]| {
-            let mut linked: Vec<usize> = (0..sights.len())
-                .filter(|i| self.of(sights[*i], candidate) >= self.share)
-                .map(|i| groups[i])
-                .collect();
+            let mut linked: Vec<usize> =
+                (0..sights.len()).filter(|i| self.of(sights[*i], candidate) >= self.share).map(|i| groups[i]).collect();
             linked.sort_unstable();
             linked.dedup();
             linked.len()
@@ -67,7 +65,8 @@ impl Overlap<'_> {
         let mut best: Option<(usize, f64, usize)> = None;
         for (i, candidate) in candidates.iter().enumerate() {
             let (linked, weight) = (links(candidate), self.weight(candidate));
-            if linked >= 2 && best.is_none_or(|(most, heaviest, _)| linked > most || linked == most && weight > heaviest)
+            if linked >= 2
+                && best.is_none_or(|(most, heaviest, _)| linked > most || linked == most && weight > heaviest)
             {
                 best = Some((linked, weight, i));
             }

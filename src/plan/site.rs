@@ -3,11 +3,11 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use super::PlanError;
+use super::assemble::{FloorParts, floor_plan};
 use super::choice;
 use super::floors::{self, Floor};
-use super::grid::Map;
+use super::grid::{Grid, Map};
 use super::model::Model;
-use super::assemble::{FloorParts, floor_plan};
 use super::star::Star;
 use super::surface::{Seen, Surface};
 use super::tape::Tape;
@@ -160,8 +160,11 @@ pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<Site
     let lenses = |floor: &Floor, model: &Model| -> Vec<Vec3> {
         model.candidates.iter().map(|c| c.as_vec2().extend(floor.lens(*c, limits.probe_height_m))).collect()
     };
+    let house = choice::house(&floors).unwrap_or_else(|| Grid::covering(DVec2::ZERO, DVec2::ONE, 1.0, 1).none());
     let reach: Vec<Vec<bool>> = match &surface {
-        Some(surface) => floors.iter().zip(&models).map(|(f, m)| choice::reached(surface, &lenses(f, m))).collect(),
+        Some(surface) => {
+            floors.iter().zip(&models).map(|(f, m)| choice::reached(surface, &lenses(f, m), &house)).collect()
+        }
         None => Vec::new(),
     };
     if let Some(surface) = &surface {
@@ -184,7 +187,7 @@ pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<Site
     for plan in &plans {
         warn(plan, limits, &mut warnings);
     }
-    let surface = surface.map(|surface| in_space(surface, &mut plans, &reach, limits));
+    let surface = surface.map(|surface| in_space(surface, &mut plans, &reach, &house, limits));
     Ok(SitePlan { floors: plans, warnings, surface })
 }
 
@@ -288,6 +291,7 @@ fn in_space<'a>(
     surface: Surface<'a>,
     plans: &mut [FloorPlan],
     reach: &[Vec<bool>],
+    house: &Map,
     limits: &crate::site::Plan,
 ) -> SurfacePlan<'a> {
     let stations: Vec<Vec3> =
@@ -296,7 +300,7 @@ fn in_space<'a>(
     let mut reachable = interior.clone();
     let mut facing = Vec::new();
     for (plan, reach) in plans.iter().zip(reach) {
-        let own = surface.reached(&choice::inside(&plan.floor, limits), true);
+        let own = surface.reached(&choice::inside(&plan.floor, limits), house, true);
         for p in 0..own.len() {
             interior[p] |= own[p] || reach[p];
             reachable[p] |= reach[p];
@@ -306,9 +310,8 @@ fn in_space<'a>(
     let seen = Seen::from(&surface, &stations, &reachable);
     // a patch whose middle is hidden, but which is seen in part, counts as neither
     for ((plan, reach), facing) in plans.iter_mut().zip(reach).zip(facing) {
-        let sum = |of: &dyn Fn(usize) -> bool| -> f64 {
-            (0..reach.len()).filter(|p| of(*p)).map(|p| surface.areas[p]).sum()
-        };
+        let sum =
+            |of: &dyn Fn(usize) -> bool| -> f64 { (0..reach.len()).filter(|p| of(*p)).map(|p| surface.areas[p]).sum() };
         let reachable_m2 = sum(&|p| reach[p]);
         plan.surface = Some(SurfaceCover {
             reachable_m2,

@@ -202,7 +202,10 @@ mod tests {
     fn a_slope_has_its_own_heights_in_each_column_and_a_wall_is_one_span() {
         let p = Vec3::new;
         let ramp = [p(0.0, 0.0, 0.0), p(4.0, 0.0, 2.0), p(0.0, 4.0, 0.0)];
-        let wall = [[p(2.1, 0.0, 0.0), p(2.1, 4.0, 0.0), p(2.1, 4.0, 3.0)], [p(2.1, 0.0, 0.0), p(2.1, 4.0, 3.0), p(2.1, 0.0, 3.0)]];
+        let wall = [
+            [p(2.1, 0.0, 0.0), p(2.1, 4.0, 0.0), p(2.1, 4.0, 3.0)],
+            [p(2.1, 0.0, 0.0), p(2.1, 4.0, 3.0), p(2.1, 0.0, 3.0)],
+        ];
         let c = columns(&[ramp]);
         let at = |x: f64, y: f64| c.grid.cell(DVec2::new(x, y)).unwrap();
         let [span] = c.column(at(1.25, 0.25)) else { panic!() };

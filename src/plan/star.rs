@@ -59,7 +59,9 @@ impl Star {
             angle -= std::f64::consts::TAU;
         }
         let after = self.angles.partition_point(|a| *a <= angle);
-        let (a, b) = (self.ring[after - 1], self.ring[after % self.ring.len()]);
+        let count = self.ring.len();
+        // rounding may leave the angle an ulp before the first
+        let (a, b) = (self.ring[(after + count - 1) % count], self.ring[after % count]);
         let unit = direction / length;
         let edge = b - a;
         let across = unit.perp_dot(edge);

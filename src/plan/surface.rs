@@ -4,6 +4,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::grid::Map;
 use super::patches::Patches;
 use crate::check::sphere;
 use crate::scene::{Ray, Scene};
@@ -66,11 +67,13 @@ impl<'a> Surface<'a> {
         Self { scene, patches, middles, areas, limits: Limits::of(plan) }
     }
 
-    /// The patches that some of many points see, found by rays to all sides from each. `free` leaves the limits out.
-    pub fn reached(&self, from: &[Vec3], free: bool) -> Vec<bool> {
+    /// The patches over `house` that some of many points see, found by rays to all sides from each. `free` leaves the
+    /// limits out.
+    pub fn reached(&self, from: &[Vec3], house: &Map, free: bool) -> Vec<bool> {
         let hits: Vec<Vec<u32>> = from.par_iter().map(|p| self.hit_from(*p, free)).collect();
         let mut reached = vec![false; self.patches.len()];
         hits.iter().flatten().for_each(|p| reached[*p as usize] = true);
+        reached.iter_mut().zip(&self.middles).for_each(|(r, m)| *r &= house.at(m.truncate().as_dvec2()));
         reached
     }
 

@@ -19,7 +19,7 @@ const DIRECTIONS: usize = 720;
 const LONGEST_M: f32 = 30.0;
 
 /// Up to three distances: to the nearest wall, to the nearest across from that direction (60° to 120° off), and to the
-/// nearest behind (more than 120° off). Each is met squarely, within 10°, where there is such a wall.
+/// nearest behind (more than 120° off). Each is met squarely, within 5°.
 pub fn tapes(scene: &Scene, station: Vec3) -> Vec<Tape> {
     let angle = |i: usize| i as f32 / DIRECTIONS as f32 * std::f32::consts::TAU;
     let mut walls: Vec<(f32, f32)> = Vec::new();
@@ -29,7 +29,7 @@ pub fn tapes(scene: &Scene, station: Vec3) -> Vec<Tape> {
         let Some(hit) = scene.tracer.closest(&ray, 1e-3).filter(|h| h.t <= LONGEST_M) else { continue };
         let normal = scene.mesh.normal(hit.triangle);
         // a tape's end is held against something upright that faces it
-        if normal.z.abs() < 0.3 && normal.dot(ray.direction).abs() > 0.985 {
+        if normal.z.abs() < 0.3 && normal.dot(ray.direction).abs() > 0.996 {
             walls.push((hit.t, angle(i)));
         }
     }

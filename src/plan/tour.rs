@@ -105,7 +105,8 @@ mod tests {
 
     #[test]
     fn a_long_tour_is_near_the_best() {
-        let ring: Vec<(f64, f64)> = (0..20).map(|i| f64::from(i * 7 % 20) * 0.3).map(|a: f64| (a.cos(), a.sin())).collect();
+        let ring: Vec<(f64, f64)> =
+            (0..20).map(|i| f64::from(i * 7 % 20) * 0.3).map(|a: f64| (a.cos(), a.sin())).collect();
         let way = ways(&ring);
         let tour = shortest(&way);
         let mut all = tour.clone();

@@ -65,7 +65,7 @@ pub fn coverage_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str
         entries.push((Sample::Square, "probe taken already"));
     }
     if floor.open.count() > floor.target.count() + 200 {
-        entries.push((Sample::Area(vec![VOID]), "open, no floor below"));
+        entries.push((Sample::Area(vec![VOID]), "open, not this floor below"));
     }
     legend(&mut svg, [MARGIN, top], &entries);
     let width = map.frame[2];

@@ -3,9 +3,9 @@
 //! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
-mod loglog;
 mod coverage_sheet;
 mod floor_map;
+mod loglog;
 mod plan_sheet;
 mod png;
 mod study_sheet;

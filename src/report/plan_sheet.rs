@@ -36,9 +36,8 @@ pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) ->
         isovists(svg, plan, &map);
         svg.group("unseen", "unseen", |svg| {
             let floor = &plan.floor;
-            let unseen = Map::of(floor.target.grid, |c| {
-                floor.target.on[c] && plan.seen[c] == 0 && !plan.unreachable.on[c]
-            });
+            let unseen =
+                Map::of(floor.target.grid, |c| floor.target.on[c] && plan.seen[c] == 0 && !plan.unreachable.on[c]);
             map.map(svg, &unseen.without_specks(0.03), &UNSEEN.outlined(VERMILION, 0.15));
         });
         svg.group("unreachable", "unreachable", |svg| {
@@ -65,11 +64,13 @@ pub(super) fn figures(plan: &FloorPlan, out: &Outward) -> String {
         1 => "1 station".to_owned(),
         n => format!("{n} stations"),
     };
-    let space = plan.surface.map_or_else(String::new, |s| format!(", {:.1} % of surfaces in 3D", 100.0 * s.covered_fraction));
+    let space =
+        plan.surface.map_or_else(String::new, |s| format!(", {:.1} % of surfaces in 3D", 100.0 * s.covered_fraction));
     format!(
-        "Elevation {} · {:.0} m² open · {count}; at least {} needed · {:.1} % of floor area seen{space}",
+        "Elevation {} · {:.0} m² open · {count} ({} for the plan; at least {} needed) · {:.1} % of floor seen{space}",
         out.elevation(plan.floor.elevation),
         plan.area_m2,
+        plan.needed,
         plan.lower_bound,
         100.0 * plan.covered_fraction()
     )
@@ -106,9 +107,11 @@ fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
                     taken.iter().map(|q| ((p[0] - q[0]) / 2.0).hypot(p[1] - q[1])).fold(f64::INFINITY, f64::min)
                 };
                 let places = [0.5, 0.65, 0.8, 0.95, 1.1].map(along);
-                let Some(best) = places.iter().find(|p| free(p) > 3.2).or_else(|| {
-                    places.iter().max_by(|a, b| free(a).total_cmp(&free(b)))
-                }) else {
+                let Some(best) = places
+                    .iter()
+                    .find(|p| free(p) > 3.2)
+                    .or_else(|| places.iter().max_by(|a, b| free(a).total_cmp(&free(b))))
+                else {
                     continue;
                 };
                 taken.push(*best);
@@ -140,16 +143,21 @@ fn entries(plan: &FloorPlan) -> Vec<(Sample, &'static str)> {
     }
     let floor = &plan.floor;
     if floor.open.count() > floor.target.count() + 200 {
-        all.push((Sample::Area(vec![VOID]), "open, no floor below"));
+        all.push((Sample::Area(vec![VOID]), "open, not this floor below"));
     }
     all
 }
 
 fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Outward) {
     // shares of the width at which columns begin
-    let columns = [0.0, 0.05, 0.19, 0.30, 0.41, 0.51, 0.60, 0.68];
+    let narrow = width < 150.0;
+    let columns = if narrow {
+        [0.0, 0.06, 0.20, 0.305, 0.41, 0.515, 0.635, 0.735]
+    } else {
+        [0.0, 0.05, 0.19, 0.30, 0.41, 0.51, 0.60, 0.68]
+    };
     let at = |k: usize| x + columns[k] * width;
-    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", "To walls (m, bearing)"];
+    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", "To walls: m @ bearing"];
     svg.group("stations-table", "table", |svg| {
         for (k, name) in axes.iter().enumerate() {
             svg.text([at(k), y], name, &Text::new(2.7).bold());
@@ -161,7 +169,10 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
             let tapes: Vec<String> = s
                 .tapes
                 .iter()
-                .map(|t| format!("{:.2} @ {:03.0}°", t.metres, out.bearing(t.to - s.position.truncate())))
+                .take(if narrow { 2 } else { 3 })
+                .map(|t| {
+                    format!("{:.2} @ {:03.0}°", t.metres, out.bearing(t.to - s.position.truncate()).round() % 360.0)
+                })
                 .collect();
             let [px, py, pz] = p;
             let cells = [
@@ -174,8 +185,9 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
                 format!("{:.1} %", 100.0 * plan.curve[i]),
                 tapes.join("  "),
             ];
+            let size = Text::new(if narrow { 2.3 } else { 2.6 });
             for (k, cell) in cells.iter().enumerate() {
-                svg.text([at(k), y], cell, &if k == 0 { Text::new(2.6).bold() } else { Text::new(2.6) });
+                svg.text([at(k), y], cell, &if k == 0 { size.bold() } else { size });
             }
             svg.line([x, y + 1.2], [x + width, y + 1.2], &Style::line(LIGHT, 0.15));
         }
