@@ -111,15 +111,16 @@ fn drop_hollows(fit: &mut [bool], parts: &[Part], places: &Places, columns: &Col
     };
     let Some(largest) = (0..parts.len()).filter(|p| fit[*p]).max_by_key(|p| parts[*p].core.len()) else { return };
     let sheets = under(&parts[largest]) >= 0.3;
+    let known = fit.to_vec();
     for p in (0..parts.len()).filter(|p| *p != largest) {
         let small = 4 * parts[p].core.len() < parts[largest].core.len();
-        fit[p] = fit[p] && (sheets || under(&parts[p]) < 0.6) && !(small && pit(p as u32, places, columns));
+        fit[p] = fit[p] && (sheets || under(&parts[p]) < 0.4) && !(small && pit(p as u32, &known, places, columns));
     }
 }
 
 /// Whether a part has no way out, but a floor higher than a step looks down on a good share of its rim: one can only
 /// fall into it.
-fn pit(part: u32, places: &Places, columns: &Columns) -> bool {
+fn pit(part: u32, fit: &[bool], places: &Places, columns: &Columns) -> bool {
     let (mut rim, mut overlooked) = (0, 0);
     for place in places.list.iter().filter(|p| p.part == part) {
         for beside in columns.grid.neighbours(place.cell as usize) {
@@ -128,7 +129,7 @@ fn pit(part: u32, places: &Places, columns: &Columns) -> bool {
                 continue;
             }
             rim += 1;
-            overlooked += usize::from(others.any(|o| (0.3..3.0).contains(&(o.z - place.z))));
+            overlooked += usize::from(others.any(|o| fit[o.part as usize] && (0.3..3.0).contains(&(o.z - place.z))));
         }
     }
     20 * overlooked > rim

@@ -57,7 +57,9 @@ impl FloorMap {
     pub(super) fn head(&self, svg: &mut Svg, title: &str, subtitle: &str) {
         svg.group("head", "head", |svg| {
             svg.text([MARGIN, 16.0], title, &Text::new(5.6).bold());
-            svg.text([MARGIN, 22.0], subtitle, &Text::new(3.2).colour("#333333"));
+            let wide = super::text_width(subtitle, 3.2, false);
+            let size = 3.2 * ((self.paper[0] - 2.0 * MARGIN) / wide).min(1.0);
+            svg.text([MARGIN, 22.0], subtitle, &Text::new(size).colour("#333333"));
             svg.line([MARGIN, 24.5], [self.paper[0] - MARGIN, 24.5], &Style::line(BLACK, 0.3));
         });
     }

@@ -157,7 +157,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
         [0.0, 0.05, 0.19, 0.30, 0.41, 0.51, 0.60, 0.68]
     };
     let at = |k: usize| x + columns[k] * width;
-    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", "To walls: m @ bearing"];
+    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", "Walls: m @ bearing"];
     svg.group("stations-table", "table", |svg| {
         for (k, name) in axes.iter().enumerate() {
             svg.text([at(k), y], name, &Text::new(2.7).bold());
