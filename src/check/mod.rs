@@ -111,7 +111,7 @@ fn edge_warnings(edges: &Edges) -> Vec<String> {
 
 /// Points spread evenly over the unit sphere: a Fibonacci lattice (González, *Measurement of areas on a sphere using
 /// Fibonacci and latitude–longitude lattices*, 2010).
-fn sphere(count: usize) -> impl Iterator<Item = glam::Vec3> {
+pub(crate) fn sphere(count: usize) -> impl Iterator<Item = glam::Vec3> {
     let golden_angle = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     (0..count).map(move |i| {
         let z = 1.0 - (2 * i + 1) as f64 / count as f64;
@@ -127,7 +127,7 @@ fn downward() -> [glam::Vec3; 3] {
 }
 
 /// Whether a mesh with such edges is wound well enough for fronts and backs to mean something.
-fn winding_means_something(edges: &Edges) -> bool {
+pub(crate) fn winding_means_something(edges: &Edges) -> bool {
     edges.inverted * 20 <= edges.total
 }
 

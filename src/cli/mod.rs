@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 pub(crate) mod check;
 pub(crate) mod demo;
+pub(crate) mod plan;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod simulate;
@@ -29,6 +30,7 @@ pub(crate) struct Arguments {
 enum Verb {
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
+    Plan(plan::PlanArgs),
     Render(Box<render::RenderArgs>),
     Report(report::ReportArgs),
     Simulate(simulate::SimulateArgs),
@@ -49,6 +51,7 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
     match verb {
         Verb::Check(args) => check::run(args, out)?,
         Verb::Demo(args) => demo::run(args, out)?,
+        Verb::Plan(args) => plan::run(args, out)?,
         Verb::Render(args) => render::run(args, out)?,
         Verb::Report(args) => report::run(args, out)?,
         Verb::Simulate(args) => simulate::run(args, out)?,

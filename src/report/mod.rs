@@ -3,10 +3,13 @@
 //! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png()`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
+mod coverage_sheet;
+mod floor_map;
 mod loglog;
 mod manifest;
 mod marked;
 pub mod page;
+mod plan_sheet;
 mod png;
 mod study_sheet;
 pub mod style;
@@ -18,6 +21,8 @@ use std::path::{Path, PathBuf};
 
 pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
+pub use coverage_sheet::coverage_sheet;
+pub use plan_sheet::plan_sheet;
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};

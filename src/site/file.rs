@@ -133,6 +133,8 @@ pub(super) struct PlanTable {
     pub(super) incidence: Option<Number>,
     pub(super) target_coverage: Option<Number>,
     pub(super) max_probes: Option<Spanned<u32>>,
+    pub(super) overlap: Option<Number>,
+    pub(super) vertical_field: Option<Spanned<[f64; 2]>>,
     #[serde(default)]
     pub(super) keep_out: Vec<Spanned<Vec<[f64; 2]>>>,
     #[serde(default)]

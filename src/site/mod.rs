@@ -243,6 +243,10 @@ pub struct Plan {
     pub target_coverage: f64,
     /// The most probes to place.
     pub max_probes: u32,
+    /// The share of what a probe sees that it must have in common with a neighbour, 0 to 1.
+    pub overlap: f64,
+    /// The lowest and highest direction that a probe's picture holds, degrees above the horizon.
+    pub vertical_field_deg: [f64; 2],
     /// Polygons where no tripod may stand.
     pub keep_out: Vec<Vec<DVec2>>,
     /// Places where a probe must stand.
@@ -259,6 +263,8 @@ impl Default for Plan {
             incidence_deg: 80.0,
             target_coverage: 0.98,
             max_probes: 12,
+            overlap: 0.3,
+            vertical_field_deg: [-90.0, 90.0],
             keep_out: Vec::new(),
             fixed: Vec::new(),
         }

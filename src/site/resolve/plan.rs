@@ -23,6 +23,20 @@ impl Resolver<'_> {
             Some(n) => *n.get_ref(),
             None => default.max_probes,
         };
+        let vertical_field_deg = match &t.vertical_field {
+            Some(field) => {
+                let [low, high] = *field.get_ref();
+                if !(-90.0 <= low && low < high && high <= 90.0) {
+                    return Err(self.source.fault(
+                        field.span(),
+                        format!("expected two angles from -90 to 90 degrees, the lower first, found [{low}, {high}]"),
+                        "Write [-90, 90] for a whole sphere",
+                    ));
+                }
+                [low, high]
+            }
+            None => default.vertical_field_deg,
+        };
         let keep_out = t.keep_out.iter().map(|ring| {
             if ring.get_ref().len() < 3 {
                 return Err(self.source.fault(
@@ -55,6 +69,8 @@ impl Resolver<'_> {
                 "a share above 0, at most 1",
             )?,
             max_probes,
+            overlap: number(&t.overlap, default.overlap, |v| (0.0..=1.0).contains(&v), "a share from 0 to 1")?,
+            vertical_field_deg,
             keep_out: keep_out.collect::<Result<_, _>>()?,
             fixed: t.fixed.iter().map(|p| self.plan_point(*p.get_ref(), p.span())).collect::<Result<_, _>>()?,
         })

@@ -1,0 +1,174 @@
+//! `clerestory plan SITE`.
+
+use anyhow::anyhow;
+use clap::{Args, ValueHint};
+use clerestory::plan::output::{self, Outward};
+use clerestory::plan::ply;
+use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
+use clerestory::report::{coverage_sheet, plan_sheet, write_file, write_sheet};
+use clerestory::scene::{self, Health};
+use clerestory::site::{Pictures, Site};
+use indicatif::ProgressBar;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use super::render::default_folder;
+
+/// Plan where to put the tripod: floors, stations, what they see and what nothing will.
+///
+/// Writes plan-FLOOR and coverage-FLOOR (SVG and PNG, A4), plan.json, plan.csv and coverage.ply into --out, and prints the
+/// stations as [[probe]] blocks to paste into the site file. Limits come from the site file's [plan]. Probes that the
+/// site has already are counted: only what is missing is planned.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory plan sites/chapel\n  \
+    clerestory plan sites/chapel --fresh --out before-the-visit\n  \
+    clerestory plan sites/chapel --floor ground --no-surface")]
+pub(crate) struct PlanArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Plan as if no probe had been taken yet
+    #[arg(long)]
+    fresh: bool,
+    /// Only this floor (ground, first, …); may be given several times
+    #[arg(long, value_name = "NAME")]
+    floor: Vec<String>,
+    /// Leave the check by rays on the model's surface out, and coverage.ply
+    #[arg(long)]
+    no_surface: bool,
+    /// Folder for the results [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Print plan.json instead of text
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// Plans a site and tells `out` what came of it.
+pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
+    let spinner = spinner(args);
+    spinner.set_message("reading the model");
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
+    spinner.set_message("planning");
+    let mut options = Options { fresh: args.fresh, floors: args.floor.clone(), ..Options::default() };
+    if args.no_surface {
+        options.patches = 0;
+    }
+    let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
+    spinner.set_message("drawing");
+    let outward = Outward::of(&site, &scene);
+    let json = output::json(&site, &plan, &outward);
+    let files = write(&site, &plan, &outward, &json, &folder)?;
+    spinner.finish_and_clear();
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &json).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else if !args.quiet {
+        for warning in site.warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
+            writeln!(out, "! {warning}")?;
+        }
+        plan.floors.iter().try_for_each(|floor| print(floor, &outward, out))?;
+        writeln!(out, "\n{}", output::probe_blocks(&plan, &outward).trim_end())?;
+        writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
+    }
+    Ok(())
+}
+
+/// Turns on a terminal, nothing elsewhere.
+fn spinner(args: &PlanArgs) -> ProgressBar {
+    if args.quiet || args.json || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
+    spinner
+}
+
+/// Writes all files and gives their names.
+fn write(
+    site: &Site,
+    plan: &SitePlan<'_>,
+    outward: &Outward,
+    json: &output::PlanJson,
+    folder: &Path,
+) -> anyhow::Result<Vec<String>> {
+    let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
+    let mut names = Vec::new();
+    for floor in &plan.floors {
+        let sheets = [
+            (format!("plan-{}", floor.floor.slug), plan_sheet(&site.name, floor, outward, &made_by)),
+            (format!("coverage-{}", floor.floor.slug), coverage_sheet(&site.name, floor, outward, &made_by)),
+        ];
+        for (stem, sheet) in sheets {
+            write_sheet(&sheet, folder, &stem)?;
+            names.push(format!("{stem}.svg, .png"));
+        }
+    }
+    write_file(&folder.join("plan.json"), (serde_json::to_string_pretty(json)? + "\n").as_bytes())?;
+    write_file(&folder.join("plan.csv"), output::csv(plan, outward).as_bytes())?;
+    names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
+    if let Some(surface) = &plan.surface {
+        let mut bytes = Vec::new();
+        ply::write(surface, outward, &mut bytes)?;
+        write_file(&folder.join("coverage.ply"), &bytes)?;
+        names.push("coverage.ply".to_owned());
+    }
+    Ok(names)
+}
+
+/// The result in lines that a site file takes for comments.
+fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Result<()> {
+    let stations = plan.stations.len();
+    writeln!(
+        out,
+        "\n# {}, elevation {}: {:.1} m² open at probe height, {:.1} m² where a tripod can stand",
+        plan.floor.name,
+        outward.elevation(plan.floor.elevation),
+        plan.area_m2,
+        plan.floor.standable.area()
+    )?;
+    if !plan.present.is_empty() {
+        let share = 100.0 * plan.present_fraction;
+        writeln!(out, "#   {} probes are there already and see {share:.1} %", plan.present.len())?;
+    }
+    let more = stations.saturating_sub(plan.needed);
+    let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };
+    writeln!(
+        out,
+        "#   {stations} stations{why}; at least {} are needed in plan, for the floor cut into {} places and {} points",
+        plan.lower_bound, plan.discrete[0], plan.discrete[1]
+    )?;
+    let curve: Vec<String> = plan.curve.iter().map(|v| format!("{:.1}", 100.0 * v)).collect();
+    if !curve.is_empty() {
+        writeln!(out, "#   seen after 1, 2, … stations: {} %", curve.join(", "))?;
+    }
+    let covered = plan.covered_fraction();
+    writeln!(
+        out,
+        "#   floor seen {:.1} %, walls at probe height {:.1} %",
+        100.0 * covered,
+        100.0 * plan.wall_fraction
+    )?;
+    if let Some(s) = plan.surface {
+        writeln!(
+            out,
+            "#   surface seen in 3D {:.1} % of {:.0} m² that can be seen from here ({:+.1} points against the plan)",
+            100.0 * s.covered_fraction,
+            s.reachable_m2,
+            100.0 * (s.covered_fraction - covered)
+        )?;
+    }
+    writeln!(out, "#   seen from no allowed place: {:.1} m² of floor", plan.unreachable_m2)?;
+    if plan.walk.len() > 1 {
+        let names: Vec<&str> = plan.walk.iter().map(|i| plan.stations[*i].name.as_str()).collect();
+        writeln!(out, "#   shortest walk {:.0} m: {}", plan.walk_m, names.join(", "))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,261 @@
+//! A plan in the files that people and scripts read: JSON, CSV and `[[probe]]` blocks. Positions are in the model's own
+//! axes and units, so that they paste into a site file.
+
+use glam::DVec3;
+use serde::Serialize;
+use std::fmt::Write;
+
+use super::site::{FloorPlan, SitePlan, Station};
+use crate::scene::Scene;
+use crate::site::{Frame, Site, Up};
+
+/// `plan.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlanJson {
+    /// The site's name.
+    pub site: String,
+    /// From the lowest.
+    pub floors: Vec<FloorJson>,
+    /// What is odd, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// A floor of `plan.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct FloorJson {
+    /// `Ground floor`, ….
+    pub name: String,
+    /// Height of most of the floor along the model's up axis, model units.
+    pub elevation: f64,
+    /// Open floor, m².
+    pub area_m2: f64,
+    /// New stations, the most useful first.
+    pub stations: Vec<StationJson>,
+    /// Probes that are there already.
+    pub existing: Vec<StationJson>,
+    /// Share of the open floor that is seen, of what can be seen, by old and new stations.
+    pub covered_fraction: f64,
+    /// New stations needed at least for the target, on the discretised plan.
+    pub lower_bound: usize,
+    /// New stations that reach the target in plan; more are there for the check in space and for overlap.
+    pub stations_for_plan: usize,
+    /// Share seen after 1, 2, … new stations.
+    pub curve: Vec<f64>,
+    /// Share that the probes see that are there already.
+    pub existing_fraction: f64,
+    /// Open floor that no station could see, m².
+    pub unreachable_m2: f64,
+    /// Share of the walls at probe height that is seen within the limits.
+    pub wall_fraction: f64,
+    /// What rays to the model's surface say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceJson>,
+    /// Names of the stations in the order of a short walk.
+    pub walk: Vec<String>,
+    /// Its length, metres.
+    pub walk_m: f64,
+    /// Groups of stations that have too little in common with each other.
+    pub groups: usize,
+    /// Candidates that stand for all places on the floor.
+    pub candidates: usize,
+    /// Points that stand for its area and walls.
+    pub witnesses: usize,
+}
+
+/// The check in space.
+#[derive(Clone, Debug, Serialize)]
+pub struct SurfaceJson {
+    /// Share of the surface that can be seen from this floor and is.
+    pub covered_fraction: f64,
+    /// `covered_fraction` in plan less that on the surface.
+    pub difference: f64,
+    /// Surface that can be seen from this floor, m².
+    pub reachable_m2: f64,
+    /// Surface that faces its open space and cannot be seen from any allowed place, m².
+    pub unreachable_m2: f64,
+}
+
+/// A station.
+#[derive(Clone, Debug, Serialize)]
+pub struct StationJson {
+    /// Unique name.
+    pub name: String,
+    /// The lens, in the model's axes and units.
+    pub position: [f64; 3],
+    /// Open floor that it sees, m².
+    pub covers_m2: f64,
+    /// Share that it adds to the stations before it.
+    pub adds_fraction: f64,
+    /// Whether the site file fixes it.
+    pub fixed: bool,
+    /// Level distances to walls at probe height, metres, and where they end in the model's axes and units.
+    pub tapes: Vec<TapeJson>,
+}
+
+/// A distance to check.
+#[derive(Clone, Debug, Serialize)]
+pub struct TapeJson {
+    /// Metres.
+    pub metres: f64,
+    /// Degrees clockwise from true north.
+    pub bearing: f64,
+    /// Where the wall is met.
+    pub to: [f64; 3],
+}
+
+/// Writes positions as the site file has them.
+#[derive(Clone, Copy, Debug)]
+pub struct Outward {
+    /// Units and axes.
+    pub frame: Frame,
+    /// The scene's origin.
+    pub origin: DVec3,
+}
+
+impl Outward {
+    /// For a site's scene.
+    pub fn of(site: &Site, scene: &Scene) -> Self {
+        Self { frame: site.frame, origin: scene.origin }
+    }
+
+    /// Decimals that show a millimetre.
+    pub fn decimals(&self) -> usize {
+        (3.0 + self.frame.metres_per_unit.log10()).ceil().clamp(0.0, 9.0) as usize
+    }
+
+    /// A local point, rounded to about a millimetre.
+    pub fn point(&self, local: DVec3) -> [f64; 3] {
+        let scale = 10f64.powi(self.decimals() as i32);
+        // adding zero makes −0 a 0
+        self.frame.point_out(local + self.origin).to_array().map(|v| (v * scale).round() / scale + 0.0)
+    }
+
+    /// A local height along the model's up axis.
+    pub fn elevation(&self, z: f32) -> f64 {
+        let p = self.point(DVec3::new(0.0, 0.0, f64::from(z)));
+        match self.frame.up {
+            Up::Y => p[1],
+            Up::Z => p[2],
+        }
+    }
+
+    /// Degrees clockwise from true north of a direction in plan.
+    pub fn bearing(&self, direction: glam::DVec2) -> f64 {
+        let own = direction.x.atan2(direction.y).to_degrees();
+        // to a tenth, so that a hair west of north is 0 and not 360
+        ((own - self.frame.north_deg).rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0
+    }
+}
+
+/// A plan as JSON.
+pub fn json(site: &Site, plan: &SitePlan<'_>, out: &Outward) -> PlanJson {
+    PlanJson {
+        site: site.name.clone(),
+        floors: plan.floors.iter().map(|f| floor(f, out)).collect(),
+        warnings: plan.warnings.clone(),
+    }
+}
+
+fn floor(f: &FloorPlan, out: &Outward) -> FloorJson {
+    let covered = rounded(f.covered_fraction(), 6);
+    FloorJson {
+        name: f.floor.name.clone(),
+        elevation: out.elevation(f.floor.elevation),
+        area_m2: rounded(f.area_m2, 3),
+        stations: f.stations.iter().map(|s| station(s, out)).collect(),
+        existing: f.present.iter().map(|s| station(s, out)).collect(),
+        covered_fraction: covered,
+        lower_bound: f.lower_bound,
+        stations_for_plan: f.needed,
+        curve: f.curve.iter().map(|v| rounded(*v, 6)).collect(),
+        existing_fraction: rounded(f.present_fraction, 6),
+        unreachable_m2: rounded(f.unreachable_m2, 3),
+        wall_fraction: rounded(f.wall_fraction, 6),
+        surface: f.surface.map(|s| SurfaceJson {
+            covered_fraction: rounded(s.covered_fraction, 6),
+            difference: rounded(covered - s.covered_fraction, 6),
+            reachable_m2: rounded(s.reachable_m2, 3),
+            unreachable_m2: rounded(s.unreachable_m2, 3),
+        }),
+        walk: f.walk.iter().map(|i| f.stations[*i].name.clone()).collect(),
+        walk_m: rounded(f.walk_m, 2),
+        groups: f.groups,
+        candidates: f.discrete[0],
+        witnesses: f.discrete[1],
+    }
+}
+
+fn station(s: &Station, out: &Outward) -> StationJson {
+    let tapes = s.tapes.iter().map(|t| TapeJson {
+        metres: rounded(t.metres, 3),
+        bearing: rounded(out.bearing(t.to - s.position.truncate()), 1),
+        to: out.point(t.to.extend(s.position.z)),
+    });
+    StationJson {
+        name: s.name.clone(),
+        position: out.point(s.position),
+        covers_m2: rounded(s.covers_m2, 3),
+        adds_fraction: rounded(s.adds_fraction, 6),
+        fixed: s.fixed,
+        tapes: tapes.collect(),
+    }
+}
+
+fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10f64.powi(decimals);
+    (value * scale).round() / scale
+}
+
+/// A plan as CSV: a row a station, the most useful of each floor first.
+pub fn csv(plan: &SitePlan<'_>, out: &Outward) -> String {
+    let mut text =
+        "floor,number,station,x,y,z,covers_m2,adds_fraction,covered_fraction,tape_1_m,tape_2_m,tape_3_m\n".to_owned();
+    for f in &plan.floors {
+        for (i, s) in f.stations.iter().enumerate() {
+            let [x, y, z] = out.point(s.position);
+            let tapes: String = (0..3)
+                .map(|k| s.tapes.get(k).map_or_else(|| ",".to_owned(), |t| format!(",{:.2}", t.metres)))
+                .collect();
+            // writing to a String cannot fail
+            let _ = writeln!(
+                text,
+                "{},{},{},{x},{y},{z},{:.2},{:.4},{:.4}{tapes}",
+                f.floor.name,
+                i + 1,
+                s.name,
+                s.covers_m2,
+                s.adds_fraction,
+                f.curve[i]
+            );
+        }
+    }
+    text
+}
+
+/// The proposed stations as blocks of a site file.
+pub fn probe_blocks(plan: &SitePlan<'_>, out: &Outward) -> String {
+    let mut text = String::new();
+    for f in &plan.floors {
+        for s in &f.stations {
+            let [x, y, z] = out.point(s.position);
+            let _ = writeln!(
+                text,
+                "[[probe]]                     # {}, {}\nname = \"{}\"\nposition = [{x:?}, {y:?}, {z:?}]\n\
+                 heading = 0.0\nimage = \"probes/{}.exr\"\n",
+                f.floor.name,
+                purpose(s),
+                s.name,
+                s.name
+            );
+        }
+    }
+    text
+}
+
+/// What a station is there for.
+pub fn purpose(station: &Station) -> String {
+    match station.adds_fraction {
+        adds if adds >= 0.0005 => format!("adds {:.1} % of the floor", 100.0 * adds),
+        _ => "for surfaces in 3D, walls or overlap".to_owned(),
+    }
+}

@@ -1,0 +1,219 @@
+//! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
+
+use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
+use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW};
+use super::svg::{Anchor, Svg, Text};
+use crate::plan::grid::Map;
+use crate::plan::output::Outward;
+use crate::plan::site::FloorPlan;
+
+const COLOURS: [&str; 7] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW];
+/// Seen by no station, though one could.
+pub(super) const UNSEEN: Style =
+    Style::hatch(Hatch { pattern: Pattern::Lines(45), colour: VERMILION, spacing: 1.4, weight: 0.35 });
+/// Seen from no place where a tripod can stand.
+pub(super) const UNREACHABLE: Style =
+    Style::hatch(Hatch { pattern: Pattern::Cross(45), colour: BLACK, spacing: 1.3, weight: 0.22 });
+/// A taped distance.
+const TAPE: Style = Style::line(BLACK, 0.2).dashed(1.2, 0.8);
+/// Millimetres between rows of the table.
+const ROW: f64 = 4.3;
+/// The most rows that a sheet has room for.
+const ROWS: usize = 24;
+
+/// Draws a floor's plan sheet. `site` is the site's name, `made_by` names program and version.
+pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) -> Svg {
+    let rows = plan.stations.len().min(ROWS);
+    let panel = (14.0 + ROW * rows as f64).max(48.0) + 26.0;
+    let map = FloorMap::of(plan, panel);
+    let title = format!("{site}: {}", plan.floor.name);
+    let says = format!("Plan of the {} with {} stations", plan.floor.name.to_lowercase(), plan.stations.len());
+    let mut svg = Svg::new(map.paper[0], map.paper[1], &title, &says);
+    map.head(&mut svg, &format!("{title} — where to put the tripod"), &figures(plan, out));
+    let [_, _, width, _] = map.frame;
+    svg.clipped(map.frame, |svg| {
+        map.void(svg, plan);
+        isovists(svg, plan, &map);
+        svg.group("unseen", "unseen", |svg| {
+            let floor = &plan.floor;
+            let unseen =
+                Map::of(floor.target.grid, |c| floor.target.on[c] && plan.seen[c] == 0 && !plan.unreachable.on[c]);
+            map.map(svg, &unseen.without_specks(0.03), &UNSEEN.outlined(VERMILION, 0.15));
+        });
+        svg.group("unreachable", "unreachable", |svg| {
+            map.map(svg, &plan.unreachable.clone().without_specks(0.03), &UNREACHABLE);
+        });
+        map.walls(svg, plan);
+        tapes(svg, plan, &map);
+        map.stations(svg, plan);
+    });
+    map.bar_and_north(&mut svg, out.frame.north_deg);
+    let top = map.frame[1] + map.frame[3] + 5.0;
+    let left = 68.0;
+    legend(&mut svg, [MARGIN, top], &entries(plan));
+    table(&mut svg, [MARGIN + left, top + 2.0], width - left, plan, out);
+    let foot = map.paper[1] - MARGIN - 15.0;
+    words(&mut svg, [MARGIN, foot], width, 2.4, &notes(plan, out, made_by));
+    svg
+}
+
+/// The figures in a line.
+pub(super) fn figures(plan: &FloorPlan, out: &Outward) -> String {
+    let count = match plan.stations.len() {
+        0 => "no new station".to_owned(),
+        1 => "1 station".to_owned(),
+        n => format!("{n} stations"),
+    };
+    let space =
+        plan.surface.map_or_else(String::new, |s| format!(", {:.1} % of surfaces in 3D", 100.0 * s.covered_fraction));
+    format!(
+        "Elevation {} · {:.0} m² open · {count} ({} for the plan; at least {} needed) · {:.1} % of floor seen{space}",
+        out.elevation(plan.floor.elevation),
+        plan.area_m2,
+        plan.needed,
+        plan.lower_bound,
+        100.0 * plan.covered_fraction()
+    )
+}
+
+/// Transparent, the widest first, so that small ones stay visible; each with an outline.
+fn isovists(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
+    svg.group("isovists", "isovists", |svg| {
+        for station in &plan.present {
+            let ring = map.ring(&station.star.outline());
+            svg.area(&[ring], &Style::fill(GREY).opacity(0.14).outlined(GREY, 0.15));
+        }
+        for (i, station) in plan.stations.iter().enumerate() {
+            let colour = COLOURS[i % COLOURS.len()];
+            let ring = map.ring(&station.star.outline());
+            svg.area(&[ring], &Style::fill(colour).opacity(0.17).outlined(colour, 0.2));
+        }
+    });
+}
+
+/// The first two distances of each station, with their metres.
+fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
+    svg.group("tapes", "tapes", |svg| {
+        let mut taken: Vec<[f64; 2]> = plan.stations.iter().map(|s| map.at(s.position.truncate())).collect();
+        for station in &plan.stations {
+            let from = map.at(station.position.truncate());
+            for tape in station.tapes.iter().take(2) {
+                let to = map.at(tape.to);
+                svg.line(from, to, &TAPE);
+                svg.circle(to, 0.5, &Style::fill(BLACK));
+                // the words go where nothing else is, along the tape or at its end
+                let along = |t: f64| [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])];
+                let free = |p: &[f64; 2]| {
+                    taken.iter().map(|q| ((p[0] - q[0]) / 2.0).hypot(p[1] - q[1])).fold(f64::INFINITY, f64::min)
+                };
+                let places = [0.5, 0.65, 0.8, 0.95, 1.1].map(along);
+                let Some(best) = places
+                    .iter()
+                    .find(|p| free(p) > 3.2)
+                    .or_else(|| places.iter().max_by(|a, b| free(a).total_cmp(&free(b))))
+                else {
+                    continue;
+                };
+                taken.push(*best);
+                let text = Text::new(2.4).anchor(Anchor::Middle).halo(0.5);
+                svg.text([best[0], best[1] + 0.8], &format!("{:.2}", tape.metres), &text);
+            }
+        }
+    });
+}
+
+fn entries(plan: &FloorPlan) -> Vec<(Sample, &'static str)> {
+    let mut all = vec![
+        (Sample::Number, "station, in order of usefulness"),
+        (
+            Sample::Area(vec![
+                Style::fill(BLUE).opacity(0.17).outlined(BLUE, 0.2),
+                Style::fill(ORANGE).opacity(0.17).outlined(ORANGE, 0.2),
+            ]),
+            "seen from a station (overlapping)",
+        ),
+        (Sample::Area(vec![UNSEEN]), "seen by none of them"),
+        (Sample::Area(vec![UNREACHABLE]), "seen from nowhere allowed"),
+        (Sample::Line(Style::line(BLACK, 0.6)), "wall at probe height"),
+        (Sample::Area(vec![Style::fill(LIGHT)]), "solid at probe height"),
+        (Sample::Line(TAPE), "taped distance to a wall, m"),
+    ];
+    if !plan.present.is_empty() {
+        all.insert(1, (Sample::Square, "probe taken already"));
+    }
+    let floor = &plan.floor;
+    if floor.open.count() > floor.target.count() + 200 {
+        all.push((Sample::Area(vec![VOID]), "open, not this floor below"));
+    }
+    all
+}
+
+fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Outward) {
+    // shares of the width at which columns begin
+    let narrow = width < 150.0;
+    let columns = if narrow {
+        [0.0, 0.06, 0.20, 0.305, 0.41, 0.515, 0.635, 0.735]
+    } else {
+        [0.0, 0.05, 0.19, 0.30, 0.41, 0.51, 0.60, 0.68]
+    };
+    let at = |k: usize| x + columns[k] * width;
+    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", "Walls: m @ bearing"];
+    svg.group("stations-table", "table", |svg| {
+        for (k, name) in axes.iter().enumerate() {
+            svg.text([at(k), y], name, &Text::new(2.7).bold());
+        }
+        svg.line([x, y + 1.2], [x + width, y + 1.2], &Style::line(BLACK, 0.25));
+        for (i, s) in plan.stations.iter().take(ROWS).enumerate() {
+            let y = y + ROW * (i as f64 + 1.0) + 0.3;
+            let p = out.point(s.position).map(|v| format!("{v:.*}", out.decimals().min(2)));
+            let tapes: Vec<String> = s
+                .tapes
+                .iter()
+                .take(if narrow { 2 } else { 3 })
+                .map(|t| {
+                    format!("{:.2} @ {:03.0}°", t.metres, out.bearing(t.to - s.position.truncate()).round() % 360.0)
+                })
+                .collect();
+            let [px, py, pz] = p;
+            let cells = [
+                (i + 1).to_string(),
+                s.name.clone(),
+                px,
+                py,
+                pz,
+                format!("{:.1} m²", s.covers_m2),
+                format!("{:.1} %", 100.0 * plan.curve[i]),
+                tapes.join("  "),
+            ];
+            let size = Text::new(if narrow { 2.3 } else { 2.6 });
+            for (k, cell) in cells.iter().enumerate() {
+                svg.text([at(k), y], cell, &if k == 0 { size.bold() } else { size });
+            }
+            svg.line([x, y + 1.2], [x + width, y + 1.2], &Style::line(LIGHT, 0.15));
+        }
+        if plan.stations.len() > ROWS {
+            let y = y + ROW * (ROWS as f64 + 1.0);
+            svg.text([x, y], &format!("and {} more: see plan.csv", plan.stations.len() - ROWS), &Text::new(2.6));
+        }
+    });
+}
+
+fn notes(plan: &FloorPlan, out: &Outward, made_by: &str) -> Vec<String> {
+    let mut order = String::new();
+    if plan.walk.len() > 1 {
+        let numbers: Vec<String> = plan.walk.iter().map(|i| (i + 1).to_string()).collect();
+        order = format!("Shortest walk: {} ({:.0} m). ", numbers.join(" → "), plan.walk_m);
+    }
+    let unit = if (out.frame.metres_per_unit - 1.0).abs() < 1e-12 { "metres" } else { "model units" };
+    vec![
+        format!(
+            "{order}x, y, z are the lens in the model's own axes, {unit}. Distances are level at lens height, bearings \
+             clockwise from true north (N). Sees: open floor seen; total: share seen with all stations up to this one, \
+             of what can be seen."
+        ),
+        format!(
+            "The lower bound holds for the floor cut into {} possible places and {} points. {made_by}",
+            plan.discrete[0], plan.discrete[1]
+        ),
+    ]
+}
