@@ -3,6 +3,7 @@
 //! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
+mod audit_sheet;
 mod loglog;
 mod png;
 mod study_sheet;
@@ -13,6 +14,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+pub use audit_sheet::{AuditSheet, audit_sheet};
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};
