@@ -14,7 +14,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-pub use audit_sheet::{AuditSheet, audit_sheet};
+pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};

@@ -5,6 +5,9 @@ mod outline;
 mod pictures;
 mod table;
 mod words;
+mod write;
+
+pub use write::write_audit_sheets;
 
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, Style, VERMILION, WHITE, YELLOW};
 use super::{Anchor, Svg, Text, wrap};
@@ -128,13 +131,11 @@ fn header(svg: &mut Svg, about: &AuditSheet, says: &str) -> f64 {
         svg.text([SIZE[0] - MARGIN, y], text, &look.anchor(Anchor::End));
     };
     right(svg, 13.0, &sheet, Text::new(3.6).bold());
-    let surveyed = if about.surveyed.is_empty() { "not stated" } else { about.surveyed };
-    right(
-        svg,
-        17.5,
-        &format!("photograph taken {surveyed} · audited {}", about.audited),
-        Text::new(SMALL).colour(GREY),
-    );
+    let surveyed = match about.surveyed {
+        "" => "date of the photograph not stated".to_owned(),
+        date => format!("photograph taken {date}"),
+    };
+    right(svg, 17.5, &format!("{surveyed} · audited {}", about.audited), Text::new(SMALL).colour(GREY));
     let mut y = 24.0;
     for line in wrap(says, SIZE[0] - 2.0 * MARGIN, 4.2, true) {
         svg.text([MARGIN, y], &line, &Text::new(4.2).bold());

@@ -3,6 +3,7 @@ use crate::audit::{Displacement, Method, PoseCorrection, ProbeGain, ViewSummary,
 use crate::panorama::Picture;
 use crate::scene::{self, Health};
 use glam::Vec3;
+use sha2::Digest;
 use std::collections::BTreeMap;
 use std::fs;
 use tempfile::TempDir;
@@ -176,6 +177,25 @@ fn a_sheet_carries_all_that_an_archive_wants() {
     assert_eq!(hatches, 4);
     assert!(super::super::png(&svg, 40.0).unwrap().len() > 1000);
     assert_eq!(svg, drawn(&audit(3, 2)), "the same bytes each time");
+}
+
+#[test]
+fn sheets_are_written_with_the_inputs_fingerprints() {
+    let (dir, site, scene) = room();
+    let mut audit = audit(1, 0);
+    audit.method.lighting = String::new();
+    let files = write_audit_sheets(&site, &scene, &audit, "clerestory audit x", dir.path()).unwrap();
+    let names: Vec<_> = files.iter().map(|f| f.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    assert_eq!(names, ["audit-v.svg", "audit-v.png"]);
+    let text = words(&fs::read_to_string(&files[0]).unwrap());
+    let hash: String = sha2::Sha256::digest(fs::read(&site.file).unwrap()).iter().map(|b| format!("{b:02x}")).collect();
+    assert!(
+        text.contains(&hash) && text.contains("site.toml") && text.contains("m.obj") && text.contains("p.png"),
+        "{text}"
+    );
+    fs::remove_file(&site.model).unwrap();
+    let error = write_audit_sheets(&site, &scene, &audit, "", dir.path()).unwrap_err().to_string();
+    assert!(error.contains("m.obj"), "{error}");
 }
 
 #[test]

@@ -37,7 +37,11 @@ fn short(f: &Finding) -> String {
         What::Moved => format!("surface{on} off its place"),
         What::Different => format!("shape of{on} wrong"),
     };
-    let by = f.displacement.as_ref().map_or(String::new(), |d| format!(" by {}", centimetres(d)));
+    // how far something stands off is not how large the fault is, but for a surface off its place
+    let by = match &f.displacement {
+        Some(d) if f.what == What::Moved => format!(" by {}", centimetres(d)),
+        _ => String::new(),
+    };
     format!("{} {what}{by} ({}, {:.0} % sure)", f.id, area(f.area_cm2), 100.0 * f.score)
 }
 
