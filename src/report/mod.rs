@@ -5,6 +5,7 @@
 
 mod coverage_sheet;
 mod floor_map;
+mod audit_sheet;
 mod loglog;
 mod manifest;
 mod marked;
@@ -23,6 +24,7 @@ pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
 pub use coverage_sheet::coverage_sheet;
 pub use plan_sheet::plan_sheet;
+pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};

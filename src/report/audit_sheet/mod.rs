@@ -1,0 +1,248 @@
+//! The audit sheet: what is wrong with the model as one photograph shows it, where, how large and how sure.
+
+mod key_plan;
+mod outline;
+mod pictures;
+mod table;
+mod words;
+mod write;
+
+pub use write::write_audit_sheets;
+
+use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, Style, VERMILION, WHITE, YELLOW};
+use super::{Anchor, Svg, Text, wrap};
+use crate::audit::{Audit, AuditedView, Finding, Kind, Reason, Shares, Verdict};
+use crate::scene::Scene;
+use crate::site::Site;
+
+/// A3 landscape, millimetres.
+const SIZE: [f64; 2] = [420.0, 297.0];
+const MARGIN: f64 = 10.0;
+const GAP: f64 = 5.0;
+const FINE: f64 = 1.9;
+const SMALL: f64 = 2.4;
+
+/// Width of the legend's column.
+const LEGEND: f64 = 58.0;
+
+/// Height of the foot, where method and inputs stand.
+const FOOT: f64 = 36.0;
+
+/// What an audit sheet is made from.
+#[derive(Clone, Copy)]
+pub struct AuditSheet<'a> {
+    /// The site that was audited.
+    pub site: &'a Site,
+    /// Its model.
+    pub scene: &'a Scene,
+    /// The audit.
+    pub audit: &'a Audit,
+    /// Which of the audit's views the sheet is about.
+    pub index: usize,
+    /// When the photograph was taken, as its camera says; empty where that is not known.
+    pub surveyed: &'a str,
+    /// When the audit was made.
+    pub audited: &'a str,
+    /// The command line.
+    pub command: &'a str,
+    /// Files the audit rests on: name, and SHA-256 in hexadecimal digits.
+    pub inputs: &'a [(String, String)],
+}
+
+impl AuditSheet<'_> {
+    fn view(&self) -> &AuditedView {
+        &self.audit.views[self.index]
+    }
+
+    fn finding(&self, id: &str) -> Option<&Finding> {
+        self.audit.findings.iter().chain(&self.audit.doubts).find(|f| f.id == id)
+    }
+}
+
+/// Draws the sheet of one view; its SVG groups are `header`, `photograph`, `render`, `classified`, `legend`, `key-plan`,
+/// `findings` and `method`, with ids of the same names, and a `finding-row` each with the id `row-` and the finding's.
+pub fn audit_sheet(about: &AuditSheet) -> Svg {
+    let name = &about.view().summary.view;
+    let says = words::headline(about);
+    let mut svg = Svg::new(SIZE[0], SIZE[1], &format!("{}: audit of the view {name}", about.site.name), &says);
+    let mut y = 0.0;
+    svg.group("header", "header", |svg| y = header(svg, about, &says));
+    let room = SIZE[0] - 2.0 * MARGIN - LEGEND - 3.0 * GAP;
+    let top = y + 6.0;
+    let [wide, high] = pictures::draw(&mut svg, about, [MARGIN, top], [room / 3.0, 108.0], GAP);
+    let beside = MARGIN + 3.0 * (wide + GAP);
+    svg.group("legend", "legend", |svg| legend(svg, about, [beside, top, SIZE[0] - MARGIN - beside]));
+    let below = top + high.max(66.0) + 6.0;
+    let rest = SIZE[1] - FOOT - MARGIN - below;
+    let plan = 92.0;
+    svg.group("key-plan", "key-plan", |svg| {
+        svg.text([MARGIN, below + 4.0], "Key plan at the camera's height", &Text::new(3.2).bold());
+        let frame = [MARGIN, below + 6.0, plan, rest - 8.0];
+        if let Some(view) = about.site.views.iter().find(|v| v.name == *name) {
+            key_plan::draw(svg, about, view, frame);
+        }
+        svg.rectangle(frame, &Style::line(GREY, 0.2));
+    });
+    svg.group("findings", "findings", |svg| {
+        let left = MARGIN + plan + GAP;
+        table::draw(svg, about, [left, below, SIZE[0] - MARGIN - left, rest - 2.0]);
+    });
+    svg.group("method", "method", |svg| foot(svg, about, SIZE[1] - MARGIN - FOOT + 2.0));
+    svg
+}
+
+/// The findings of a view, then its doubts, the surest first; and whether this view is the one that shows them best.
+fn listed<'a>(about: &AuditSheet<'a>) -> Vec<(&'a Finding, bool)> {
+    let name = &about.audit.views[about.index].summary.view;
+    let all = about.audit.findings.iter().chain(&about.audit.doubts);
+    all.filter(|f| f.view == *name || f.also_in.contains(name)).map(|f| (f, f.view == *name)).collect()
+}
+
+/// How a verdict is drawn: wash, its opacity, and hatch; what agrees is left as it is.
+fn look(verdict: Verdict) -> Option<(&'static str, f64, Hatch)> {
+    let hatch = |pattern, colour, spacing, weight| Hatch { pattern, colour, spacing, weight };
+    match verdict {
+        Verdict::Ok => None,
+        Verdict::Geometry => Some((VERMILION, 0.35, hatch(Pattern::Lines(45), VERMILION, 1.5, 0.5))),
+        Verdict::Texture => Some((BLUE, 0.25, hatch(Pattern::Cross(45), BLUE, 1.6, 0.35))),
+        Verdict::Ambiguous => Some((YELLOW, 0.4, hatch(Pattern::Dots, BLACK, 1.4, 0.18))),
+        Verdict::Untestable => Some((WHITE, 0.45, hatch(Pattern::Lines(0), GREY, 1.0, 0.18))),
+    }
+}
+
+fn look_of(finding: &Finding) -> &'static str {
+    match (finding.reason, finding.kind) {
+        (Reason::None, Kind::Geometry) => VERMILION,
+        (Reason::None, Kind::Texture) => BLUE,
+        _ => BLACK,
+    }
+}
+
+/// Title, dates and the sentence that matters most; gives where they end.
+fn header(svg: &mut Svg, about: &AuditSheet, says: &str) -> f64 {
+    let view = &about.view().summary;
+    let sheet = format!("Sheet {} of {}", about.index + 1, about.audit.views.len());
+    svg.text(
+        [MARGIN, 16.0],
+        &format!("{} — audit of the view “{}”", about.site.name, view.view),
+        &Text::new(6.0).bold(),
+    );
+    let right = |svg: &mut Svg, y: f64, text: &str, look: Text| {
+        svg.text([SIZE[0] - MARGIN, y], text, &look.anchor(Anchor::End));
+    };
+    right(svg, 13.0, &sheet, Text::new(3.6).bold());
+    let surveyed = match about.surveyed {
+        "" => "date of the photograph not stated".to_owned(),
+        date => format!("photograph taken {date}"),
+    };
+    right(svg, 17.5, &format!("{surveyed} · audited {}", about.audited), Text::new(SMALL).colour(GREY));
+    let mut y = 24.0;
+    for line in wrap(says, SIZE[0] - 2.0 * MARGIN, 4.2, true) {
+        svg.text([MARGIN, y], &line, &Text::new(4.2).bold());
+        y += 5.6;
+    }
+    svg.line([MARGIN, y - 2.5], [SIZE[0] - MARGIN, y - 2.5], &Style::line(BLACK, 0.35));
+    y
+}
+
+/// Colours and hatches with their shares, and why the rest could not be tested.
+fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
+    let view = &about.view().summary;
+    let Shares { ok, texture, geometry, ambiguous, untestable } = view.shares;
+    svg.text([x, top - 1.8], "Legend, and share of the picture", &Text::new(3.2).bold());
+    let entries = [
+        (Verdict::Geometry, geometry, "geometry wrong", "the surface is not where the model has it"),
+        (Verdict::Texture, texture, "texture wrong", "the surface is right, its picture is not"),
+        (Verdict::Ambiguous, ambiguous, "cannot be told", "something disagrees; see the reason"),
+        (Verdict::Untestable, untestable, "not testable", "nothing is said of it, good or bad"),
+        (Verdict::Ok, ok, "agrees", "compared, and no fault found"),
+    ];
+    let mut y = top + 1.0;
+    for (verdict, share, title, explained) in entries {
+        let swatch = [x, y, 11.0, 7.0];
+        if let Some((wash, opacity, hatch)) = look(verdict) {
+            svg.rectangle(swatch, &Style::fill(wash).opacity(opacity));
+            svg.rectangle(swatch, &Style::hatch(hatch));
+        }
+        svg.rectangle(swatch, &Style::line(BLACK, 0.25));
+        svg.text([x + 13.0, y + 3.0], title, &Text::new(2.9).bold());
+        svg.text([x + 13.0, y + 6.4], explained, &Text::new(FINE));
+        svg.text([x + width, y + 3.0], &percent(share), &Text::new(2.9).bold().anchor(Anchor::End));
+        y += 10.0;
+    }
+    y += 1.0;
+    svg.text([x, y + 2.0], "F1, F2 … findings;  D1 … doubts (broken outline)", &Text::new(FINE));
+    let lines: Vec<String> = words::reasons(view, 4);
+    if !lines.is_empty() {
+        svg.text([x, y + 7.5], "Not tested or not told, because", &Text::new(SMALL).bold());
+        y += 11.0;
+        for line in lines.iter().flat_map(|l| wrap(&format!("– {l}"), width, SMALL, false)) {
+            svg.text([x, y], &line, &Text::new(SMALL));
+            y += 3.2;
+        }
+    }
+}
+
+fn percent(share: f64) -> String {
+    let p = 100.0 * share;
+    if p > 0.0 && p < 1.0 { format!("{p:.1} %") } else { format!("{p:.0} %") }
+}
+
+/// Method, fit and inputs in three columns.
+fn foot(svg: &mut Svg, about: &AuditSheet, top: f64) {
+    let view = &about.view().summary;
+    let method = &about.audit.method;
+    svg.line([MARGIN, top - 2.0], [SIZE[0] - MARGIN, top - 2.0], &Style::line(BLACK, 0.35));
+    let widths = [122.0, 130.0, SIZE[0] - 2.0 * MARGIN - 122.0 - 130.0 - 2.0 * GAP];
+    let thresholds: Vec<String> =
+        method.thresholds.iter().map(|(name, value)| format!("{} {value}", name.replace('_', " "))).collect();
+    let lighting = if method.lighting.is_empty() { String::new() } else { format!(" Lighting {}.", method.lighting) };
+    let first = vec![format!("{}{lighting}", words::METHOD), format!("Thresholds: {}.", thresholds.join(", "))];
+    let mut second: Vec<String> = view.warnings.iter().map(|w| format!("! {w}")).collect();
+    second.extend(view.probes.iter().filter_map(|p| p.warning.as_ref()).map(|w| format!("! {w}")));
+    second.extend(words::fitted(view));
+    let mut x = MARGIN;
+    for ((title, lines), width) in [("Method", first), ("Fit", second)].into_iter().zip(widths) {
+        svg.text([x, top + 2.0], title, &Text::new(SMALL).bold());
+        column(svg, [x, top + 5.2], width, &lines);
+        x += width + GAP;
+    }
+    svg.text([x, top + 2.0], "Made from", &Text::new(SMALL).bold());
+    let mut y = top + 5.2;
+    for line in wrap(&format!("clerestory {}: {}", method.version, about.command), widths[2], FINE, false) {
+        svg.text([x, y], &line, &Text::new(FINE));
+        y += 2.5;
+    }
+    for (name, hash) in about.inputs {
+        if y > top + FOOT - 3.0 {
+            break;
+        }
+        // the whole fingerprint, whatever that leaves of the name
+        svg.text([x, y], &shortened(name, 26), &Text::new(FINE));
+        svg.text([x + widths[2], y], hash, &Text::new(1.55).anchor(Anchor::End));
+        y += 2.5;
+    }
+    svg.line([x - 0.5 * GAP, top], [x - 0.5 * GAP, top + FOOT - 4.0], &Style::line(LIGHT, 0.2));
+}
+
+/// Lines of fine print as far as there is room.
+fn column(svg: &mut Svg, [x, top]: [f64; 2], width: f64, lines: &[String]) {
+    let most = ((FOOT - 8.0) / 2.5) as usize;
+    let all: Vec<String> = lines.iter().flat_map(|l| wrap(l, width, FINE, false)).collect();
+    for (i, line) in all.iter().take(most).enumerate() {
+        svg.text([x, top + 2.5 * i as f64], line, &Text::new(FINE).colour(BLACK));
+    }
+}
+
+/// The end of a long name.
+fn shortened(name: &str, most: usize) -> String {
+    let count = name.chars().count();
+    if count <= most {
+        name.to_owned()
+    } else {
+        format!("…{}", name.chars().skip(count + 1 - most).collect::<String>())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,144 @@
+//! The three pictures of an audit sheet: photograph, render, and what the audit says.
+
+use glam::Vec3;
+
+use super::outline::Cells;
+use super::{AuditSheet, look, look_of};
+use crate::audit::{AuditedView, Finding, Verdict};
+use crate::panorama::{Exposure, Picture, luminance};
+use crate::report::style::{BLACK, Style, WHITE};
+use crate::report::{Anchor, Point, Svg, Text};
+
+/// Cells along a picture's longer side in which regions are drawn.
+const CELLS: usize = 320;
+
+/// Pixels along the longer side of a picture on the sheet.
+const PIXELS: usize = 720;
+
+/// Draws the three pictures side by side from the upper left corner `at`, each at most this wide and high; gives the
+/// size of one.
+pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2], gap: f64) -> [f64; 2] {
+    let view = about.view();
+    let [pw, ph] = view.summary.size.map(f64::from);
+    let scale = (most[0] / pw).min(most[1] / ph);
+    let (w, h) = (pw * scale, ph * scale);
+    let exposure = Exposure::of(&view.photograph);
+    let frames = [0.0, 1.0, 2.0].map(|i| [at[0] + i * (w + gap), at[1], w, h]);
+    let titles = ["Photograph", "Model in the probes' light", "What the audit says"];
+    for (frame, title) in frames.iter().zip(titles) {
+        svg.text([frame[0], frame[1] - 1.8], title, &Text::new(3.2).bold());
+    }
+    svg.group("photograph", "photograph", |svg| {
+        picture(svg, frames[0], &view.photograph, "The photograph", |p| exposure.show(p));
+        outlines(svg, about, frames[0]);
+    });
+    svg.group("render", "render", |svg| {
+        picture(svg, frames[1], &view.render, "The model, relit from the probes", |p| exposure.show(p));
+    });
+    svg.group("classified", "classified", |svg| {
+        // pale, so that hatches stand out
+        let pale = |p: Vec3| Vec3::splat(0.45 + 0.55 * luminance(exposure.show(p)));
+        picture(svg, frames[2], &view.photograph, "The photograph, pale, below the audit's verdicts", pale);
+        for verdict in [Verdict::Untestable, Verdict::Ambiguous, Verdict::Texture, Verdict::Geometry] {
+            svg.group(verdict.name(), &format!("classified-{}", verdict.name()), |svg| {
+                region(svg, view, frames[2], verdict)
+            });
+        }
+        outlines(svg, about, frames[2]);
+        names_from_elsewhere(svg, about, frames[2]);
+    });
+    for frame in frames {
+        svg.rectangle(frame, &Style::line(BLACK, 0.25));
+    }
+    [w, h]
+}
+
+fn picture(svg: &mut Svg, frame: [f64; 4], picture: &Picture, says: &str, show: impl Fn(Vec3) -> Vec3) {
+    if let Some(png) = png(&reduced(picture, PIXELS), show) {
+        svg.png(frame, &png, says);
+    }
+}
+
+/// A PNG of a picture as `show` shows it, sRGB-encoded 0..=1.
+pub(super) fn png(picture: &Picture, show: impl Fn(Vec3) -> Vec3) -> Option<Vec<u8>> {
+    use image::ImageEncoder;
+    let bytes: Vec<u8> =
+        picture.pixels.iter().flat_map(|p| show(*p).to_array()).map(|v| (v * 255.0).round() as u8).collect();
+    let mut png = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut png);
+    let done = encoder.write_image(&bytes, picture.width as u32, picture.height as u32, image::ExtendedColorType::Rgb8);
+    done.is_ok().then_some(png)
+}
+
+/// A picture averaged down to at most so many pixels along its longer side.
+pub(super) fn reduced(picture: &Picture, most: usize) -> Picture {
+    let step = picture.width.max(picture.height).div_ceil(most).max(1);
+    let (width, height) = (picture.width.div_ceil(step), picture.height.div_ceil(step));
+    let mut small = Picture::new(width, height);
+    for (i, pixel) in small.pixels.iter_mut().enumerate() {
+        let (x0, y0) = (i % width * step, i / width * step);
+        let (x1, y1) = ((x0 + step).min(picture.width), (y0 + step).min(picture.height));
+        let block = (y0..y1).flat_map(|y| (x0..x1).map(move |x| picture.pixels[y * picture.width + x]));
+        let (sum, count) = block.filter(|p| Picture::valid(*p)).fold((Vec3::ZERO, 0u32), |(s, n), p| (s + p, n + 1));
+        *pixel = sum / count.max(1) as f32;
+    }
+    small
+}
+
+/// The pixels of one verdict, in its colour and hatch.
+fn region(svg: &mut Svg, view: &AuditedView, frame: [f64; 4], verdict: Verdict) {
+    let [w, h] = view.summary.size.map(|n| n as usize);
+    let cells = Cells::of(w, h, CELLS, |i| view.verdicts[i] == verdict);
+    let rings = placed(&cells.rings(0.7), frame);
+    if let Some((wash, opacity, hatch)) = look(verdict) {
+        svg.area(&rings, &Style::fill(wash).opacity(opacity));
+        svg.area(&rings, &Style::hatch(hatch));
+    }
+}
+
+/// The outline of each finding whose mask this view holds, with its name.
+fn outlines(svg: &mut Svg, about: &AuditSheet, frame: [f64; 4]) {
+    let view = about.view();
+    let [w, h] = view.summary.size.map(|n| n as usize);
+    let mut labels = Vec::new();
+    // the surest last, on top
+    for (id, mask) in view.masks.iter().rev() {
+        let Some(finding) = about.finding(id) else { continue };
+        let cells = Cells::of(w, h, CELLS, |i| mask[i]);
+        let rings = placed(&cells.rings(0.9), frame);
+        let line = Style::line(look_of(finding), 0.5);
+        svg.group("finding", "", |svg| {
+            svg.area(&rings, &Style::line(WHITE, 1.1));
+            svg.area(&rings, &if sure(finding) { line } else { line.dashed(1.4, 0.8) });
+        });
+        if let Some([x, y]) = cells.middle() {
+            labels.push((id, [frame[0] + x * frame[2], frame[1] + y * frame[3]]));
+        }
+    }
+    for (id, [x, y]) in labels {
+        let x = x.clamp(frame[0] + 4.0, frame[0] + frame[2] - 4.0);
+        svg.text([x, y + 1.4], id, &Text::new(3.8).bold().anchor(Anchor::Middle).halo(0.7));
+    }
+}
+
+/// The names of findings that other views show better, where this camera sees their middle.
+fn names_from_elsewhere(svg: &mut Svg, about: &AuditSheet, [left, top, width, height]: [f64; 4]) {
+    let name = &about.view().summary.view;
+    let Some(view) = about.site.views.iter().find(|v| v.name == *name) else { return };
+    for (finding, _) in super::listed(about).into_iter().filter(|(_, here)| !here) {
+        let Some(p) = view.camera.project(about.site.frame.point_in(finding.position.into())) else { continue };
+        let (u, v) = (p.x / f64::from(view.camera.width), p.y / f64::from(view.camera.height));
+        if (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) {
+            let x = (left + u * width).clamp(left + 3.0, left + width - 3.0);
+            svg.text([x, top + v * height + 1.0], &finding.id, &Text::new(3.0).anchor(Anchor::Middle).halo(0.6));
+        }
+    }
+}
+
+fn sure(finding: &Finding) -> bool {
+    finding.reason == crate::audit::Reason::None
+}
+
+fn placed(rings: &[Vec<Point>], [x, y, w, h]: [f64; 4]) -> Vec<Vec<Point>> {
+    rings.iter().map(|r| r.iter().map(|[u, v]| [x + u * w, y + v * h]).collect()).collect()
+}

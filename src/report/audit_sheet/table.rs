@@ -1,0 +1,138 @@
+//! The table of findings: what, where, how large, how sure, and room for the surveyor's verdict.
+
+use super::pictures::{png, reduced};
+use super::{AuditSheet, listed, look_of, words};
+use crate::audit::Finding;
+use crate::panorama::{Exposure, Picture};
+use crate::report::style::{BLACK, GREY, LIGHT, Style};
+use crate::report::{Svg, Text, wrap};
+
+const SMALL: f64 = 2.3;
+const BODY: f64 = 2.6;
+
+/// Columns and their widths in millimetres; the second is what is left.
+const COLUMNS: [(&str, f64); 9] = [
+    ("", 11.0),
+    ("photo · model", 0.0),
+    ("what is wrong", 0.0),
+    ("kind", 17.0),
+    ("how sure", 19.0),
+    ("area", 18.0),
+    ("displacement", 26.0),
+    ("place (x, y, z)", 26.0),
+    ("surveyor's verdict", 43.0),
+];
+
+/// Draws the table into a rectangle `[x, y, width, height]`.
+pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, [left, top, width, height]: [f64; 4]) {
+    let rows = listed(about);
+    let head = 6.0;
+    let foot = 3.6;
+    // more rows make them lower
+    let fit = |row: f64| ((height - head - foot) / row) as usize;
+    let row = [17.0, 14.0, 11.5, 10.0].into_iter().find(|r| rows.len() <= fit(*r)).unwrap_or(10.0);
+    let shown = rows.len().min(fit(row));
+    let crop = row - 1.6;
+    let mut columns = COLUMNS.map(|c| c.1);
+    columns[1] = 2.0 * crop + 3.0;
+    columns[2] = width - columns.iter().sum::<f64>();
+    let starts: Vec<f64> = columns.iter().scan(left, |x, w| Some(std::mem::replace(x, *x + w))).collect();
+    for (x, (title, _)) in starts.iter().zip(COLUMNS) {
+        svg.text([x + 1.0, top + 4.0], title, &Text::new(SMALL).bold());
+    }
+    svg.line([left, top + head], [left + width, top + head], &Style::line(BLACK, 0.35));
+    for (i, (finding, here)) in rows.iter().take(shown).enumerate() {
+        let y = top + head + i as f64 * row;
+        svg.group("finding-row", &format!("row-{}", finding.id), |svg| {
+            cells(svg, about, finding, *here, &starts, &columns, [y, row]);
+        });
+        svg.line([left, y + row], [left + width, y + row], &Style::line(LIGHT, 0.2));
+    }
+    let y = top + head + shown as f64 * row + 3.2;
+    if rows.is_empty() {
+        svg.text([left + 1.0, top + head + 5.0], "Nothing was found wrong in what could be tested.", &Text::new(BODY));
+    } else if shown < rows.len() {
+        let more = format!("and {} more in findings.csv", rows.len() - shown);
+        svg.text([left + 1.0, y], &more, &Text::new(SMALL).bold());
+    }
+    for x in starts.iter().skip(1) {
+        let bottom = top + head + shown as f64 * row;
+        svg.line([*x, top + 1.0], [*x, bottom], &Style::line(LIGHT, 0.2));
+    }
+}
+
+fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], w: &[f64], [y, row]: [f64; 2]) {
+    let line = |k: usize| y + 3.4 + k as f64 * 3.1;
+    let most = ((row - 1.0) / 3.1) as usize;
+    svg.rectangle([x[0] + 0.8, y + 1.2, 1.2, row - 2.4], &Style::fill(look_of(f)));
+    svg.text([x[0] + 2.8, line(0) + 0.4], &f.id, &Text::new(3.2).bold());
+    if here {
+        crops(svg, about, f, [x[1] + 1.0, y + 0.8, row - 1.6]);
+    } else {
+        svg.text([x[1] + 1.0, line(0)], &format!("see {}", f.view), &Text::new(SMALL).colour(GREY));
+    }
+    let mut put = |k: usize, lines: Vec<String>, look: Text| {
+        for (i, text) in lines.iter().take(most).enumerate() {
+            svg.text([x[k] + 1.0, line(i)], text, &look);
+        }
+    };
+    let mut note = wrap(&sentence(&f.note), w[2] - 2.0, BODY, false);
+    if note.len() > most && most > 0 {
+        note.truncate(most);
+        note[most - 1].push_str(" …");
+    }
+    put(2, note, Text::new(BODY));
+    put(3, vec![f.kind.name().to_owned(), f.what.name().to_owned()], Text::new(BODY));
+    put(5, vec![area(f.area_cm2)], Text::new(BODY));
+    put(6, displacement(f), Text::new(BODY));
+    put(7, f.position.map(|v| format!("{v:.2}")).to_vec(), Text::new(SMALL));
+    svg.text([x[4] + 1.0, line(0)], &format!("{:.0} %", 100.0 * f.score), &Text::new(BODY).bold());
+    let bar = [x[4] + 1.0, line(0) + 1.0, w[4] - 3.0, 1.6];
+    svg.rectangle([bar[0], bar[1], bar[2] * f.score.clamp(0.0, 1.0), bar[3]], &Style::fill(GREY));
+    svg.rectangle(bar, &Style::line(BLACK, 0.15));
+    for (i, choice) in ["confirmed", "not so", "go and see"].into_iter().enumerate() {
+        let at = x[8] + 1.5 + i as f64 * 13.8;
+        svg.rectangle([at, line(0) - 1.9, 2.0, 2.0], &Style::line(BLACK, 0.2));
+        svg.text([at + 2.6, line(0) - 0.1], choice, &Text::new(1.9));
+    }
+}
+
+/// The finding in the photograph and in the render.
+fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3]) {
+    let view = about.view();
+    let exposure = Exposure::of(&view.photograph);
+    for (i, (picture, says)) in [(&view.photograph, "photograph"), (&view.render, "model")].into_iter().enumerate() {
+        let Some(png) = png(&reduced(&cut(picture, f.bbox), 200), |p| exposure.show(p)) else { continue };
+        let at = [x + i as f64 * (side + 1.0), y, side, side];
+        svg.png(at, &png, &format!("{} in the {says}", f.id));
+        svg.rectangle(at, &Style::line(BLACK, 0.15));
+    }
+}
+
+/// A square around a finding, with some of what surrounds it.
+fn cut(picture: &Picture, [x0, y0, x1, y1]: [u32; 4]) -> Picture {
+    let (w, h) = (picture.width, picture.height);
+    let wanted = (f64::from((x1 - x0).max(y1 - y0)) * 1.3).max(24.0) as usize;
+    let side = wanted.min(w).min(h);
+    let from = |a: u32, b: u32, room: usize| ((a + b) as usize / 2).saturating_sub(side / 2).min(room - side);
+    let (left, top) = (from(x0, x1, w), from(y0, y1, h));
+    let pixels = (0..side * side).map(|i| picture.pixels[(top + i / side) * w + left + i % side]).collect();
+    Picture { width: side, height: side, pixels }
+}
+
+fn sentence(note: &str) -> String {
+    let mut letters = note.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Square centimetres as people say them.
+pub(super) fn area(cm2: f64) -> String {
+    if cm2 >= 5e3 { format!("{:.1} m²", cm2 * 1e-4) } else { format!("{cm2:.0} cm²") }
+}
+
+fn displacement(f: &Finding) -> Vec<String> {
+    match &f.displacement {
+        Some(d) => vec![words::centimetres(d), if d.metres >= 0.0 { "nearer" } else { "farther" }.to_owned()],
+        None => vec!["–".to_owned()],
+    }
+}

@@ -1,0 +1,214 @@
+use super::*;
+use crate::audit::{Displacement, Method, PoseCorrection, ProbeGain, ViewSummary, What};
+use crate::panorama::Picture;
+use crate::scene::{self, Health};
+use glam::Vec3;
+use sha2::Digest;
+use std::collections::BTreeMap;
+use std::fs;
+use tempfile::TempDir;
+
+/// A room of 6 × 5 × 4 m with one view and a probe.
+fn room() -> (TempDir, Site, Scene) {
+    let dir = tempfile::tempdir().unwrap();
+    let corners: String =
+        (0..8).map(|i| format!("v {} {} {}\n", 6 * (i & 1), 5 * (i >> 1 & 1), 4 * (i >> 2 & 1))).collect();
+    let faces = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
+    fs::write(dir.path().join("m.obj"), format!("{corners}{faces}")).unwrap();
+    image::RgbImage::new(64, 32).save(dir.path().join("p.png")).unwrap();
+    let text = "[site]\nname = \"Room <1>\"\nunits = \"m\"\nup = \"z\"\nnorth = 30\n[model]\npath = \"m.obj\"\n\
+                [[probe]]\nname = \"middle\"\nposition = [3, 2, 1.6]\nimage = \"p.png\"\n\
+                [[view]]\nname = \"v\"\nposition = [2, 2, 1.6]\nheading = 60\nfov_y = 60\nsize = [60, 40]\n";
+    fs::write(dir.path().join("site.toml"), text).unwrap();
+    let site = Site::load(dir.path()).unwrap();
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    (dir, site, scene)
+}
+
+fn finding(id: &str, kind: Kind, what: What, bbox: [u32; 4]) -> Finding {
+    Finding {
+        id: id.into(),
+        view: "v".into(),
+        also_in: vec![],
+        kind,
+        what,
+        score: 0.9,
+        bbox,
+        area_px: 100,
+        mask: format!("mask-v-{id}.png"),
+        position: [5.0, 4.0, 1.0],
+        size_m: 0.4,
+        area_cm2: 900.0,
+        material: "stone & lime".into(),
+        displacement: (kind == Kind::Geometry).then_some(Displacement { metres: -0.102, uncertainty_m: 0.011 }),
+        reason: if id.starts_with('D') { Reason::Shadow } else { Reason::None },
+        evidence: vec![],
+        note: "the surface is off its place".into(),
+    }
+}
+
+/// An audit of the room whose view has so many faults and doubts, a block of pixels each.
+fn audit(faults: usize, doubts: usize) -> Audit {
+    let (w, h) = (60, 40);
+    let mut verdicts = vec![Verdict::Ok; w * h];
+    verdicts[..w * 8].fill(Verdict::Untestable);
+    let mut masks = Vec::new();
+    let mut make = |list: &str, i: usize, verdict: Verdict| {
+        let (x0, y0) = (4 + 9 * (i % 6), 10 + 9 * (i / 6));
+        let mut mask = vec![false; w * h];
+        for (x, y) in (y0..y0 + 6).flat_map(|y| (x0..x0 + 6).map(move |x| (x, y))) {
+            mask[y * w + x] = true;
+            verdicts[y * w + x] = verdict;
+        }
+        let id = format!("{list}{}", i + 1);
+        masks.push((id.clone(), mask));
+        (id, [x0 as u32, y0 as u32, x0 as u32 + 6, y0 as u32 + 6])
+    };
+    let findings = (0..faults).map(|i| {
+        let (kind, what, verdict) = match i % 2 {
+            0 => (Kind::Geometry, What::Moved, Verdict::Geometry),
+            _ => (Kind::Texture, What::Rotated, Verdict::Texture),
+        };
+        let (id, bbox) = make("F", i, verdict);
+        finding(&id, kind, what, bbox)
+    });
+    let findings = findings.collect();
+    let doubts = (0..doubts).map(|i| {
+        let (id, bbox) = make("D", i + 6, Verdict::Ambiguous);
+        finding(&id, Kind::Texture, What::Changed, bbox)
+    });
+    let doubts = doubts.collect();
+    let mut photograph = Picture::new(w, h);
+    photograph.pixels.fill(Vec3::splat(0.3));
+    let summary = ViewSummary {
+        view: "v".into(),
+        photo: "v.jpg".into(),
+        size: [60, 40],
+        reduced_by: 1,
+        exposure_ev: 0.5,
+        white_balance: [1.0, 1.0, 1.0],
+        vignetting_ev: 0.1,
+        noise: 0.012,
+        pose: PoseCorrection { refined: true, mean_px: 1.25, residual_px: 0.2, ..PoseCorrection::default() },
+        probes: vec![ProbeGain { probe: "middle".into(), gain_ev: 0.0, sees: 0.8, difference: None, warning: None }],
+        shares: Shares::of(&verdicts),
+        reasons: BTreeMap::from([("unseen".to_owned(), 0.2)]),
+        warnings: vec!["the light changed".into()],
+    };
+    let render = photograph.clone();
+    let view = AuditedView { summary, photograph, render, reasons: vec![Reason::None; w * h], verdicts, masks };
+    let thresholds = BTreeMap::from([("geometry_mismatch".to_owned(), 4.0)]);
+    let method = Method { version: "0".into(), lighting: "10:00".into(), thresholds };
+    Audit { findings, doubts, views: vec![view], method, warnings: vec![] }
+}
+
+fn drawn(audit: &Audit) -> String {
+    let (_dir, site, scene) = room();
+    let hash = "0123456789abcdef".repeat(4);
+    let inputs = [("site.toml".to_owned(), hash.clone()), ("v.jpg".to_owned(), hash)];
+    let about = AuditSheet {
+        site: &site,
+        scene: &scene,
+        audit,
+        index: 0,
+        surveyed: "2026-05-01 10:00:00",
+        audited: "2026-06-01",
+        command: "clerestory audit room",
+        inputs: &inputs,
+    };
+    audit_sheet(&about).finish()
+}
+
+fn words(svg: &str) -> String {
+    let document = roxmltree::Document::parse(svg).unwrap();
+    let texts: Vec<&str> = document.descendants().filter(|n| n.has_tag_name("text")).filter_map(|n| n.text()).collect();
+    texts.join("\n")
+}
+
+#[test]
+fn a_sheet_carries_all_that_an_archive_wants() {
+    let svg = drawn(&audit(3, 2));
+    let text = words(&svg);
+    for part in [
+        "Room <1> — audit of the view “v”",
+        "Sheet 1 of 1",
+        "photograph taken 2026-05-01 10:00:00 · audited 2026-06-01",
+        "3 faults: F1 surface “stone & lime” off its place by 10.2 ± 1.1 cm (900 cm², 90 % sure)",
+        "20 % of the picture could not be tested.",
+        "10.2 ± 1.1 cm",
+        "farther",
+        "no probe sees it (20 %)",
+        "surveyor's verdict",
+        "Camera pose corrected by 1.25 ± 0.20 pixels",
+        "! the light changed",
+        "geometry mismatch 4",
+        "clerestory 0: clerestory audit room",
+        "site.toml",
+        "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
+        "N",
+        "middle",
+    ] {
+        let flat = text.replace('\n', " ");
+        assert!(flat.contains(part), "“{part}” expected in\n{text}");
+    }
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let mut ids: Vec<&str> = document.descendants().filter_map(|n| n.attribute("id")).collect();
+    for id in [
+        "header",
+        "photograph",
+        "render",
+        "classified",
+        "classified-geometry",
+        "legend",
+        "key-plan",
+        "findings",
+        "method",
+        "row-F1",
+        "row-D8",
+    ] {
+        assert!(ids.contains(&id), "{id} is no id");
+    }
+    let count = ids.len();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), count, "an id is used twice");
+    // each verdict has a hatch of its own beside its colour
+    let hatches = document.descendants().filter(|n| n.has_tag_name("pattern")).count();
+    assert_eq!(hatches, 4);
+    assert!(super::super::png(&svg, 40.0).unwrap().len() > 1000);
+    assert_eq!(svg, drawn(&audit(3, 2)), "the same bytes each time");
+}
+
+#[test]
+fn sheets_are_written_with_the_inputs_fingerprints() {
+    let (dir, site, scene) = room();
+    let mut audit = audit(1, 0);
+    audit.method.lighting = String::new();
+    let files = write_audit_sheets(&site, &scene, &audit, "clerestory audit x", dir.path()).unwrap();
+    let names: Vec<_> = files.iter().map(|f| f.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    assert_eq!(names, ["audit-v.svg", "audit-v.png"]);
+    let text = words(&fs::read_to_string(&files[0]).unwrap());
+    let hash: String = sha2::Sha256::digest(fs::read(&site.file).unwrap()).iter().map(|b| format!("{b:02x}")).collect();
+    assert!(
+        text.contains(&hash) && text.contains("site.toml") && text.contains("m.obj") && text.contains("p.png"),
+        "{text}"
+    );
+    fs::remove_file(&site.model).unwrap();
+    let error = write_audit_sheets(&site, &scene, &audit, "", dir.path()).unwrap_err().to_string();
+    assert!(error.contains("m.obj"), "{error}");
+}
+
+#[test]
+fn nothing_found_is_said_with_what_was_not_tested() {
+    let text = words(&drawn(&audit(0, 0)));
+    assert!(text.contains("No fault found in the 80 % of the picture that could be tested. 20 % could not be tested"));
+    assert!(text.contains("Nothing was found wrong in what could be tested."));
+}
+
+#[test]
+fn more_findings_than_rows_are_counted() {
+    let text = words(&drawn(&audit(12, 0)));
+    assert!(text.contains("more in findings.csv"), "{text}");
+    let many = drawn(&audit(12, 6));
+    assert!(!many.contains("NaN") && roxmltree::Document::parse(&many).is_ok());
+}
