@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
 
+pub(crate) mod audit;
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod render;
@@ -26,6 +27,7 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
+    Audit(audit::AuditArgs),
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
     Render(Box<render::RenderArgs>),
@@ -39,6 +41,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
         match &arguments.verb {
+            Verb::Audit(args) => audit::run(args, out)?,
             Verb::Check(args) => check::run(args, out)?,
             Verb::Demo(args) => demo::run(args, out)?,
             Verb::Render(args) => render::run(args, out)?,
