@@ -24,6 +24,9 @@ pub(super) const HERE: usize = 11;
 /// Standard deviation of the windows, pixels.
 const WINDOW: f32 = 4.0;
 
+/// And of those that places are compared over.
+const SWEEP_WINDOW: f32 = 6.0;
+
 /// A squared difference counts at most this many times its variance: outliers do not outvote.
 const MOST: f32 = 16.0;
 
@@ -32,6 +35,12 @@ const PROBE_SLACK: f32 = 0.25;
 
 /// And this many pixels of the photograph.
 const PHOTO_SLACK: f32 = 0.3;
+
+/// Contrast, over that of the noise, from which on a surface's place can be told.
+const TELLING: f32 = 1.5;
+
+/// And this share of the contrast may be lost.
+const LOST: f32 = 0.3;
 
 /// A probe must move by so many of its pixels (or the photograph's, if greater) when the surface moves by 10 cm, or it
 /// cannot tell.
@@ -44,6 +53,8 @@ pub(super) struct Geometry {
     pub(super) mismatch: Vec<f32>,
     /// How much less the sum over all probes becomes at the best place.
     pub(super) gain: Vec<f32>,
+    /// The same over what is left there.
+    pub(super) ratio: Vec<f32>,
     /// Index into [`SWEEP_M`] of the best place.
     pub(super) best: Vec<u8>,
     /// How much more it would be 10 cm off on either side, the lesser: whether a moved surface would be noticed.
@@ -102,11 +113,12 @@ pub(super) fn test(
         .into_par_iter()
         .map(|s| (0..n).map(|i| each.iter().map(|p| p.costs[s][i]).sum()).collect())
         .collect();
-    let windowed: Vec<Vec<f32>> = costs.par_iter().map(|c| surfaces.shape.smoothed(c, WINDOW)).collect();
+    let windowed: Vec<Vec<f32>> = costs.par_iter().map(|c| surfaces.shape.smoothed(c, SWEEP_WINDOW)).collect();
     let mut best = vec![HERE as u8; n];
     let mut gain = vec![0.0; n];
     let mut sensitivity = vec![0.0; n];
-    let window_area = 4.0 * std::f32::consts::PI * WINDOW * WINDOW;
+    let mut ratio = vec![0.0; n];
+    let window_area = 4.0 * std::f32::consts::PI * SWEEP_WINDOW * SWEEP_WINDOW;
     for i in 0..n {
         let here = windowed[HERE][i];
         let (mut least, mut at) = (here, HERE);
@@ -117,12 +129,13 @@ pub(super) fn test(
         }
         best[i] = at as u8;
         gain[i] = (here - least) * window_area;
+        ratio[i] = (here - least) / (least + 0.3 * f32::from(able[i].max(1)));
         // 9 and 12.5 cm on either side
         let back = windowed[HERE - 6][i].max(windowed[HERE - 7][i]);
         let front = windowed[HERE + 6][i].max(windowed[HERE + 7][i]);
         sensitivity[i] = (back.min(front) - least) * window_area;
     }
-    Geometry { mismatch, gain, best, sensitivity, seen, able, parallax: most, costs }
+    Geometry { mismatch, gain, ratio, best, sensitivity, seen, able, parallax: most, costs }
 }
 
 /// One probe's part.
@@ -163,13 +176,26 @@ fn of_probe(
         }
         sum
     };
+    // a probe's picture may be softer or noisier than it should be: part of the contrast may be missing in either
+    let usable: Vec<f32> = (0..n).map(|i| if soft[i].is_finite() && here[i].is_finite() { 1.0 } else { 0.0 }).collect();
+    let smoothed = surfaces.shape.smoothed(&usable, WINDOW);
+    let contrast = |values: &[Vec3]| -> Vec<f32> {
+        let bright: Vec<f32> = values.iter().map(|v| v.element_sum() / 3.0).collect();
+        let square: Vec<f32> = bright.iter().map(|v| v * v).collect();
+        let mean = surfaces.shape.mean_with(&bright, &usable, &smoothed, WINDOW);
+        let square = surfaces.shape.mean_with(&square, &usable, &smoothed, WINDOW);
+        square.iter().zip(&mean).map(|(s, m)| (s - m * m).max(0.0)).collect()
+    };
+    let (in_photo, in_probe) = (contrast(&soft), contrast(&here));
     let variance: Vec<f32> = (0..n)
         .into_par_iter()
         .map(|i| {
             let Some(sight) = &sights[i] else { return 1.0 };
             let ratio = sight.footprint / surfaces.footprint(i);
             let slack = PROBE_SLACK * ratio.max(1.0) + PHOTO_SLACK;
-            base * base + 0.5 * (slope(&soft, i) + slope(&here, i)) * slack * slack
+            base * base
+                + 0.5 * (slope(&soft, i) + slope(&here, i)) * slack * slack
+                + 0.5 * (in_photo[i] + in_probe[i]) * LOST * LOST
         })
         .collect();
     let seen: Vec<bool> = (0..n).map(|i| soft[i].is_finite() && here[i].is_finite()).collect();
@@ -177,7 +203,7 @@ fn of_probe(
         (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
     let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
     let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
-    let costs: Vec<Vec<f32>> = SWEEP_M
+    let mut costs: Vec<Vec<f32>> = SWEEP_M
         .par_iter()
         .map(|&delta| {
             (0..n)
@@ -196,6 +222,15 @@ fn of_probe(
                 .collect()
         })
         .collect();
+    // contrast that the noise alone would give says nothing of a surface's place
+    let plain: Vec<bool> =
+        (0..n).map(|i| in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).collect();
+    let here = costs[HERE].clone();
+    costs.par_iter_mut().for_each(|costs| {
+        for i in (0..n).filter(|i| plain[*i]) {
+            costs[i] = here[i];
+        }
+    });
     let mismatch = surfaces.shape.mean(&costs[HERE], &weight, WINDOW);
     OfProbe { costs, weight, mismatch, seen, parallax }
 }

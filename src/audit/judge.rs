@@ -19,7 +19,13 @@ pub(super) const COLOUR: f32 = 9.0;
 pub(super) const FOREIGN: f32 = 0.16;
 pub(super) const MISMATCH: f32 = 5.0;
 pub(super) const PIXELS_OFF: f32 = 0.7;
-pub(super) const GAIN: f32 = 500.0;
+pub(super) const GAIN: f32 = 250.0;
+/// How many times better than what is left a displacement must explain a difference.
+pub(super) const RATIO: f32 = 1.5;
+/// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
+const NOISE: f32 = 5.0;
+/// Logarithm of brightness over the smooth prediction that is no error of the prediction.
+const BRIGHTNESS: f32 = 0.4;
 /// A moved surface must raise the cost by this much for its place to count as tested.
 pub(super) const SENSITIVITY: f32 = 120.0;
 /// Brightness that the albedo does not have, from which on it may be a shadow.
@@ -33,47 +39,82 @@ const LEAST_SHARE: f64 = 6e-4;
 /// Nor are fewer pixels than this a region.
 const LEAST_PX: usize = 30;
 
+/// Fewer pixels are too few to tell that a texture's structure is another.
+const STRUCTURE_PX: usize = 300;
+
 /// A region that both tests have had their say on.
-pub(super) struct Judged {
+pub struct Judged {
     pub(super) region: Region,
-    pub(super) kind: Kind,
-    pub(super) what: What,
-    pub(super) score: f64,
-    pub(super) displacement: Option<Displacement>,
-    pub(super) reason: Reason,
-    pub(super) evidence: Vec<Evidence>,
+    /// Texture or geometry.
+    pub kind: Kind,
+    /// What is wrong.
+    pub what: What,
+    /// Confidence, 0..=1.
+    pub score: f64,
+    /// How far the surface is off, where that could be measured.
+    pub displacement: Option<Displacement>,
+    /// Why it is a doubt; [`Reason::None`] for a finding.
+    pub reason: Reason,
+    /// The figures behind it.
+    pub evidence: Vec<Evidence>,
+}
+
+impl Judged {
+    /// Indices of its pixels at the audit's size.
+    pub fn pixels(&self) -> &[usize] {
+        &self.region.pixels
+    }
 }
 
 /// Scores per pixel; 1 is the threshold.
 pub(super) struct Scores {
     pub(super) texture: Vec<f32>,
     pub(super) geometry: Vec<f32>,
+    /// The part of the texture's score that is colour, and not structure.
+    colour: Vec<f32>,
 }
 
 impl Scores {
     pub(super) fn of(maps: &Maps) -> Self {
         let (t, g) = (&maps.texture, &maps.geometry);
         let n = t.tested.len();
-        let colour = COLOUR.max(60.0 * t.colour_spread);
-        let texture = (0..n)
+        // what most of the picture has at a brightness is the picture's noise there, and not the model's fault
+        let bins = bins(maps);
+        let level = |values: &[f32], counts: &dyn Fn(usize) -> bool| usual(values, &bins, counts);
+        let tested = |i: usize| t.tested[i];
+        let able = |i: usize| g.able[i] > 0;
+        let (colour, foreign) = (level(&t.colour, &tested), level(&t.foreign, &tested));
+        let shading = level(&t.shading, &tested);
+        let lacking = level(&t.lacking, &|i| t.tested[i] && t.structured[i]);
+        let mismatch = level(&g.mismatch, &able);
+        let colour: Vec<f32> = (0..n)
             .map(|i| {
                 if !t.tested[i] {
                     return 0.0;
                 }
-                let structure = (t.lacking[i] / LACKING).min(t.surety[i] / SURETY);
-                structure.max(t.colour[i] / colour).max(t.foreign[i] / FOREIGN)
+                let colour = t.colour[i] / COLOUR.max(NOISE * colour[bins[i]]);
+                colour.max(t.foreign[i] / FOREIGN.max(NOISE * foreign[bins[i]]))
             })
             .collect();
+        let structure =
+            |i: usize| (t.lacking[i] / LACKING.max(lacking[bins[i]] + 0.45)).min(t.surety[i] / SURETY);
+        let texture: Vec<f32> =
+            (0..n).map(|i| if t.tested[i] { colour[i].max(structure(i)) } else { 0.0 }).collect();
         let geometry = (0..n)
             .map(|i| {
                 if g.able[i] == 0 {
                     return 0.0;
                 }
+                let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins[i]]);
+                // a probe that differs where the photograph is as the model predicts has another fault
+                let shaded = (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins[i]])).max(t.brightness[i] / BRIGHTNESS);
+                let borne_out = if t.tested[i] { texture[i].max(shaded) } else { 1.0 };
                 let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
-                (g.mismatch[i] / MISMATCH).max(off.min(g.gain[i] / GAIN).min(g.mismatch[i] / (0.3 * MISMATCH)))
+                let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
+                wrong.min(borne_out).max(moved)
             })
             .collect();
-        Self { texture, geometry }
+        Self { texture, geometry, colour }
     }
 
     /// The greater of both, to rank pixels by.
@@ -82,10 +123,31 @@ impl Scores {
     }
 }
 
+/// Bins of brightness.
+const BINS: usize = 8;
+
+/// Which eighth of the picture, by brightness, each pixel is in.
+fn bins(maps: &Maps) -> Vec<usize> {
+    let bright: Vec<f32> = maps.log_photo.iter().map(|p| p.element_sum()).collect();
+    let mut sorted: Vec<f32> = bright.iter().copied().filter(|b| b.is_finite()).collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let limits: Vec<f32> = (1..BINS).filter_map(|k| sorted.get(k * sorted.len() / BINS).copied()).collect();
+    bright.iter().map(|b| limits.partition_point(|l| l < b)).collect()
+}
+
+/// The median of values per bin.
+fn usual(values: &[f32], bins: &[usize], counts: &dyn Fn(usize) -> bool) -> [f32; BINS] {
+    std::array::from_fn(|bin| {
+        let mut all: Vec<f32> =
+            (0..values.len()).filter(|&i| bins[i] == bin && counts(i)).map(|i| values[i]).collect();
+        super::median(&mut all)
+    })
+}
+
 /// Finds the regions of a view and judges each.
 pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Judged> {
     let (w, h) = maps.size();
-    let least = LEAST_PX.max((LEAST_SHARE * (w * h) as f64) as usize);
+    let least = least(maps);
     let mut taken = vec![false; w * h];
     let mut judged = Vec::new();
     // what both mark is one thing: regions are cut from the union, then told apart
@@ -106,6 +168,11 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
         }
     }
     judged
+}
+
+/// Pixels of the smallest region.
+fn least(maps: &Maps) -> usize {
+    LEAST_PX.max((LEAST_SHARE * maps.usable.len() as f64) as usize)
 }
 
 /// A region's cost over the sweep.
@@ -191,13 +258,14 @@ fn judge_one(
     let share = |f: &dyn Fn(usize) -> bool| region.pixels.iter().filter(|i| f(**i)).count() as f32 / n;
     let upper = |v: &[f32]| {
         let mut all: Vec<f32> = region.pixels.iter().map(|i| v[*i]).collect();
-        let at = all.len() * 3 / 4;
-        *all.select_nth_unstable_by(at.min(all.len() - 1), f32::total_cmp).1
+        let at = (all.len() * 3 / 4).min(all.len().saturating_sub(1));
+        *all.select_nth_unstable_by(at, f32::total_cmp).1
     };
     let (t, g) = (upper(&scores.texture), upper(&scores.geometry));
     let swept = sweep(maps, &region);
-    let explains = (swept.here - swept.least) / swept.here.max(1e-6);
-    let moved = swept.able > 0.3 && swept.here > 1.0 && explains > 0.3 && swept.pixels > PIXELS_OFF;
+    let explains = (swept.here - swept.least) / (swept.least + 0.3);
+    let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
+    let moved = swept.able > 0.3 && swept.here > 1.2 && explains > 1.0 && sure && swept.pixels > PIXELS_OFF;
     let marked = share(&|i| scores.geometry[i] >= LOW);
     let wrong = swept.able > 0.3 && marked > 0.3 && swept.here > 2.5;
     let textured = share(&|i| scores.texture[i] >= LOW);
@@ -229,17 +297,23 @@ fn judge_one(
         evidence.push(Evidence {
             test: "explained by a displacement".into(),
             value: f64::from(explains),
-            threshold: 0.3,
-            unit: "share".into(),
+            threshold: 1.0,
+            unit: "× what is left".into(),
         });
-        let reason = if swept.twin.is_some() && moved { Reason::Periodic } else { Reason::None };
+        // one probe alone may be at fault itself, unless a displacement or what is behind explains it all
+        let several = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n >= 1.5;
+        let reason = match swept.twin {
+            Some(_) if moved && swept.here < 2.5 => Reason::Periodic,
+            _ if moved || gone || several => Reason::None,
+            _ => Reason::ProbesDisagree,
+        };
         let strength = f64::from(g.max(swept.here / 2.5).max(t));
         return Some(Judged {
             score: confidence(strength, n),
             kind: Kind::Geometry,
             what,
             displacement,
-            reason: if reason == Reason::Periodic && swept.here < 2.5 { reason } else { Reason::None },
+            reason,
             evidence,
             region,
         });
@@ -263,8 +337,15 @@ fn judge_one(
         unit: "ΔE00".into(),
     });
     let unseen = share(&|i| maps.geometry.seen[i] == 0) > 0.5;
+    let coloured = share(&|i| scores.colour[i] >= 1.0);
+    let found = explained.best > explained.as_is + 0.3;
+    // a correlation over few pixels is chance, and a shadow hides a texture that is there
+    let large = region.pixels.len() >= STRUCTURE_PX.max(least(maps) * 3);
+    let structural = large && (found || explained.as_is < 0.25);
     let reason = match swept.able {
-        a if a >= 0.3 => Reason::None,
+        _ if coloured < 0.3 && !structural => Reason::Undecided,
+        // a texture that fits when turned is a texture's fault, wherever the surface may be
+        a if a >= 0.3 || (found && large) => Reason::None,
         _ if unseen => Reason::Unseen,
         _ => Reason::NoParallax,
     };
@@ -273,8 +354,7 @@ fn judge_one(
         kind: Kind::Texture,
         what: explained.what,
         displacement: None,
-        // a texture that fits when turned is a texture's fault, wherever the surface may be
-        reason: if explained.best > explained.as_is + 0.3 { Reason::None } else { reason },
+        reason,
         evidence,
         region,
     })

@@ -28,6 +28,7 @@ pub use findings::{
     Audit, AuditedView, Displacement, Evidence, Finding, Kind, Method, PoseCorrection, ProbeGain, Shares, ViewSummary,
     What,
 };
+pub use judge::Judged;
 pub use photo::Photograph;
 pub use run::{Progress, audit};
 pub use verdict::{Reason, Verdict};

@@ -45,6 +45,8 @@ pub(super) struct Texture {
     pub(super) foreign: Vec<f32>,
     /// Standard deviation over a window of brightness that the albedo does not have.
     pub(super) shading: Vec<f32>,
+    /// Brightness over the prediction, as the size of its logarithm, over a window.
+    pub(super) brightness: Vec<f32>,
     /// ΔE00 of what was taken out of all the picture's colours together.
     pub(super) white_balance: f32,
     /// Whether the pixel could be tested at all, and whether its albedo has structure enough.
@@ -135,7 +137,8 @@ pub(super) fn test(
     let foreign = foreign(joins, &chroma, &weight);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let shading = deviation(joins, &bright, &weight);
-    Texture { ratio, lacking, surety, colour, colour_spread, foreign, shading, white_balance, tested, structured }
+    let brightness = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
+    Texture { ratio, lacking, surety, colour, colour_spread, foreign, shading, brightness, white_balance, tested, structured }
 }
 
 /// How far the photograph follows the albedo's structure.
@@ -148,7 +151,7 @@ fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> 
     let a: Vec<f32> =
         photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p.map(f32::exp)) } else { 0.0 }).collect();
     let b: Vec<f32> = albedo.iter().map(|p| log(*p)).collect();
-    let scales: Vec<[Vec<f32>; 3]> = SCALES
+    let scales: Vec<[Vec<f32>; 4]> = SCALES
         .par_iter()
         .map(|&[inner, outer, window]| {
             let band = |v: &[f32]| -> Vec<f32> {
@@ -173,7 +176,7 @@ fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> 
                     ((rest + floor) / ((bb[i] + floor) * (places - 1.0).max(0.3))).sqrt()
                 })
                 .collect();
-            [slope, error, bb]
+            [slope, error, bb, aa]
         })
         .collect();
     let mut lacking = vec![0.0; n];
@@ -182,8 +185,9 @@ fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> 
     for i in 0..n {
         // the scale that speaks best for the texture
         let mut best: Option<(f32, f32)> = None;
-        for [slope, error, bb] in &scales {
-            if bb[i] < LEAST_CONTRAST * LEAST_CONTRAST || weight[i] == 0.0 {
+        for [slope, error, bb, aa] in &scales {
+            // a photograph that shows no structure at all is blurred, dark or coarsely coded
+            if bb[i] < LEAST_CONTRAST * LEAST_CONTRAST || aa[i] < 0.25 * bb[i] || weight[i] == 0.0 {
                 continue;
             }
             structured[i] = true;

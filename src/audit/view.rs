@@ -9,7 +9,8 @@ use super::radiometry::{self, Radiometry, Sights};
 use super::soften::soften;
 use super::surfaces::{Surfaces, reduced};
 use super::texture::{self, Texture};
-use super::{PoseCorrection, Reason, align};
+use super::judge::{self, Judged, Scores};
+use super::{PoseCorrection, Reason, Verdict, align};
 use crate::panorama::{Picture, luminance};
 use crate::render::{Relit, render};
 use crate::scene::Scene;
@@ -144,6 +145,25 @@ impl Maps {
     /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         (self.surfaces.width, self.surfaces.height)
+    }
+
+    /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
+    pub fn scores(&self) -> [Vec<f32>; 3] {
+        let scores = Scores::of(self);
+        let both = scores.both();
+        [scores.geometry, scores.texture, both]
+    }
+
+    /// The regions that both tests end in, and a verdict for each pixel.
+    pub fn judged(&self, prepared: &Prepared) -> (Vec<Judged>, Vec<Verdict>) {
+        let judged = judge::judge(prepared, self, &Scores::of(self));
+        let (verdicts, _) = judge::verdicts(self, &judged);
+        (judged, verdicts)
+    }
+
+    /// The refined camera, at the audit's size, and how far it was moved.
+    pub fn pose(&self) -> (Camera, PoseCorrection) {
+        (self.camera, self.pose)
     }
 
     /// Planes by name, for looking at them.
