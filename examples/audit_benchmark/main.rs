@@ -2,7 +2,8 @@
 //! on a faultless model, under nuisances, beside plain ways to compare pictures.
 //!
 //! ```text
-//! cargo run --release --example audit_benchmark -- SITE [faults|nuisances|faultless] [--longest 256] [--seed 1] [--per 1]
+//! cargo run --release --example audit_benchmark -- SITE [faults|nuisances|faultless] [--longest 256] [--seed 1]
+//!     [--per 1] [--every 3] [--cells 32]
 //! ```
 //!
 //! Faults are planted in the model that the auditor is given; photographs and probes stay those of the true one.
@@ -13,7 +14,7 @@ mod measure;
 mod nuisance;
 mod plant;
 
-use clerestory::audit::{Judged, Kind, Photograph, Prepared, Reason, Settings, Verdict, examine};
+use clerestory::audit::{Judged, Kind, Photo, Prepared, Reason, Settings, Verdict, examine};
 use clerestory::panorama::{self, Picture, luminance};
 use clerestory::render::{Options, PrimaryRays, Relit, prepare, render};
 use clerestory::scene::{self, Health, Ray, Scene};
@@ -240,9 +241,10 @@ impl Bench {
         let (w, h) = (photo.width, photo.height);
         let settings = Settings { longest_px: 4096, ..Settings::default() };
         self.with(model, nuisance, &[camera], |prepared, light, volume| {
-            let maps = examine(prepared, &camera, &Photograph::new(photo.clone()), &settings);
-            let [geometry, texture, both] = maps.scores();
+            let maps = examine(prepared, &camera, &Photo::new(photo.clone()), &settings);
+            let [geometry, texture, _] = maps.scores();
             let (judged, verdicts) = maps.judged(prepared);
+            let both = maps.suspicion(&judged);
             // what touches the mask's border by a pixel or two is neither
             let counted = counted(truth, w, h);
             let relit = Relit { scene: model, light, volume, volume_only: false };
@@ -434,7 +436,10 @@ impl Bench {
             .filter(|(part, n)| {
                 let (low, high) = bounds(*part);
                 let size = high - low;
-                (0.15..5.0).contains(&size.max_element()) && size.min_element() > 0.02 && *n > w * h / 250 && *n < w * h / 8
+                (0.15..5.0).contains(&size.max_element())
+                    && size.min_element() > 0.02
+                    && *n > w * h / 250
+                    && *n < w * h / 8
             })
             .map(|(part, n)| (n, part))
             .collect();
@@ -452,9 +457,10 @@ fn regions(row: &mut Row, case: &Case, truth: &[bool], size: usize, judged: &[Ju
     let inside = |j: &Judged| j.pixels().iter().filter(|i| truth[**i]).count() * 2 >= j.pixels().len();
     // a fault that came out in several pieces is found if the pieces together cover it
     let pieces: Vec<usize> = sure.iter().filter(|j| inside(j)).flat_map(|j| j.pixels().iter().copied()).collect();
-    let one = sure.iter().copied().max_by(|a, b| {
-        overlap(a.pixels(), truth, size).total_cmp(&overlap(b.pixels(), truth, size))
-    });
+    let one = sure
+        .iter()
+        .copied()
+        .max_by(|a, b| overlap(a.pixels(), truth, size).total_cmp(&overlap(b.pixels(), truth, size)));
     let best = one.map_or(0.0, |j| overlap(j.pixels(), truth, size));
     let found = best.max(overlap(&pieces, truth, size)) >= 0.3;
     row.found = usize::from(found);
@@ -480,7 +486,11 @@ fn counted(truth: &[bool], w: usize, h: usize) -> Vec<bool> {
             (-2..=2).all(|dy: isize| {
                 (-2..=2).all(|dx: isize| {
                     let (x, y) = (x + dx, y + dy);
-                    x < 0 || y < 0 || x >= w as isize || y >= h as isize || truth[y as usize * w + x as usize] == truth[i]
+                    x < 0
+                        || y < 0
+                        || x >= w as isize
+                        || y >= h as isize
+                        || truth[y as usize * w + x as usize] == truth[i]
                 })
             })
         })
@@ -495,8 +505,7 @@ fn baselines(render: &Picture, photo: &Picture) -> [Vec<f32>; 3] {
     let at = d.len() / 2;
     let fit = *d.select_nth_unstable_by(at, f32::total_cmp).1;
     let difference = a.iter().zip(&b).map(|(a, b)| (b - a - fit).abs()).collect();
-    let exposed =
-        Picture { pixels: render.pixels.iter().map(|p| *p * fit.exp()).collect(), ..render.clone() };
+    let exposed = Picture { pixels: render.pixels.iter().map(|p| *p * fit.exp()).collect(), ..render.clone() };
     let mut all: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
     let at = all.len() * 9 / 10;
     let white = *all.select_nth_unstable_by(at, f32::total_cmp).1;
@@ -521,7 +530,7 @@ fn faultless(bench: &Bench) {
         bench.with(&bench.scene, nuisance, &cameras, |prepared, _, _| {
             for (v, camera) in cameras.iter().enumerate() {
                 let photo = nuisance.photograph(&bench.photos[v]);
-                let maps = examine(prepared, camera, &Photograph::new(photo), &settings);
+                let maps = examine(prepared, camera, &Photo::new(photo), &settings);
                 let (judged, _) = maps.judged(prepared);
                 let (refined, pose) = maps.pose();
                 most = most.max(pose.mean_px);
@@ -530,14 +539,27 @@ fn faultless(bench: &Bench) {
                 here += sure.len();
                 pixels += (camera.width * camera.height) as f64;
                 for j in sure {
-                    line += &format!(" {}:{}/{}({})", bench.site.views[v].name, j.kind.name(), j.what.name(), j.pixels().len());
+                    line += &format!(
+                        " {}:{}/{}({})",
+                        bench.site.views[v].name,
+                        j.kind.name(),
+                        j.what.name(),
+                        j.pixels().len()
+                    );
                 }
             }
         });
         regions += here;
-        println!("{:18} {here:>3} false; camera moved {most:.2} px, off by {left:.2} px in the worst view;{line}", nuisance.title());
+        println!(
+            "{:18} {here:>3} false; camera moved {most:.2} px, off by {left:.2} px in the worst view;{line}",
+            nuisance.title()
+        );
     }
-    println!("{regions} false regions in {:.2} megapixels: {:.2} per megapixel", pixels / 1e6, regions as f64 * 1e6 / pixels);
+    println!(
+        "{regions} false regions in {:.2} megapixels: {:.2} per megapixel",
+        pixels / 1e6,
+        regions as f64 * 1e6 / pixels
+    );
 }
 
 /// Mean distance in pixels between where two cameras show the scene.

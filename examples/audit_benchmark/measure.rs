@@ -2,8 +2,7 @@
 
 /// Area under the precision-recall curve as average precision: pixels ranked by score, ties as one step.
 pub fn average_precision(scores: &[f32], truth: &[bool], counted: &[bool]) -> f64 {
-    let mut all: Vec<(f32, bool)> =
-        (0..scores.len()).filter(|i| counted[*i]).map(|i| (scores[i], truth[i])).collect();
+    let mut all: Vec<(f32, bool)> = (0..scores.len()).filter(|i| counted[*i]).map(|i| (scores[i], truth[i])).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let positives = all.iter().filter(|p| p.1).count().max(1) as f64;
     let (mut hits, mut seen, mut area, mut last) = (0.0, 0.0, 0.0, 0.0);

@@ -60,7 +60,8 @@ impl Nuisance {
         match self {
             Self::Drift | Self::All => {
                 let ev = [0.25, -0.2, 0.1, -0.3][probe % 4];
-                Vec3::splat(f32::exp2(ev)) * [Vec3::ONE, Vec3::new(1.04, 1.0, 0.95), Vec3::new(0.96, 1.0, 1.05)][probe % 3]
+                Vec3::splat(f32::exp2(ev))
+                    * [Vec3::ONE, Vec3::new(1.04, 1.0, 0.95), Vec3::new(0.96, 1.0, 1.05)][probe % 3]
             }
             _ => Vec3::ONE,
         }
@@ -101,7 +102,7 @@ impl Nuisance {
                 let mut c = *truth;
                 // a pixel and a half at the sides of 512
                 let at = 0.5 * f64::from(c.width) / c.focal.x;
-                c.distortion.k[0] += 0.003 * f64::from(c.width) / (c.focal.x * at * at * at);
+                c.distortion = c.distortion.bent(0.003 * f64::from(c.width) / (c.focal.x * at * at * at));
                 c
             }
             _ => *truth,

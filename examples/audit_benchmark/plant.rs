@@ -110,7 +110,11 @@ fn cut(mesh: &Mesh, place: &Place) -> (Mesh, Vec<bool>) {
                 for i in 0..polygon.len() {
                     let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
                     let (da, db) = (side(&out, a), side(&out, b));
-                    if da >= 0.0 { kept.push(a) } else { rest.push(a) }
+                    if da >= 0.0 {
+                        kept.push(a)
+                    } else {
+                        rest.push(a)
+                    }
                     if (da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0) {
                         let f = da / (da - db);
                         let c = out.positions.len() as u32;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::surfaces::{NONE, Surfaces};
 use super::{Joins, PoseCorrection, median};
 use crate::scene::Scene;
-use crate::site::Camera;
+use crate::site::{Camera, Lens};
 
 /// Unknowns: shift of the camera (right, forward, up; metres), turn about the same axes (radians), radial distortion.
 const UNKNOWNS: usize = 7;
@@ -21,7 +21,7 @@ const BLURS: [f32; 4] = [6.0, 3.0, 1.5, 0.8];
 /// Steps at each.
 const STEPS: usize = 8;
 
-/// A correction of more than this share of the picture's width is not believed.
+/// A correction of more than this share of the picture's width, and of more than 8 pixels, is not believed.
 const MOST: f64 = 0.04;
 
 /// Standard deviation of what is believed of a camera's place before looking, metres per metre of median distance.
@@ -46,6 +46,9 @@ pub(super) fn align(
     usable: &[f32],
 ) -> Aligned {
     let kept = Aligned { camera: *start, correction: shift(scene, surfaces, first, start, false, 0.0) };
+    if start.lens != Lens::Perspective {
+        return kept;
+    }
     let mut camera = *start;
     let mut residual = f64::INFINITY;
     for blur in BLURS {
@@ -60,7 +63,7 @@ pub(super) fn align(
         }
     }
     let correction = shift(scene, surfaces, first, &camera, true, residual);
-    let most = MOST * f64::from(camera.width.max(camera.height));
+    let most = (MOST * f64::from(camera.width.max(camera.height))).max(8.0);
     if correction.max_px.is_finite() && correction.mean_px < most && residual < 0.5 {
         Aligned { camera, correction }
     } else {
@@ -84,12 +87,8 @@ fn bands(surfaces: &Surfaces, render: &[f32], photo: &[f32], usable: &[f32], blu
         // what is as strong as a black edge should not outweigh the rest
         fine.iter().zip(&coarse).map(|(f, c)| (f - c).clamp(-1.0, 1.0)).collect::<Vec<f32>>()
     };
-    let shown: Vec<f32> = surfaces
-        .triangle
-        .iter()
-        .zip(render)
-        .map(|(t, r)| if *t != NONE && *r > 0.0 { 1.0 } else { 0.0 })
-        .collect();
+    let shown: Vec<f32> =
+        surfaces.triangle.iter().zip(render).map(|(t, r)| if *t != NONE && *r > 0.0 { 1.0 } else { 0.0 }).collect();
     let enough = |w: &[f32]| w.iter().filter(|w| **w > 0.0).count() > 1000;
     if !enough(&shown) || !enough(usable) {
         return None;
@@ -185,9 +184,8 @@ fn derivatives(camera: &Camera, point: DVec3) -> Option<[DVec2; UNKNOWNS]> {
     }
     let (f, inv) = (camera.focal, 1.0 / c.y);
     // u = fx x/y, v = −fz z/y (lens distortion changes these by little)
-    let by = |d: DVec3| {
-        DVec2::new(f.x * (d.x * inv - c.x * d.y * inv * inv), -f.y * (d.z * inv - c.z * d.y * inv * inv))
-    };
+    let by =
+        |d: DVec3| DVec2::new(f.x * (d.x * inv - c.x * d.y * inv * inv), -f.y * (d.z * inv - c.z * d.y * inv * inv));
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let mut all = [DVec2::ZERO; UNKNOWNS];
     for (k, axis) in axes.iter().enumerate() {
@@ -210,7 +208,10 @@ fn moved(camera: &Camera, change: &[f64; UNKNOWNS]) -> Camera {
     let x = r.x_axis.normalize();
     let y = (r.y_axis - x * x.dot(r.y_axis)).normalize();
     out.pose.rotation = DMat3::from_cols(x, y, x.cross(y));
-    out.distortion.k[0] += change[6];
+    // a hundredth of a pixel is no distortion: keep a pinhole a pinhole
+    if change[6].abs() * camera.focal.x > 0.01 {
+        out.distortion = camera.distortion.bent(change[6]);
+    }
     out
 }
 
@@ -292,8 +293,7 @@ fn shift(
     refined: bool,
     residual: f64,
 ) -> PoseCorrection {
-    let (mean_px, max_px) =
-        mean_over(surfaces, scene, |p| Some((camera.project(p)? - first.project(p)?).length()));
+    let (mean_px, max_px) = mean_over(surfaces, scene, |p| Some((camera.project(p)? - first.project(p)?).length()));
     let turn = DQuat::from_mat3(&(first.pose.rotation.transpose() * camera.pose.rotation));
     PoseCorrection {
         refined,

@@ -14,8 +14,8 @@ use super::surfaces::Surfaces;
 
 /// Places along the normal, metres: about logarithmic, with the model's own in the middle.
 pub(super) const SWEEP_M: [f32; 23] = [
-    -0.5, -0.35, -0.25, -0.175, -0.125, -0.09, -0.063, -0.045, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.045, 0.063,
-    0.09, 0.125, 0.175, 0.25, 0.35, 0.5,
+    -0.5, -0.35, -0.25, -0.175, -0.125, -0.09, -0.063, -0.045, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.045,
+    0.063, 0.09, 0.125, 0.175, 0.25, 0.35, 0.5,
 ];
 
 /// Index of the model's own place.
@@ -199,8 +199,7 @@ fn of_probe(
         })
         .collect();
     let seen: Vec<bool> = (0..n).map(|i| soft[i].is_finite() && here[i].is_finite()).collect();
-    let parallax: Vec<f32> =
-        (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
+    let parallax: Vec<f32> = (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
     let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
     let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
     let mut costs: Vec<Vec<f32>> = SWEEP_M
@@ -223,8 +222,7 @@ fn of_probe(
         })
         .collect();
     // contrast that the noise alone would give says nothing of a surface's place
-    let plain: Vec<bool> =
-        (0..n).map(|i| in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).collect();
+    let plain: Vec<bool> = (0..n).map(|i| in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).collect();
     let here = costs[HERE].clone();
     costs.par_iter_mut().for_each(|costs| {
         for i in (0..n).filter(|i| plain[*i]) {

@@ -96,10 +96,8 @@ impl Scores {
                 colour.max(t.foreign[i] / FOREIGN.max(NOISE * foreign[bins[i]]))
             })
             .collect();
-        let structure =
-            |i: usize| (t.lacking[i] / LACKING.max(lacking[bins[i]] + 0.45)).min(t.surety[i] / SURETY);
-        let texture: Vec<f32> =
-            (0..n).map(|i| if t.tested[i] { colour[i].max(structure(i)) } else { 0.0 }).collect();
+        let structure = |i: usize| (t.lacking[i] / LACKING.max(lacking[bins[i]] + 0.45)).min(t.surety[i] / SURETY);
+        let texture: Vec<f32> = (0..n).map(|i| if t.tested[i] { colour[i].max(structure(i)) } else { 0.0 }).collect();
         let geometry = (0..n)
             .map(|i| {
                 if g.able[i] == 0 {
@@ -107,7 +105,8 @@ impl Scores {
                 }
                 let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins[i]]);
                 // a probe that differs where the photograph is as the model predicts has another fault
-                let shaded = (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins[i]])).max(t.brightness[i] / BRIGHTNESS);
+                let shaded =
+                    (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins[i]])).max(t.brightness[i] / BRIGHTNESS);
                 let borne_out = if t.tested[i] { texture[i].max(shaded) } else { 1.0 };
                 let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
                 let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
@@ -138,8 +137,7 @@ fn bins(maps: &Maps) -> Vec<usize> {
 /// The median of values per bin.
 fn usual(values: &[f32], bins: &[usize], counts: &dyn Fn(usize) -> bool) -> [f32; BINS] {
     std::array::from_fn(|bin| {
-        let mut all: Vec<f32> =
-            (0..values.len()).filter(|&i| bins[i] == bin && counts(i)).map(|i| values[i]).collect();
+        let mut all: Vec<f32> = (0..values.len()).filter(|&i| bins[i] == bin && counts(i)).map(|i| values[i]).collect();
         super::median(&mut all)
     })
 }
@@ -292,8 +290,8 @@ fn judge_one(
             (true, _, true) => What::Moved,
             _ => What::Missing,
         };
-        let displacement = (moved && !gone)
-            .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m });
+        let displacement =
+            (moved && !gone).then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m });
         evidence.push(Evidence {
             test: "explained by a displacement".into(),
             value: f64::from(explains),

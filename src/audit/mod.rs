@@ -29,7 +29,7 @@ pub use findings::{
     What,
 };
 pub use judge::Judged;
-pub use photo::Photograph;
+pub use photo::Photo;
 pub use run::{Progress, audit};
 pub use verdict::{Reason, Verdict};
 pub use view::{Maps, Prepared, Settings, examine};

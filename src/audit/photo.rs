@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::{Joins, Reason};
 use crate::panorama::{Picture, luminance};
+use crate::photograph::{Fitness, Photograph};
 
 /// The linear photograph and what cannot be used of it.
-pub struct Photograph {
+pub struct Photo {
     /// Linear radiance.
     pub picture: Picture,
     /// Why a pixel cannot be used; [`Reason::None`] where it can. As long as the picture, or empty where all can.
@@ -16,15 +17,25 @@ pub struct Photograph {
 
 /// A photograph at the audit's size.
 pub(super) struct Reduced {
-    pub(super) width: usize,
-    pub(super) height: usize,
     pub(super) pixels: Vec<Vec3>,
     pub(super) unusable: Vec<Reason>,
     /// Relative noise of a pixel, as a robust standard deviation.
     pub(super) noise: f32,
 }
 
-impl Photograph {
+impl From<&Photograph> for Photo {
+    fn from(photograph: &Photograph) -> Self {
+        let reason = |f: &Fitness| match f {
+            Fitness::Good => Reason::None,
+            Fitness::Clipped | Fitness::Invalid => Reason::Clipped,
+            Fitness::Dark => Reason::Dark,
+            Fitness::Masked => Reason::Masked,
+        };
+        Self { picture: photograph.picture.clone(), unusable: photograph.fitness.iter().map(reason).collect() }
+    }
+}
+
+impl Photo {
     /// Takes a linear picture: what is no light cannot be used, nor what a sensor clipped.
     pub fn new(picture: Picture) -> Self {
         let health = picture.health();
@@ -69,7 +80,7 @@ impl Photograph {
         let mut unusable: Vec<Reason> = blocks.iter().map(|b| b.1).collect();
         let noise = noise(width, height, &pixels, &unusable);
         mark_dark(&pixels, &mut unusable);
-        Reduced { width, height, pixels, unusable, noise }
+        Reduced { pixels, unusable, noise }
     }
 }
 

@@ -130,7 +130,15 @@ impl Level {
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
         let w = self.width as isize;
-        let wrap = |x: isize| (if x < 0 { x + w } else if x >= w { x - w } else { x }) as usize;
+        let wrap = |x: isize| {
+            (if x < 0 {
+                x + w
+            } else if x >= w {
+                x - w
+            } else {
+                x
+            }) as usize
+        };
         let (xa, xb) = (wrap(x0 as isize), wrap(x0 as isize + 1));
         let ya = y0 as usize;
         let yb = (ya + 1).min(self.height - 1);

@@ -3,9 +3,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::median;
 use super::probe_view::{ProbeView, Sight};
 use super::surfaces::{NONE, Surfaces};
-use super::median;
 
 /// How each probe sees each pixel of a view.
 pub(super) struct Sights {

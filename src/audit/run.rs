@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use super::judge::{self, Judged, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
-    Audit, AuditError, AuditedView, Finding, Kind, Method, Photograph, ProbeGain, Reason, Shares, Verdict,
-    ViewSummary, What,
+    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary, What,
 };
 use crate::panorama::{self, Picture};
+use crate::photograph::Photograph;
 use crate::render::{Options, prepare};
 use crate::scene::Scene;
 use crate::site::{Site, View};
@@ -31,11 +31,8 @@ pub fn audit(
     settings: &Settings,
     progress: Progress,
 ) -> Result<Audit, AuditError> {
-    let views: Vec<&View> = site
-        .views
-        .iter()
-        .filter(|v| v.photo.is_some() && (only.is_empty() || only.contains(&v.name)))
-        .collect();
+    let views: Vec<&View> =
+        site.views.iter().filter(|v| v.photo.is_some() && (only.is_empty() || only.contains(&v.name))).collect();
     if views.is_empty() {
         return Err(AuditError::NoPhotograph { site: site.file.display().to_string() });
     }
@@ -44,7 +41,7 @@ pub fn audit(
     // read before the long work, so that a bad file is told at once
     let mut photographs = Vec::new();
     for view in &views {
-        photographs.push(photograph(view)?);
+        photographs.extend(Photograph::of(view)?.map(|p| Photo::from(&p)));
     }
     progress("probes", 1, steps);
     let mut pictures = Vec::new();
@@ -58,7 +55,7 @@ pub fn audit(
         lightings: vec![lighting.to_owned()],
         probes: settings.probes,
         sun: true,
-        volume: volume::Settings::default(),
+        volume: volume::Settings { cells: settings.cells, ..volume::Settings::default() },
         all_stages: true,
         volume_for_all: true,
     };
@@ -77,30 +74,6 @@ pub fn audit(
     Ok(gathered(site, lighting, seen))
 }
 
-/// Reads a view's photograph and mask.
-fn photograph(view: &View) -> Result<Photograph, AuditError> {
-    let path = view.photo.clone().unwrap_or_default();
-    let wanted = [view.camera.width, view.camera.height];
-    let sized = |path: &std::path::Path| -> Result<Picture, AuditError> {
-        let picture = panorama::read(path)?;
-        let found = [picture.width as u32, picture.height as u32];
-        if found != wanted {
-            return Err(AuditError::Size { path: path.to_owned(), view: view.name.clone(), wanted, found });
-        }
-        Ok(picture)
-    };
-    let mut photo = Photograph::new(sized(&path)?);
-    if let Some(mask) = &view.mask {
-        let mask = sized(mask)?;
-        for (reason, p) in photo.unusable.iter_mut().zip(&mask.pixels) {
-            if p.max_element() < 0.2 {
-                *reason = Reason::Masked;
-            }
-        }
-    }
-    Ok(photo)
-}
-
 /// A view with its findings and doubts, before they have numbers.
 struct Assessed {
     view: AuditedView,
@@ -108,7 +81,7 @@ struct Assessed {
 }
 
 /// Judges a view and brings everything to the photograph's size.
-fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photograph, maps: &Maps) -> Assessed {
+fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &Maps) -> Assessed {
     let scores = Scores::of(maps);
     let judged = judge::judge(prepared, maps, &scores);
     let (small_verdicts, small_reasons) = judge::verdicts(maps, &judged);
@@ -130,13 +103,13 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photograph, map
             .map(|i| photo.picture.pixels[i] * gain * (r.vignetting * maps.surfaces.radius2(small(i))).exp())
             .collect(),
     };
-    let render =
-        Picture { width: w, height: h, pixels: (0..w * h).map(|i| maps.render.pixels[small(i)]).collect() };
+    let render = Picture { width: w, height: h, pixels: (0..w * h).map(|i| maps.render.pixels[small(i)]).collect() };
     let mean = r.offset.element_sum() / 3.0;
     let warnings = warnings(maps);
     let mut pose = maps.pose;
     let scale = f64::from(maps.reduced_by);
-    (pose.mean_px, pose.max_px, pose.residual_px) = (pose.mean_px * scale, pose.max_px * scale, pose.residual_px * scale);
+    (pose.mean_px, pose.max_px, pose.residual_px) =
+        (pose.mean_px * scale, pose.max_px * scale, pose.residual_px * scale);
     let summary = ViewSummary {
         view: view.name.clone(),
         photo: view.photo.as_ref().map_or_else(String::new, |p| p.display().to_string()),
@@ -289,7 +262,9 @@ fn gains(prepared: &Prepared, maps: &Maps) -> Vec<ProbeGain> {
 fn warnings(maps: &Maps) -> Vec<String> {
     let mut all = Vec::new();
     if !maps.pose.refined && maps.refine_asked {
-        all.push("the camera's pose could not be refined: the photograph does not fit the model closely enough".to_owned());
+        all.push(
+            "the camera's pose could not be refined: the photograph does not fit the model closely enough".to_owned(),
+        );
     }
     if maps.texture.white_balance > judge::WHITE {
         all.push(format!(
@@ -308,9 +283,7 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
         all.extend(std::mem::take(&mut a.found).into_iter().map(|(f, mask)| (v, f, mask)));
     }
     // the surest first; ties by view and place, so that the order is always the same
-    all.sort_by(|a, b| {
-        b.1.score.total_cmp(&a.1.score).then(a.0.cmp(&b.0)).then(a.1.bbox.cmp(&b.1.bbox))
-    });
+    all.sort_by(|a, b| b.1.score.total_cmp(&a.1.score).then(a.0.cmp(&b.0)).then(a.1.bbox.cmp(&b.1.bbox)));
     let metres = site.frame.metres_per_unit;
     let mut kept: Vec<(usize, Finding, Vec<bool>)> = Vec::new();
     for (v, f, mask) in all {

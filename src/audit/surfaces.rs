@@ -1,12 +1,12 @@
 //! What the model shows in each pixel of a photograph.
 
-use glam::{DVec2, Mat3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Joins;
 use crate::render::PrimaryRays;
 use crate::scene::{Ray, Scene};
-use crate::site::Camera;
+use crate::site::{Camera, Lens};
 
 /// No surface.
 pub(super) const NONE: u32 = u32::MAX;
@@ -22,6 +22,8 @@ pub(super) struct Surfaces {
     pub(super) origin: Vec3,
     /// Focal length in pixels.
     pub(super) focal: f32,
+    /// For lenses that are no pinhole.
+    camera: Option<(Camera, DVec3)>,
     to_camera: Mat3,
     focals: Vec2,
     centre: Vec2,
@@ -75,6 +77,7 @@ impl Surfaces {
             height,
             origin,
             focal: camera.focal.y as f32,
+            camera: (camera.lens != Lens::Perspective).then_some((*camera, scene.origin)),
             to_camera: camera.pose.rotation.transpose().as_mat3(),
             focals: camera.focal.as_vec2(),
             centre: camera.centre.as_vec2(),
@@ -110,6 +113,9 @@ impl Surfaces {
 
     /// Where a point would be in the picture, lens distortion apart; `None` behind the camera.
     pub(super) fn project(&self, point: Vec3) -> Option<Vec2> {
+        if let Some((camera, origin)) = &self.camera {
+            return camera.project(point.as_dvec3() + *origin).map(|p| p.as_vec2());
+        }
         let c = self.to_camera * (point - self.origin);
         (c.y > 1e-3).then(|| self.centre + self.focals * Vec2::new(c.x, -c.z) / c.y)
     }

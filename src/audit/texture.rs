@@ -39,8 +39,6 @@ pub(super) struct Texture {
     pub(super) surety: Vec<f32>,
     /// ΔE00 between the model's albedo and what the photograph says it is, brightness apart, over a window.
     pub(super) colour: Vec<f32>,
-    /// Robust standard deviation of [`Texture::colour`]'s cause: spread of log chroma over the picture.
-    pub(super) colour_spread: f32,
     /// Standard deviation over a window of the colour (not brightness) that the albedo does not have.
     pub(super) foreign: Vec<f32>,
     /// Standard deviation over a window of brightness that the albedo does not have.
@@ -112,9 +110,8 @@ pub(super) fn test(
         .collect();
     let weight: Vec<f32> = tested.iter().map(|t| if *t { 1.0 } else { 0.0 }).collect();
     let ln = |v: Vec3| v.max(Vec3::splat(1e-6)).map(f32::ln);
-    let mut ratio: Vec<Vec3> = (0..n)
-        .map(|i| if tested[i] { log_photo[i] - ln(albedo[i]) - ln(irradiance[i]) } else { Vec3::ZERO })
-        .collect();
+    let mut ratio: Vec<Vec3> =
+        (0..n).map(|i| if tested[i] { log_photo[i] - ln(albedo[i]) - ln(irradiance[i]) } else { Vec3::ZERO }).collect();
     // what is left of exposure and white balance
     let middle = Vec3::from([0, 1, 2].map(|c| {
         let mut all: Vec<f32> = (0..n).filter(|i| tested[*i]).map(|i| ratio[i][c]).collect();
@@ -131,14 +128,11 @@ pub(super) fn test(
         .into_par_iter()
         .map(|i| if tested[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
-    let mut all: Vec<f32> =
-        (0..n).filter(|i| tested[*i]).map(|i| (means[0][i].powi(2) + means[1][i].powi(2)).sqrt()).collect();
-    let colour_spread = median(&mut all);
     let foreign = foreign(joins, &chroma, &weight);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let shading = deviation(joins, &bright, &weight);
     let brightness = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
-    Texture { ratio, lacking, surety, colour, colour_spread, foreign, shading, brightness, white_balance, tested, structured }
+    Texture { ratio, lacking, surety, colour, foreign, shading, brightness, white_balance, tested, structured }
 }
 
 /// How far the photograph follows the albedo's structure.

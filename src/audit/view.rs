@@ -3,13 +3,13 @@
 use glam::Vec3;
 
 use super::geometry::{self, Geometry};
-use super::photo::{Blurred, Photograph, Reduced};
+use super::judge::{self, Judged, Scores};
+use super::photo::{Blurred, Photo, Reduced};
 use super::probe_view::ProbeView;
 use super::radiometry::{self, Radiometry, Sights};
 use super::soften::soften;
 use super::surfaces::{Surfaces, reduced};
 use super::texture::{self, Texture};
-use super::judge::{self, Judged, Scores};
 use super::{PoseCorrection, Reason, Verdict, align};
 use crate::panorama::{Picture, luminance};
 use crate::render::{Relit, render};
@@ -27,11 +27,13 @@ pub struct Settings {
     pub refine_pose: bool,
     /// Use only the first so many probes.
     pub probes: usize,
+    /// Cells of the irradiance volume along the model's longest side.
+    pub cells: u32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { longest_px: 1024, refine_pose: true, probes: usize::MAX }
+        Self { longest_px: 1024, refine_pose: true, probes: usize::MAX, cells: 64 }
     }
 }
 
@@ -77,7 +79,7 @@ pub struct Maps {
 
 /// Aligns a view's photograph with the model and runs both tests. `mask` is true where the photograph is to be left
 /// out; as long as the photograph, or empty.
-pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photograph, settings: &Settings) -> Maps {
+pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, settings: &Settings) -> Maps {
     let scene = prepared.scene;
     let side = camera.width.max(camera.height);
     let n = side.div_ceil(settings.longest_px.max(16)).max(1);
@@ -117,9 +119,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photograph, se
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
     let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &photo, &soft, &radiometry);
     let log_photo: Vec<Vec3> = (0..usable.len())
-        .map(|i| {
-            blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i))
-        })
+        .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
     let e = texture::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = texture::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
@@ -161,48 +161,21 @@ impl Maps {
         (judged, verdicts)
     }
 
+    /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
+    /// doubts below findings. Only the order means something.
+    pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
+        let mut ranks: Vec<f32> = Scores::of(self).both().iter().map(|s| s.min(1.0)).collect();
+        for j in judged {
+            let sure = if j.reason == Reason::None { 2.0 } else { 1.0 };
+            for &i in j.pixels() {
+                ranks[i] = sure + 0.9 * j.score as f32 + 0.1 * ranks[i];
+            }
+        }
+        ranks
+    }
+
     /// The refined camera, at the audit's size, and how far it was moved.
     pub fn pose(&self) -> (Camera, PoseCorrection) {
         (self.camera, self.pose)
-    }
-
-    /// Planes by name, for looking at them.
-    pub fn planes(&self) -> Vec<(&'static str, Vec<f32>)> {
-        let log = |v: &Vec<Vec3>| -> Vec<f32> { v.iter().map(|p| p.element_sum() / 3.0).collect() };
-        let g = &self.geometry;
-        let t = &self.texture;
-        vec![
-            ("photo", self.log_photo.iter().map(|p| luminance(p.map(f32::exp)).powf(0.4)).collect()),
-            ("render", self.render.pixels.iter().map(|p| luminance(*p).powf(0.4)).collect()),
-            ("mismatch", g.mismatch.clone()),
-            ("gain", g.gain.clone()),
-            ("best", g.best.iter().map(|b| geometry::SWEEP_M[*b as usize]).collect()),
-            ("sensitivity", g.sensitivity.clone()),
-            ("able", g.able.iter().map(|b| f32::from(*b)).collect()),
-            ("seen", g.seen.iter().map(|b| f32::from(*b)).collect()),
-            ("ratio", log(&t.ratio)),
-            ("lacking", t.lacking.clone()),
-            ("surety", t.surety.clone()),
-            ("colour", t.colour.clone()),
-            ("foreign", t.foreign.clone()),
-            ("shading", t.shading.clone()),
-        ]
-    }
-
-    /// A line of figures.
-    pub fn line(&self) -> String {
-        format!(
-            "noise {:.4} offset {:.3} vign {:.3} gains {:?} spread {:?} pose {:.2} px ±{:.2} rot {:.3} tr {:.3} colour spread {:.3}",
-            self.photo.noise,
-            self.radiometry.offset,
-            self.radiometry.vignetting,
-            self.radiometry.gains.iter().map(|g| (g.element_sum() / 3.0 * 100.0).round() / 100.0).collect::<Vec<_>>(),
-            self.radiometry.spread,
-            self.pose.mean_px,
-            self.pose.residual_px,
-            self.pose.rotation_deg,
-            self.pose.translation_m,
-            self.texture.colour_spread,
-        )
     }
 }

@@ -71,6 +71,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         longest_px: args.longest,
         refine_pose: !args.no_pose,
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
+        ..Settings::default()
     };
     let bar = bar(args);
     let tell = |what: &str, done: usize, all: usize| {
@@ -124,8 +125,11 @@ fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::R
         writeln!(out, "  exposure {:+.2} stops, {pose}, noise {:.1} %", s.exposure_ev, 100.0 * s.noise)?;
         let mut reasons: Vec<(&String, &f64)> = s.reasons.iter().collect();
         reasons.sort_by(|a, b| b.1.total_cmp(a.1).then(a.0.cmp(b.0)));
-        let reasons: Vec<String> =
-            reasons.iter().take(3).map(|(name, share)| format!("{} {}", name.replace('_', " "), percent(**share))).collect();
+        let reasons: Vec<String> = reasons
+            .iter()
+            .take(3)
+            .map(|(name, share)| format!("{} {}", name.replace('_', " "), percent(**share)))
+            .collect();
         if !reasons.is_empty() {
             writeln!(out, "  not tested, mostly: {}", reasons.join(", "))?;
         }
