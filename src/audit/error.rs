@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::panorama::PanoramaError;
+use crate::photograph::PhotographError;
 use crate::render::SetupError;
 
 /// Why a site cannot be audited.
@@ -20,21 +21,9 @@ pub enum AuditError {
         /// The site file.
         site: String,
     },
-    /// A photograph or mask of another size than the view's.
-    #[error(
-        "{}: expected {} × {} pixels as the view “{view}” says, found {} × {}. Correct the view's size or take the right picture",
-        path.display(), wanted[0], wanted[1], found[0], found[1]
-    )]
-    Size {
-        /// The picture's file.
-        path: PathBuf,
-        /// The view's name.
-        view: String,
-        /// What the view says.
-        wanted: [u32; 2],
-        /// What the picture has.
-        found: [u32; 2],
-    },
+    /// A photograph cannot be used.
+    #[error(transparent)]
+    Photograph(#[from] PhotographError),
     /// A file could not be written.
     #[error("{}: cannot be written: {why}", path.display())]
     Unwritable {

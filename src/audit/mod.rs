@@ -1,12 +1,43 @@
 //! Where the model is wrong, from photographs.
+//!
+//! Light divided by albedo and multiplied by it again would make a wrong texture cancel out, so there are two tests that
+//! share nothing but the model's shape: [`geometry`] compares the photograph with what each probe saw of the same
+//! surface, without albedo; [`texture`] compares it with albedo under irradiance gathered from all around.
 
+mod align;
+mod colour;
 mod error;
+mod explain;
 mod findings;
+mod geometry;
+mod joins;
+mod judge;
+mod photo;
+mod probe_view;
+mod radiometry;
+mod regions;
+mod run;
+mod soften;
+mod surfaces;
+mod texture;
 mod verdict;
+mod view;
 
 pub use error::AuditError;
 pub use findings::{
     Audit, AuditedView, Displacement, Evidence, Finding, Kind, Method, PoseCorrection, ProbeGain, Shares, ViewSummary,
     What,
 };
+pub use judge::Judged;
+pub use photo::Photo;
+pub use run::{Progress, audit};
 pub use verdict::{Reason, Verdict};
+pub use view::{Maps, Prepared, Settings, examine};
+
+use joins::Joins;
+
+/// The middle value; 0 of nothing.
+fn median(values: &mut [f32]) -> f32 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
+}

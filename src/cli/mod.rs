@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
 
+pub(crate) mod audit;
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod plan;
@@ -28,6 +29,7 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
+    Audit(audit::AuditArgs),
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
     Plan(plan::PlanArgs),
@@ -49,6 +51,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
 
 fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
     match verb {
+        Verb::Audit(args) => audit::run(args, out)?,
         Verb::Check(args) => check::run(args, out)?,
         Verb::Demo(args) => demo::run(args, out)?,
         Verb::Plan(args) => plan::run(args, out)?,

@@ -58,6 +58,12 @@ impl Distortion {
         made
     }
 
+    /// The same with another first radial term: k1 greater by `k1`.
+    pub fn bent(&self, k1: f64) -> Self {
+        let [first, rest @ ..] = self.k;
+        Self::rational([first + k1, rest[0], rest[1], rest[2]], self.d, self.p)
+    }
+
     /// The radial terms.
     pub fn k(&self) -> [f64; 4] {
         self.k

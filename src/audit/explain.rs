@@ -1,0 +1,157 @@
+//! What became of a texture: which turn, mirror, shift or scale of the model's picture the photograph shows.
+
+use glam::{Mat2, Vec2};
+use rayon::prelude::*;
+
+use super::What;
+use super::regions::Region;
+use super::view::Maps;
+use crate::panorama::luminance;
+use crate::scene::Scene;
+
+/// Pixels that are looked at.
+const SAMPLES: usize = 1200;
+
+/// Shifts that are tried along each side of the picture.
+const SHIFTS: usize = 20;
+
+/// A correlation from which on a texture counts as found.
+const FOUND: f32 = 0.45;
+
+/// What must be gained over the texture as it is.
+const GAINED: f32 = 0.2;
+
+/// What the photograph shows of a texture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Explained {
+    pub(super) what: What,
+    /// Correlation of brightness between photograph and model as it is.
+    pub(super) as_is: f32,
+    /// The same for the best explanation.
+    pub(super) best: f32,
+}
+
+/// The transforms that are tried, with what they are called, the likelier first.
+fn candidates(aspect: f32) -> Vec<(What, Mat2)> {
+    let turn = |q: f32, s: f32| Mat2::from_cols(Vec2::new(0.0, q * s), Vec2::new(-q / s, 0.0));
+    let scale = |s: f32| Mat2::from_diagonal(Vec2::splat(s));
+    let mut all = vec![
+        (What::Shifted, Mat2::IDENTITY),
+        (What::Rotated, turn(1.0, 1.0)),
+        (What::Rotated, turn(-1.0, 1.0)),
+        (What::Rotated, scale(-1.0)),
+        (What::Mirrored, Mat2::from_diagonal(Vec2::new(-1.0, 1.0))),
+        (What::Mirrored, Mat2::from_diagonal(Vec2::new(1.0, -1.0))),
+    ];
+    if (aspect - 1.0).abs() > 0.05 {
+        all.extend([1.0, -1.0].map(|q| (What::Rotated, turn(q, aspect))));
+        all.extend([1.0, -1.0].map(|q| (What::Rotated, turn(q, 1.0 / aspect))));
+    }
+    all.extend([0.5, 0.625, 0.714, 0.8, 1.25, 1.4, 1.6, 2.0].map(|s| (What::Scaled, scale(s))));
+    all
+}
+
+/// Looks for the transform of a region's texture that the photograph shows.
+pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) -> Explained {
+    let s = &maps.surfaces;
+    let tested: Vec<usize> = region.pixels.iter().copied().filter(|i| maps.texture.tested[*i]).collect();
+    let step = tested.len().div_ceil(SAMPLES).max(1);
+    let chosen: Vec<usize> = tested.into_iter().step_by(step).collect();
+    let real: Vec<f32> = chosen
+        .iter()
+        .map(|&i| luminance(maps.albedo[i] * maps.texture.ratio[i].map(f32::exp)).max(1e-6).ln())
+        .collect();
+    let modelled: Vec<f32> = chosen.iter().map(|&i| luminance(maps.albedo[i]).max(1e-6).ln()).collect();
+    let as_is = correlation(&real, &modelled);
+    let recoloured = |as_is| if as_is > 0.6 || colour > 1.5 { What::Recoloured } else { What::Changed };
+    // the texture that most of the region has
+    let texture_of = |i: usize| scene.materials[s.material[i] as usize].texture;
+    let mut votes = vec![0usize; scene.textures.len()];
+    for &i in &chosen {
+        if let Some(t) = texture_of(i) {
+            votes[t as usize] += 1;
+        }
+    }
+    let Some((id, _)) = votes.iter().enumerate().max_by_key(|(_, v)| **v).filter(|(_, v)| 2 * **v > chosen.len())
+    else {
+        return Explained { what: recoloured(as_is), as_is, best: as_is };
+    };
+    if as_is > 0.75 {
+        return Explained { what: What::Recoloured, as_is, best: as_is };
+    }
+    let texture = &scene.textures[id];
+    let places: Vec<(usize, Vec2, f32)> = chosen
+        .iter()
+        .enumerate()
+        .filter(|(_, i)| texture_of(**i) == Some(id as u32))
+        .filter_map(|(k, &i)| {
+            let uv = scene.mesh.uv(s.triangle[i], s.barycentric[i])?;
+            let level = texture.level(s.footprint(i) * scene.mesh.uv_per_metre(s.triangle[i]));
+            Some((k, uv, level))
+        })
+        .collect();
+    if places.len() < 30 {
+        return Explained { what: recoloured(as_is), as_is, best: as_is };
+    }
+    let centre = places.iter().map(|p| p.1).sum::<Vec2>() / places.len() as f32;
+    let (w, h) = texture.size();
+    let photo: Vec<f32> = places.iter().map(|p| real[p.0]).collect();
+    let score = |m: Mat2, shift: Vec2| {
+        let shown: Vec<f32> = places
+            .iter()
+            .map(|(_, uv, level)| luminance(texture.sample(centre + m * (*uv - centre) + shift, *level)).max(1e-4).ln())
+            .collect();
+        correlation(&photo, &shown)
+    };
+    let search = |m: Mat2| {
+        let mut best = (f32::NEG_INFINITY, Vec2::ZERO);
+        for k in 0..SHIFTS * SHIFTS {
+            let shift = Vec2::new((k % SHIFTS) as f32, (k / SHIFTS) as f32) / SHIFTS as f32;
+            let c = score(m, shift);
+            if c > best.0 {
+                best = (c, shift);
+            }
+        }
+        let mut step = 0.5 / SHIFTS as f32;
+        for _ in 0..4 {
+            for d in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
+                let c = score(m, best.1 + d * step);
+                if c > best.0 {
+                    best = (c, best.1 + d * step);
+                }
+            }
+            step *= 0.5;
+        }
+        best
+    };
+    let candidates = candidates(w as f32 / h as f32);
+    let found: Vec<(f32, Vec2)> = candidates.par_iter().map(|(_, m)| search(*m)).collect();
+    let mut best = (What::Changed, as_is);
+    for ((what, _), (c, _)) in candidates.iter().zip(&found) {
+        // the likelier comes first and a less likely one must be better by a margin
+        let margin = if best.0 == What::Changed { GAINED } else { 0.04 };
+        if *c > FOUND && *c > best.1 + margin {
+            best = (*what, *c);
+        }
+    }
+    if best.0 == What::Changed && as_is > 0.6 {
+        best.0 = What::Recoloured;
+    }
+    Explained { what: best.0, as_is, best: best.1 }
+}
+
+/// Pearson's correlation; 0 where either does not vary.
+fn correlation(a: &[f32], b: &[f32]) -> f32 {
+    let n = a.len().max(1) as f64;
+    let (mut sa, mut sb, mut aa, mut bb, mut ab) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    for (&a, &b) in a.iter().zip(b) {
+        let (a, b) = (f64::from(a), f64::from(b));
+        sa += a;
+        sb += b;
+        aa += a * a;
+        bb += b * b;
+        ab += a * b;
+    }
+    let (va, vb) = (aa / n - (sa / n).powi(2), bb / n - (sb / n).powi(2));
+    if va < 1e-8 || vb < 1e-8 { 0.0 } else { ((ab / n - sa * sb / n / n) / (va * vb).sqrt()) as f32 }
+}

@@ -1,0 +1,249 @@
+//! The geometry test: what the photograph shows against what each probe saw of the same surface. No albedo takes part.
+//!
+//! If the surface is where the model has it, the probe's light, carried to the camera over that surface, is the
+//! photograph. If it is not, there is parallax between them. Every pixel's plane is swept along its normal and the
+//! places are compared by how well photograph and probes agree over a window.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::photo::Reduced;
+use super::probe_view::ProbeView;
+use super::radiometry::{Radiometry, Sights};
+use super::surfaces::Surfaces;
+
+/// Places along the normal, metres: about logarithmic, with the model's own in the middle.
+pub(super) const SWEEP_M: [f32; 23] = [
+    -0.5, -0.35, -0.25, -0.175, -0.125, -0.09, -0.063, -0.045, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.045,
+    0.063, 0.09, 0.125, 0.175, 0.25, 0.35, 0.5,
+];
+
+/// Index of the model's own place.
+pub(super) const HERE: usize = 11;
+
+/// Standard deviation of the windows, pixels.
+const WINDOW: f32 = 4.0;
+
+/// And of those that places are compared over.
+const SWEEP_WINDOW: f32 = 6.0;
+
+/// A squared difference counts at most this many times its variance: outliers do not outvote.
+const MOST: f32 = 16.0;
+
+/// Where a surface may be taken for a probe's error of registration: this share of its pixel.
+const PROBE_SLACK: f32 = 0.25;
+
+/// And this many pixels of the photograph.
+const PHOTO_SLACK: f32 = 0.3;
+
+/// Contrast, over that of the noise, from which on a surface's place can be told.
+const TELLING: f32 = 1.5;
+
+/// And this share of the contrast may be lost.
+const LOST: f32 = 0.3;
+
+/// A probe must move by so many of its pixels (or the photograph's, if greater) when the surface moves by 10 cm, or it
+/// cannot tell.
+const LEAST_PARALLAX: f32 = 0.3;
+
+/// What the geometry test says of each pixel.
+pub(super) struct Geometry {
+    /// Mean squared difference over the window at the model's own place in the probe that agrees best, in units of the
+    /// variance that a right model has.
+    pub(super) mismatch: Vec<f32>,
+    /// How much less the sum over all probes becomes at the best place.
+    pub(super) gain: Vec<f32>,
+    /// The same over what is left there.
+    pub(super) ratio: Vec<f32>,
+    /// Index into [`SWEEP_M`] of the best place.
+    pub(super) best: Vec<u8>,
+    /// How much more it would be 10 cm off on either side, the lesser: whether a moved surface would be noticed.
+    pub(super) sensitivity: Vec<f32>,
+    /// Number of probes that see the pixel well, and those of them with parallax.
+    pub(super) seen: Vec<u8>,
+    pub(super) able: Vec<u8>,
+    /// By how many pixels, of the probe that tells best, the pictures part when the surface moves by a metre.
+    pub(super) parallax: Vec<f32>,
+    /// Cost of every place, summed over the probes that can tell, not averaged over windows; for regions.
+    pub(super) costs: Vec<Vec<f32>>,
+}
+
+struct OfProbe {
+    /// Weighted cost at every place, per pixel (before windows), and the weight.
+    costs: Vec<Vec<f32>>,
+    weight: Vec<f32>,
+    mismatch: Vec<f32>,
+    seen: Vec<bool>,
+    parallax: Vec<f32>,
+}
+
+/// Runs the test.
+pub(super) fn test(
+    surfaces: &Surfaces,
+    sights: &Sights,
+    probes: &[ProbeView],
+    photo: &Reduced,
+    soft: &[Vec<Vec3>],
+    radiometry: &Radiometry,
+) -> Geometry {
+    let n = surfaces.triangle.len();
+    let each: Vec<OfProbe> = probes
+        .iter()
+        .enumerate()
+        .map(|(k, probe)| of_probe(surfaces, &sights.of[k], probe, &soft[k], radiometry, k, photo.noise))
+        .collect();
+    let mut seen = vec![0u8; n];
+    let mut able = vec![0u8; n];
+    let mut mismatch = vec![f32::INFINITY; n];
+    let mut most = vec![0.0f32; n];
+    for p in &each {
+        for i in 0..n {
+            seen[i] += u8::from(p.seen[i]);
+            able[i] += u8::from(p.weight[i] > 0.0);
+            if p.weight[i] > 0.0 {
+                mismatch[i] = mismatch[i].min(p.mismatch[i]);
+                most[i] = most[i].max(10.0 * p.parallax[i]);
+            }
+        }
+    }
+    for m in &mut mismatch {
+        *m = if m.is_finite() { *m } else { 0.0 };
+    }
+    let costs: Vec<Vec<f32>> = (0..SWEEP_M.len())
+        .into_par_iter()
+        .map(|s| (0..n).map(|i| each.iter().map(|p| p.costs[s][i]).sum()).collect())
+        .collect();
+    let windowed: Vec<Vec<f32>> = costs.par_iter().map(|c| surfaces.shape.smoothed(c, SWEEP_WINDOW)).collect();
+    let mut best = vec![HERE as u8; n];
+    let mut gain = vec![0.0; n];
+    let mut sensitivity = vec![0.0; n];
+    let mut ratio = vec![0.0; n];
+    let window_area = 4.0 * std::f32::consts::PI * SWEEP_WINDOW * SWEEP_WINDOW;
+    for i in 0..n {
+        let here = windowed[HERE][i];
+        let (mut least, mut at) = (here, HERE);
+        for (s, w) in windowed.iter().enumerate() {
+            if w[i] < least {
+                (least, at) = (w[i], s);
+            }
+        }
+        best[i] = at as u8;
+        gain[i] = (here - least) * window_area;
+        ratio[i] = (here - least) / (least + 0.3 * f32::from(able[i].max(1)));
+        // 9 and 12.5 cm on either side
+        let back = windowed[HERE - 6][i].max(windowed[HERE - 7][i]);
+        let front = windowed[HERE + 6][i].max(windowed[HERE + 7][i]);
+        sensitivity[i] = (back.min(front) - least) * window_area;
+    }
+    Geometry { mismatch, gain, ratio, best, sensitivity, seen, able, parallax: most, costs }
+}
+
+/// One probe's part.
+fn of_probe(
+    surfaces: &Surfaces,
+    sights: &[Option<super::probe_view::Sight>],
+    probe: &ProbeView,
+    soft: &[Vec3],
+    radiometry: &Radiometry,
+    k: usize,
+    noise: f32,
+) -> OfProbe {
+    let n = sights.len();
+    let w = surfaces.width;
+    let shift = radiometry.offset - radiometry.gains[k];
+    // in the probe's light
+    let soft: Vec<Vec3> =
+        (0..n).map(|i| soft[i] + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i))).collect();
+    // most of the picture is right: the spread over all of it is what a right model has
+    let base = radiometry.spread[k].unwrap_or(0.1).clamp(0.03, 0.2).max(noise);
+    let here: Vec<Vec3> = (0..n)
+        .into_par_iter()
+        .map(|i| match &sights[i] {
+            Some(sight) => probe.log_radiance(surfaces.position[i], Sights::level(surfaces, i, sight)),
+            None => Vec3::NAN,
+        })
+        .collect();
+    // variance of a difference: the view's own spread, and both pictures' slopes times how far they may be off
+    let slope = |values: &[Vec3], i: usize| -> f32 {
+        let d = |j: usize| {
+            let d = (values[j] - values[i]).length_squared() / 3.0;
+            if d.is_finite() { d } else { 0.0 }
+        };
+        let (x, y) = (i % w, i / w);
+        let mut sum = 0.0;
+        if x > 0 && x + 1 < w && y > 0 && i + w < n {
+            sum = 0.5 * (d(i - 1) + d(i + 1) + d(i - w) + d(i + w));
+        }
+        sum
+    };
+    // a probe's picture may be softer or noisier than it should be: part of the contrast may be missing in either
+    let usable: Vec<f32> = (0..n).map(|i| if soft[i].is_finite() && here[i].is_finite() { 1.0 } else { 0.0 }).collect();
+    let smoothed = surfaces.shape.smoothed(&usable, WINDOW);
+    let contrast = |values: &[Vec3]| -> Vec<f32> {
+        let bright: Vec<f32> = values.iter().map(|v| v.element_sum() / 3.0).collect();
+        let square: Vec<f32> = bright.iter().map(|v| v * v).collect();
+        let mean = surfaces.shape.mean_with(&bright, &usable, &smoothed, WINDOW);
+        let square = surfaces.shape.mean_with(&square, &usable, &smoothed, WINDOW);
+        square.iter().zip(&mean).map(|(s, m)| (s - m * m).max(0.0)).collect()
+    };
+    let (in_photo, in_probe) = (contrast(&soft), contrast(&here));
+    let variance: Vec<f32> = (0..n)
+        .into_par_iter()
+        .map(|i| {
+            let Some(sight) = &sights[i] else { return 1.0 };
+            let ratio = sight.footprint / surfaces.footprint(i);
+            let slack = PROBE_SLACK * ratio.max(1.0) + PHOTO_SLACK;
+            base * base
+                + 0.5 * (slope(&soft, i) + slope(&here, i)) * slack * slack
+                + 0.5 * (in_photo[i] + in_probe[i]) * LOST * LOST
+        })
+        .collect();
+    let seen: Vec<bool> = (0..n).map(|i| soft[i].is_finite() && here[i].is_finite()).collect();
+    let parallax: Vec<f32> = (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
+    let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
+    let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
+    let mut costs: Vec<Vec<f32>> = SWEEP_M
+        .par_iter()
+        .map(|&delta| {
+            (0..n)
+                .map(|i| {
+                    if weight[i] == 0.0 {
+                        return 0.0;
+                    }
+                    let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
+                    let cos = normal.dot(ray);
+                    let point = surfaces.position[i] + ray * (delta / cos.min(-0.1));
+                    let level = sights[i].as_ref().map_or(0, |s| Sights::level(surfaces, i, s));
+                    let d = probe.log_radiance(point, level) - soft[i];
+                    let e = d.length_squared() / (3.0 * variance[i]);
+                    if e.is_finite() { e.min(MOST) } else { MOST }
+                })
+                .collect()
+        })
+        .collect();
+    // contrast that the noise alone would give says nothing of a surface's place
+    let plain: Vec<bool> = (0..n).map(|i| in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).collect();
+    let here = costs[HERE].clone();
+    costs.par_iter_mut().for_each(|costs| {
+        for i in (0..n).filter(|i| plain[*i]) {
+            costs[i] = here[i];
+        }
+    });
+    let mismatch = surfaces.shape.mean(&costs[HERE], &weight, WINDOW);
+    OfProbe { costs, weight, mismatch, seen, parallax }
+}
+
+/// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part
+/// when it moves 10 cm along its normal.
+fn parallax(surfaces: &Surfaces, probe: &ProbeView, sight: Option<&super::probe_view::Sight>, i: usize) -> f32 {
+    const STEP_M: f32 = 0.1;
+    let Some(sight) = sight else { return 0.0 };
+    let (position, ray) = (surfaces.position[i], surfaces.ray[i]);
+    let cos = surfaces.normal[i].dot(ray).min(-0.1);
+    let moved = position + ray * (STEP_M / cos);
+    let (a, b) = ((position - probe.origin).normalize(), (moved - probe.origin).normalize());
+    // the angle at the probe, as a length on the surface
+    let angle = a.cross(b).length();
+    let coarser = probe.pixel_angle().max(surfaces.footprint(i) / sight.footprint * probe.pixel_angle());
+    angle / coarser
+}

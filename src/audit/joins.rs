@@ -1,0 +1,159 @@
+//! Averages over windows that never cross a surface's edge.
+
+/// Which neighbouring pixels lie on one surface.
+///
+/// Averages are recursive filters (Gastal and Oliveira, *Domain transform for edge-aware image and video processing*,
+/// 2011, section 4.2.3) whose feedback is cut where two pixels are not joined: linear time for any window, and no value
+/// ever crosses from one surface to another.
+#[derive(Clone, Debug)]
+pub(super) struct Joins {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Whether a pixel is joined to its right neighbour.
+    pub(super) right: Vec<bool>,
+    /// Whether a pixel is joined to the one below.
+    pub(super) down: Vec<bool>,
+}
+
+/// Passes of the recursive filter; two leave a kernel that is close enough to a Gaussian.
+const PASSES: u32 = 2;
+
+impl Joins {
+    /// Asks for each pair of neighbours, by their indices, whether they are joined.
+    pub(super) fn new(width: usize, height: usize, joined: impl Fn(usize, usize) -> bool) -> Self {
+        let pair = |i: usize, right: bool| {
+            let (x, y) = (i % width, i / width);
+            if right { x + 1 < width && joined(i, i + 1) } else { y + 1 < height && joined(i, i + width) }
+        };
+        let all = |right: bool| (0..width * height).map(|i| pair(i, right)).collect();
+        Self { width, height, right: all(true), down: all(false) }
+    }
+
+    /// All pixels joined: plain averages.
+    pub(super) fn open(width: usize, height: usize) -> Self {
+        Self::new(width, height, |_, _| true)
+    }
+
+    /// Smooths in place with a kernel of standard deviation `sigma` pixels; sums over a joined region are kept about.
+    pub(super) fn smooth(&self, plane: &mut [f32], sigma: f32) {
+        if sigma <= 0.0 {
+            return;
+        }
+        let (w, h) = (self.width, self.height);
+        for pass in 0..PASSES {
+            let scale = 3f32.sqrt() * 2f32.powi((PASSES - pass - 1) as i32) / (4f32.powi(PASSES as i32) - 1.0).sqrt();
+            let a = (-(2f32.sqrt()) / (sigma * scale)).exp();
+            for (row, joined) in plane.chunks_exact_mut(w).zip(self.right.chunks_exact(w)) {
+                for x in 1..w {
+                    let a = if joined[x - 1] { a } else { 0.0 };
+                    row[x] += a * (row[x - 1] - row[x]);
+                }
+                for x in (0..w - 1).rev() {
+                    let a = if joined[x] { a } else { 0.0 };
+                    row[x] += a * (row[x + 1] - row[x]);
+                }
+            }
+            for y in 1..h {
+                let (above, here) = plane.split_at_mut(y * w);
+                let above = &above[(y - 1) * w..];
+                for ((v, u), joined) in here[..w].iter_mut().zip(above).zip(&self.down[(y - 1) * w..]) {
+                    let a = if *joined { a } else { 0.0 };
+                    *v += a * (u - *v);
+                }
+            }
+            for y in (0..h - 1).rev() {
+                let (here, below) = plane.split_at_mut((y + 1) * w);
+                let here = &mut here[y * w..];
+                for ((v, u), joined) in here.iter_mut().zip(&below[..w]).zip(&self.down[y * w..]) {
+                    let a = if *joined { a } else { 0.0 };
+                    *v += a * (u - *v);
+                }
+            }
+        }
+    }
+
+    /// The smoothed plane.
+    pub(super) fn smoothed(&self, plane: &[f32], sigma: f32) -> Vec<f32> {
+        let mut out = plane.to_vec();
+        self.smooth(&mut out, sigma);
+        out
+    }
+
+    /// Weighted means of `values` around each pixel; 0 where no weight is near.
+    pub(super) fn mean(&self, values: &[f32], weights: &[f32], sigma: f32) -> Vec<f32> {
+        let weight = self.smoothed(weights, sigma);
+        self.mean_with(values, weights, &weight, sigma)
+    }
+
+    /// The same, where the weights have been smoothed already.
+    pub(super) fn mean_with(&self, values: &[f32], weights: &[f32], smoothed: &[f32], sigma: f32) -> Vec<f32> {
+        let mut sum: Vec<f32> = values.iter().zip(weights).map(|(v, w)| if *w > 0.0 { v * w } else { 0.0 }).collect();
+        self.smooth(&mut sum, sigma);
+        for (s, w) in sum.iter_mut().zip(smoothed) {
+            *s = if *w > 1e-4 { *s / w } else { 0.0 };
+        }
+        sum
+    }
+
+    /// Pixels all of whose neighbours up to `radius` steps along rows and columns are joined to them.
+    pub(super) fn inside(&self, radius: usize) -> Vec<bool> {
+        let (w, h) = (self.width, self.height);
+        let mut inside: Vec<bool> = (0..w * h)
+            .map(|i| {
+                let (x, y) = (i % w, i / w);
+                (x + 1 >= w || self.right[i])
+                    && (x == 0 || self.right[i - 1])
+                    && (y + 1 >= h || self.down[i])
+                    && (y == 0 || self.down[i - w])
+            })
+            .collect();
+        for _ in 1..radius {
+            inside = (0..w * h)
+                .map(|i| {
+                    let (x, y) = (i % w, i / w);
+                    inside[i]
+                        && (x == 0 || inside[i - 1])
+                        && (x + 1 >= w || inside[i + 1])
+                        && (y == 0 || inside[i - w])
+                        && (y + 1 >= h || inside[i + w])
+                })
+                .collect();
+        }
+        inside
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_crosses_an_edge() {
+        let joins = Joins::new(40, 30, |i, j| (i % 40 < 20) == (j % 40 < 20));
+        let plane: Vec<f32> = (0..1200).map(|i| if i % 40 < 20 { 1.0 } else { 5.0 }).collect();
+        let out = joins.smoothed(&plane, 8.0);
+        assert!(out.iter().zip(&plane).all(|(a, b)| (a - b).abs() < 1e-4));
+    }
+
+    #[test]
+    fn the_kernel_has_the_width_asked_for() {
+        for sigma in [1.5f32, 4.0, 9.0] {
+            let mut plane = vec![0.0; 201 * 201];
+            plane[100 * 201 + 100] = 1.0;
+            Joins::open(201, 201).smooth(&mut plane, sigma);
+            let sum: f32 = plane.iter().sum();
+            let spread: f32 =
+                plane.iter().enumerate().map(|(i, v)| v * ((i % 201) as f32 - 100.0).powi(2)).sum::<f32>() / sum;
+            assert!((sum - 1.0).abs() < 0.02, "{sum}");
+            assert!((spread.sqrt() / sigma - 1.0).abs() < 0.2, "{} for {sigma}", spread.sqrt());
+        }
+    }
+
+    #[test]
+    fn means_leave_out_what_has_no_weight() {
+        let joins = Joins::open(20, 20);
+        let values: Vec<f32> = (0..400).map(|i| if i % 3 == 0 { f32::NAN } else { 2.0 }).collect();
+        let weights: Vec<f32> = (0..400).map(|i| if i % 3 == 0 { 0.0 } else { 1.0 }).collect();
+        assert!(joins.mean(&values, &weights, 3.0).iter().all(|v| (v - 2.0).abs() < 1e-4));
+    }
+}

@@ -1,0 +1,451 @@
+//! From both tests' maps to regions with a kind, and to a verdict for each pixel.
+
+use glam::Vec3;
+
+use super::explain::explain;
+use super::geometry::{HERE, SWEEP_M};
+use super::regions::{Region, closed, components, dilated, opened, surface_shares};
+use super::surfaces::NONE;
+use super::texture::BLACK;
+use super::view::{Maps, Prepared};
+use super::{Displacement, Evidence, Kind, Reason, Verdict, What};
+use crate::scene::Ray;
+
+/// Above these a pixel is marked. Each is some way above the greatest value that faultless models give but for a few
+/// pixels at edges, which are too thin to become regions.
+pub(super) const LACKING: f32 = 0.6;
+pub(super) const SURETY: f32 = 2.2;
+pub(super) const COLOUR: f32 = 9.0;
+pub(super) const FOREIGN: f32 = 0.16;
+pub(super) const MISMATCH: f32 = 5.0;
+pub(super) const PIXELS_OFF: f32 = 0.7;
+pub(super) const GAIN: f32 = 250.0;
+/// How many times better than what is left a displacement must explain a difference.
+pub(super) const RATIO: f32 = 1.5;
+/// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
+const NOISE: f32 = 5.0;
+/// Logarithm of brightness over the smooth prediction that is no error of the prediction.
+const BRIGHTNESS: f32 = 0.4;
+/// A moved surface must raise the cost by this much for its place to count as tested.
+pub(super) const SENSITIVITY: f32 = 120.0;
+/// Brightness that the albedo does not have, from which on it may be a shadow.
+pub(super) const SHADING: f32 = 0.25;
+/// ΔE00 of all the picture together that makes one doubt the white balance.
+pub(super) const WHITE: f32 = 8.0;
+/// A neighbour of a marked pixel is marked from this share of the threshold on.
+const LOW: f32 = 0.6;
+/// Regions smaller than this share of the picture are left out.
+const LEAST_SHARE: f64 = 6e-4;
+/// Nor are fewer pixels than this a region.
+const LEAST_PX: usize = 30;
+
+/// Fewer pixels are too few to tell that a texture's structure is another.
+const STRUCTURE_PX: usize = 300;
+
+/// A region that both tests have had their say on.
+pub struct Judged {
+    pub(super) region: Region,
+    /// Texture or geometry.
+    pub kind: Kind,
+    /// What is wrong.
+    pub what: What,
+    /// Confidence, 0..=1.
+    pub score: f64,
+    /// How far the surface is off, where that could be measured.
+    pub displacement: Option<Displacement>,
+    /// Why it is a doubt; [`Reason::None`] for a finding.
+    pub reason: Reason,
+    /// The figures behind it.
+    pub evidence: Vec<Evidence>,
+}
+
+impl Judged {
+    /// Indices of its pixels at the audit's size.
+    pub fn pixels(&self) -> &[usize] {
+        &self.region.pixels
+    }
+}
+
+/// Scores per pixel; 1 is the threshold.
+pub(super) struct Scores {
+    pub(super) texture: Vec<f32>,
+    pub(super) geometry: Vec<f32>,
+    /// The part of the texture's score that is colour, and not structure.
+    colour: Vec<f32>,
+}
+
+impl Scores {
+    pub(super) fn of(maps: &Maps) -> Self {
+        let (t, g) = (&maps.texture, &maps.geometry);
+        let n = t.tested.len();
+        // what most of the picture has at a brightness is the picture's noise there, and not the model's fault
+        let bins = bins(maps);
+        let level = |values: &[f32], counts: &dyn Fn(usize) -> bool| usual(values, &bins, counts);
+        let tested = |i: usize| t.tested[i];
+        let able = |i: usize| g.able[i] > 0;
+        let (colour, foreign) = (level(&t.colour, &tested), level(&t.foreign, &tested));
+        let shading = level(&t.shading, &tested);
+        let lacking = level(&t.lacking, &|i| t.tested[i] && t.structured[i]);
+        let mismatch = level(&g.mismatch, &able);
+        let colour: Vec<f32> = (0..n)
+            .map(|i| {
+                if !t.tested[i] {
+                    return 0.0;
+                }
+                let colour = t.colour[i] / COLOUR.max(NOISE * colour[bins[i]]);
+                colour.max(t.foreign[i] / FOREIGN.max(NOISE * foreign[bins[i]]))
+            })
+            .collect();
+        let structure = |i: usize| (t.lacking[i] / LACKING.max(lacking[bins[i]] + 0.45)).min(t.surety[i] / SURETY);
+        let texture: Vec<f32> = (0..n).map(|i| if t.tested[i] { colour[i].max(structure(i)) } else { 0.0 }).collect();
+        let geometry = (0..n)
+            .map(|i| {
+                if g.able[i] == 0 {
+                    return 0.0;
+                }
+                let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins[i]]);
+                // a probe that differs where the photograph is as the model predicts has another fault
+                let shaded =
+                    (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins[i]])).max(t.brightness[i] / BRIGHTNESS);
+                let borne_out = if t.tested[i] { texture[i].max(shaded) } else { 1.0 };
+                let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
+                let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
+                wrong.min(borne_out).max(moved)
+            })
+            .collect();
+        Self { texture, geometry, colour }
+    }
+
+    /// The greater of both, to rank pixels by.
+    pub(super) fn both(&self) -> Vec<f32> {
+        self.texture.iter().zip(&self.geometry).map(|(a, b)| a.max(*b)).collect()
+    }
+}
+
+/// Bins of brightness.
+const BINS: usize = 8;
+
+/// Which eighth of the picture, by brightness, each pixel is in.
+fn bins(maps: &Maps) -> Vec<usize> {
+    let bright: Vec<f32> = maps.log_photo.iter().map(|p| p.element_sum()).collect();
+    let mut sorted: Vec<f32> = bright.iter().copied().filter(|b| b.is_finite()).collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let limits: Vec<f32> = (1..BINS).filter_map(|k| sorted.get(k * sorted.len() / BINS).copied()).collect();
+    bright.iter().map(|b| limits.partition_point(|l| l < b)).collect()
+}
+
+/// The median of values per bin.
+fn usual(values: &[f32], bins: &[usize], counts: &dyn Fn(usize) -> bool) -> [f32; BINS] {
+    std::array::from_fn(|bin| {
+        let mut all: Vec<f32> = (0..values.len()).filter(|&i| bins[i] == bin && counts(i)).map(|i| values[i]).collect();
+        super::median(&mut all)
+    })
+}
+
+/// Finds the regions of a view and judges each.
+pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Judged> {
+    let (w, h) = maps.size();
+    let least = least(maps);
+    let mut taken = vec![false; w * h];
+    let mut judged = Vec::new();
+    // what both mark is one thing: regions are cut from the union, then told apart
+    let both = scores.both();
+    let high: Vec<bool> = both.iter().map(|s| *s >= 1.0).collect();
+    let low: Vec<bool> = both.iter().map(|s| *s >= LOW).collect();
+    let high = opened(&high, w, h, 2);
+    let low = closed(&opened(&low, w, h, 1), w, h, 2);
+    let s = &maps.surfaces;
+    let shares = surface_shares(&s.paint, &low);
+    let same = |i: usize, j: usize| s.material[i] == s.material[j];
+    for region in components(&low, &high, w, least, same) {
+        if let Some(j) = judge_one(prepared, maps, scores, &shares, region) {
+            for &i in &j.region.pixels {
+                taken[i] = true;
+            }
+            judged.push(j);
+        }
+    }
+    judged
+}
+
+/// Pixels of the smallest region.
+fn least(maps: &Maps) -> usize {
+    LEAST_PX.max((LEAST_SHARE * maps.usable.len() as f64) as usize)
+}
+
+/// A region's cost over the sweep.
+struct Swept {
+    /// Mean cost per probe and pixel at the model's own place.
+    here: f32,
+    /// And at the best one.
+    least: f32,
+    best_m: f64,
+    uncertainty_m: f64,
+    /// Pixels of parallax that this is.
+    pixels: f32,
+    /// Share of the region that some probe can tell the place of.
+    able: f32,
+    /// Another place does nearly as well.
+    twin: Option<f32>,
+}
+
+fn sweep(maps: &Maps, region: &Region) -> Swept {
+    let (w, h) = maps.size();
+    let g = &maps.geometry;
+    let mut mask = vec![false; w * h];
+    for &i in &region.pixels {
+        mask[i] = true;
+    }
+    let wide = dilated(&mask, w, h, 2);
+    let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
+    let able = region.pixels.iter().filter(|i| g.able[**i] > 0).count() as f32 / region.pixels.len() as f32;
+    let mut weights = 0.0f64;
+    let mut sums = vec![0.0f64; SWEEP_M.len()];
+    let mut parallax = 0.0f64;
+    for &i in &pixels {
+        weights += f64::from(g.able[i]);
+        parallax += f64::from(g.parallax[i]);
+        for (s, sum) in sums.iter_mut().enumerate() {
+            *sum += f64::from(g.costs[s][i]);
+        }
+    }
+    let mean: Vec<f64> = sums.iter().map(|s| s / weights.max(1.0)).collect();
+    let parallax = parallax / pixels.len().max(1) as f64;
+    let at = (0..mean.len()).fold(HERE, |best, k| if mean[k] < mean[best] { k } else { best });
+    let (mut best_m, mut curvature) = (f64::from(SWEEP_M[at]), 0.0);
+    if at > 0 && at + 1 < mean.len() {
+        let x = [at - 1, at, at + 1].map(|k| f64::from(SWEEP_M[k]));
+        let y = [at - 1, at, at + 1].map(|k| mean[k]);
+        // the parabola through three places
+        let a = ((y[2] - y[1]) / (x[2] - x[1]) - (y[1] - y[0]) / (x[1] - x[0])) / (x[2] - x[0]);
+        let b = (y[1] - y[0]) / (x[1] - x[0]) - a * (x[0] + x[1]);
+        if a > 0.0 {
+            best_m = (-b / (2.0 * a)).clamp(x[0], x[2]);
+            curvature = 2.0 * a;
+        }
+    }
+    // differences are alike over about 25 pixels; the fit's own error is at least a tenth of a pixel of parallax
+    let samples = (pixels.len() as f64 / 25.0).max(1.0);
+    let statistical = if curvature > 0.0 { (2.0 * mean[at].max(0.3) / (curvature * samples)).sqrt() } else { 0.25 };
+    let uncertainty_m = statistical.hypot(0.12 / parallax.max(1e-3)).min(0.5);
+    let twin = (0..mean.len())
+        .filter(|k| k.abs_diff(at) > 3 && *k > 0 && *k + 1 < mean.len())
+        .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
+        .filter(|&k| k != HERE && mean[k] < mean[at] + 0.15 * (mean[HERE] - mean[at]))
+        .map(|k| SWEEP_M[k])
+        .next();
+    Swept {
+        here: mean[HERE] as f32,
+        least: mean[at] as f32,
+        best_m,
+        uncertainty_m,
+        pixels: (best_m.abs() * parallax) as f32,
+        able,
+        twin,
+    }
+}
+
+fn judge_one(
+    prepared: &Prepared,
+    maps: &Maps,
+    scores: &Scores,
+    shares: &[(u32, u32)],
+    region: Region,
+) -> Option<Judged> {
+    let n = region.pixels.len() as f32;
+    let share = |f: &dyn Fn(usize) -> bool| region.pixels.iter().filter(|i| f(**i)).count() as f32 / n;
+    let upper = |v: &[f32]| {
+        let mut all: Vec<f32> = region.pixels.iter().map(|i| v[*i]).collect();
+        let at = (all.len() * 3 / 4).min(all.len().saturating_sub(1));
+        *all.select_nth_unstable_by(at, f32::total_cmp).1
+    };
+    let (t, g) = (upper(&scores.texture), upper(&scores.geometry));
+    let swept = sweep(maps, &region);
+    let explains = (swept.here - swept.least) / (swept.least + 0.3);
+    let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
+    let moved = swept.able > 0.3 && swept.here > 1.2 && explains > 1.0 && sure && swept.pixels > PIXELS_OFF;
+    let marked = share(&|i| scores.geometry[i] >= LOW);
+    let wrong = swept.able > 0.3 && marked > 0.3 && swept.here > 2.5;
+    let textured = share(&|i| scores.texture[i] >= LOW);
+    let mut evidence = vec![
+        Evidence {
+            test: "geometry mismatch".into(),
+            value: f64::from(swept.here),
+            threshold: 2.5,
+            unit: "× variance".into(),
+        },
+        Evidence { test: "texture".into(), value: f64::from(t), threshold: 1.0, unit: "× threshold".into() },
+    ];
+    if moved || wrong {
+        let behind = beyond(prepared, maps, &region);
+        let (covered, whole) = region
+            .pixels
+            .iter()
+            .map(|i| shares[*i])
+            .fold((0.0f64, 0.0f64), |(c, a), (size, part)| (c + f64::from(part), a + f64::from(size)));
+        let whole_surface = covered / whole.max(1.0) > 0.6;
+        let gone = behind.is_some_and(|(here, there)| there < 0.4 * here && there < 0.6 * swept.least);
+        let what = match (moved, gone, whole_surface) {
+            (_, true, _) => What::Extra,
+            (true, _, true) => What::Moved,
+            _ => What::Missing,
+        };
+        let displacement =
+            (moved && !gone).then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m });
+        evidence.push(Evidence {
+            test: "explained by a displacement".into(),
+            value: f64::from(explains),
+            threshold: 1.0,
+            unit: "× what is left".into(),
+        });
+        // one probe alone may be at fault itself, unless a displacement or what is behind explains it all
+        let several = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n >= 1.5;
+        let reason = match swept.twin {
+            Some(_) if moved && swept.here < 2.5 => Reason::Periodic,
+            _ if moved || gone || several => Reason::None,
+            _ => Reason::ProbesDisagree,
+        };
+        let strength = f64::from(g.max(swept.here / 2.5).max(t));
+        return Some(Judged {
+            score: confidence(strength, n),
+            kind: Kind::Geometry,
+            what,
+            displacement,
+            reason,
+            evidence,
+            region,
+        });
+    }
+    // only the geometry test marks it, and its sum does not bear it out
+    if textured < 0.25 {
+        return None;
+    }
+    let colour = upper(&maps.texture.colour) / COLOUR;
+    let explained = explain(prepared.scene, maps, &region, colour);
+    evidence.push(Evidence {
+        test: "correlation with the model's texture".into(),
+        value: f64::from(explained.as_is),
+        threshold: 0.5,
+        unit: "correlation".into(),
+    });
+    evidence.push(Evidence {
+        test: "colour difference".into(),
+        value: f64::from(upper(&maps.texture.colour)),
+        threshold: f64::from(COLOUR),
+        unit: "ΔE00".into(),
+    });
+    let unseen = share(&|i| maps.geometry.seen[i] == 0) > 0.5;
+    let coloured = share(&|i| scores.colour[i] >= 1.0);
+    let found = explained.best > explained.as_is + 0.3;
+    // a correlation over few pixels is chance, and a shadow hides a texture that is there
+    let large = region.pixels.len() >= STRUCTURE_PX.max(least(maps) * 3);
+    let structural = large && (found || explained.as_is < 0.25);
+    let reason = match swept.able {
+        _ if coloured < 0.3 && !structural => Reason::Undecided,
+        // a texture that fits when turned is a texture's fault, wherever the surface may be
+        a if a >= 0.3 || (found && large) => Reason::None,
+        _ if unseen => Reason::Unseen,
+        _ => Reason::NoParallax,
+    };
+    Some(Judged {
+        score: confidence(f64::from(t), n),
+        kind: Kind::Texture,
+        what: explained.what,
+        displacement: None,
+        reason,
+        evidence,
+        region,
+    })
+}
+
+/// Confidence from strength over threshold and from size: one half at the threshold for a small region.
+fn confidence(strength: f64, pixels: f32) -> f64 {
+    let odds = strength.max(0.1).powf(1.5) * (f64::from(pixels) / 100.0).max(0.3).powf(0.3);
+    odds / (1.0 + odds)
+}
+
+/// Mean cost of the region as it is and of what the model has behind it, if it has anything there: small behind means
+/// that the region's surface is not there at all.
+fn beyond(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<(f32, f32)> {
+    /// Surfaces behind that are tried: a box has a back, too.
+    const LAYERS: usize = 3;
+    let s = &maps.surfaces;
+    let (mut here, mut behind, mut count) = (0.0f64, 0.0f64, 0u32);
+    let step = region.pixels.len().div_ceil(2000).max(1);
+    for &i in region.pixels.iter().step_by(step) {
+        if s.triangle[i] == NONE {
+            continue;
+        }
+        let cost = |point: Vec3, all: bool| {
+            let costs = prepared.probes.iter().enumerate().filter_map(|(k, probe)| {
+                if all && maps.sights.of[k][i].is_none() {
+                    return None;
+                }
+                let l = probe.log_radiance(point, 0) + maps.radiometry.gains[k];
+                let d = (l - maps.log_photo[i]).length_squared() / 3.0;
+                d.is_finite().then_some((d / 0.01).min(16.0))
+            });
+            costs.fold(None, |best: Option<f32>, c| Some(best.map_or(c, |b| b.min(c))))
+        };
+        let Some(mine) = cost(s.position[i], true) else { continue };
+        let mut best: Option<f32> = None;
+        let mut t = s.distance[i];
+        for _ in 0..LAYERS {
+            let ray = Ray { origin: s.origin, direction: s.ray[i] };
+            let Some(hit) = prepared.scene.tracer.closest(&ray, t + 1e-3 + 1e-4 * t) else { break };
+            t = hit.t;
+            if let Some(c) = cost(s.origin + s.ray[i] * t, false) {
+                best = Some(best.map_or(c, |b| b.min(c)));
+            }
+        }
+        if let Some(best) = best {
+            here += f64::from(mine);
+            behind += f64::from(best);
+            count += 1;
+        }
+    }
+    (count > 20).then(|| ((here / f64::from(count)) as f32, (behind / f64::from(count)) as f32))
+}
+
+/// A verdict for each pixel, and why it is no better.
+pub(super) fn verdicts(maps: &Maps, judged: &[Judged]) -> (Vec<Verdict>, Vec<Reason>) {
+    let (s, t, g) = (&maps.surfaces, &maps.texture, &maps.geometry);
+    let n = t.tested.len();
+    let mut verdicts = vec![Verdict::Untestable; n];
+    let mut reasons = vec![Reason::None; n];
+    for i in 0..n {
+        let reason = if maps.photo.unusable[i] != Reason::None {
+            maps.photo.unusable[i]
+        } else if s.triangle[i] == NONE {
+            Reason::NoSurface
+        } else if g.seen[i] == 0 {
+            if s.normal[i].dot(s.ray[i]).abs() < 0.12 { Reason::Grazing } else { Reason::Unseen }
+        } else if g.able[i] == 0 {
+            Reason::NoParallax
+        } else if maps.albedo[i].min_element() <= BLACK {
+            Reason::BlackAlbedo
+        } else if !t.tested[i] {
+            Reason::Grazing
+        } else if g.sensitivity[i] < SENSITIVITY {
+            Reason::NoTexture
+        } else {
+            Reason::None
+        };
+        reasons[i] = reason;
+        if reason == Reason::None {
+            let shaded = t.shading[i] > SHADING && !t.structured[i];
+            verdicts[i] = if shaded { Verdict::Ambiguous } else { Verdict::Ok };
+            reasons[i] = if shaded { Reason::Shadow } else { Reason::None };
+        }
+    }
+    for j in judged {
+        for &i in &j.region.pixels {
+            (verdicts[i], reasons[i]) = match (j.reason, j.kind) {
+                (Reason::None, Kind::Texture) => (Verdict::Texture, Reason::None),
+                (Reason::None, Kind::Geometry) => (Verdict::Geometry, Reason::None),
+                (reason, _) => (Verdict::Ambiguous, reason),
+            };
+        }
+    }
+    (verdicts, reasons)
+}

@@ -1,0 +1,149 @@
+//! From maps of scores to regions.
+
+use super::Joins;
+
+/// A connected set of pixels, in the picture's order.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Region {
+    pub(super) pixels: Vec<usize>,
+}
+
+/// Pixels within `radius` (a diamond's steps) of a set one.
+pub(super) fn dilated(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
+    let mut mask = mask.to_vec();
+    for _ in 0..radius {
+        mask = (0..mask.len())
+            .map(|i| {
+                let (x, y) = (i % width, i / width);
+                mask[i]
+                    || (x > 0 && mask[i - 1])
+                    || (x + 1 < width && mask[i + 1])
+                    || (y > 0 && mask[i - width])
+                    || (y + 1 < height && mask[i + width])
+            })
+            .collect();
+    }
+    mask
+}
+
+fn inverted(mask: &[bool]) -> Vec<bool> {
+    mask.iter().map(|m| !m).collect()
+}
+
+/// What is left of a mask when everything thinner than `2 × radius` is taken away.
+pub(super) fn opened(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
+    let eroded = inverted(&dilated(&inverted(mask), width, height, radius));
+    dilated(&eroded, width, height, radius)
+}
+
+/// The mask with gaps narrower than `2 × radius` and small holes filled.
+pub(super) fn closed(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
+    let grown = dilated(mask, width, height, radius);
+    inverted(&dilated(&inverted(&grown), width, height, radius))
+}
+
+/// Connected components (along rows, columns and diagonals) of a mask that hold at least one of `seeds` and have at
+/// least `least` pixels, in the order of their first pixel. `joined` says whether two neighbours may be connected.
+pub(super) fn components(
+    mask: &[bool],
+    seeds: &[bool],
+    width: usize,
+    least: usize,
+    joined: impl Fn(usize, usize) -> bool,
+) -> Vec<Region> {
+    let height = mask.len() / width;
+    let mut done = vec![false; mask.len()];
+    let mut regions = Vec::new();
+    let mut stack = Vec::new();
+    for start in 0..mask.len() {
+        if done[start] || !mask[start] {
+            continue;
+        }
+        let mut pixels = Vec::new();
+        let mut seeded = false;
+        done[start] = true;
+        stack.push(start);
+        while let Some(i) = stack.pop() {
+            pixels.push(i);
+            seeded |= seeds[i];
+            let (x, y) = (i % width, i / width);
+            for ny in y.saturating_sub(1)..=(y + 1).min(height - 1) {
+                for nx in x.saturating_sub(1)..=(x + 1).min(width - 1) {
+                    let j = ny * width + nx;
+                    if mask[j] && !done[j] && joined(i, j) {
+                        done[j] = true;
+                        stack.push(j);
+                    }
+                }
+            }
+        }
+        if seeded && pixels.len() >= least {
+            pixels.sort_unstable();
+            regions.push(Region { pixels });
+        }
+    }
+    regions
+}
+
+/// The whole joined surfaces that cover most of themselves with a mask: for each pixel the size of its surface in the
+/// picture and how much of it the mask covers.
+pub(super) fn surface_shares(joins: &Joins, mask: &[bool]) -> Vec<(u32, u32)> {
+    let (w, n) = (joins.width, mask.len());
+    let all = vec![true; n];
+    let connected = |i: usize, j: usize| {
+        let (low, high) = (i.min(j), i.max(j));
+        match high - low {
+            1 => joins.right[low],
+            d if d == w => joins.down[low],
+            _ => false,
+        }
+    };
+    let mut shares = vec![(0, 0); n];
+    for region in components(&all, &all, w, 1, connected) {
+        let covered = region.pixels.iter().filter(|i| mask[**i]).count() as u32;
+        for &i in &region.pixels {
+            shares[i] = (region.pixels.len() as u32, covered);
+        }
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(rows: &[&str]) -> Vec<bool> {
+        rows.iter().flat_map(|r| r.bytes().map(|b| b == b'#')).collect()
+    }
+
+    #[test]
+    fn components_are_apart_and_need_a_seed() {
+        let m = mask(&["##..#", "##..#", ".....", "..#..", "#...."]);
+        let all = vec![true; 25];
+        let sizes = |least| -> Vec<usize> {
+            components(&m, &all, 5, least, |_, _| true).iter().map(|r| r.pixels.len()).collect()
+        };
+        assert_eq!(sizes(1), [4, 2, 1, 1]);
+        assert_eq!(sizes(2), [4, 2]);
+        let mut seeds = vec![false; 25];
+        seeds[9] = true;
+        let found = components(&m, &seeds, 5, 1, |_, _| true);
+        assert_eq!(found, [Region { pixels: vec![4, 9] }]);
+    }
+
+    #[test]
+    fn opening_takes_lines_away_and_closing_fills_gaps() {
+        let m = mask(&[".......", ".#####.", ".#####.", ".#####.", ".......", "#######", "......."]);
+        let o = opened(&m, 7, 7, 1);
+        assert!(!o[5 * 7 + 3] && o[2 * 7 + 3]);
+        let gap = mask(&[".......", ".##.##.", ".##.##.", ".##.##.", "......."]);
+        assert!(closed(&gap, 7, 5, 1)[2 * 7 + 3]);
+    }
+
+    #[test]
+    fn a_surface_knows_how_much_of_it_is_covered() {
+        let joins = Joins::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
+        let shares = surface_shares(&joins, &mask(&["#...", "...."]));
+        assert_eq!((shares[0], shares[7]), ((4, 1), (4, 0)));
+    }
+}

@@ -1,0 +1,337 @@
+//! From a site to an audit: every view with a photograph, and findings merged across views.
+
+use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
+
+use super::judge::{self, Judged, Scores};
+use super::view::{Maps, Prepared, Settings, examine};
+use super::{
+    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary, What,
+};
+use crate::panorama::{self, Picture};
+use crate::photograph::Photograph;
+use crate::render::{Options, prepare};
+use crate::scene::Scene;
+use crate::site::{Site, View};
+use crate::volume::{self, Volume};
+
+/// How far an audit has come: what is being done, steps done, steps in all.
+pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
+
+/// Audits the views of a site that have a photograph; only those named, if any are.
+///
+/// # Errors
+///
+/// A picture that cannot be read or has another size than its view, a site without probes or photographs.
+pub fn audit(
+    site: &Site,
+    scene: &Scene,
+    lighting: &str,
+    only: &[String],
+    settings: &Settings,
+    progress: Progress,
+) -> Result<Audit, AuditError> {
+    let views: Vec<&View> =
+        site.views.iter().filter(|v| v.photo.is_some() && (only.is_empty() || only.contains(&v.name))).collect();
+    if views.is_empty() {
+        return Err(AuditError::NoPhotograph { site: site.file.display().to_string() });
+    }
+    let steps = views.len() + 2;
+    progress("photographs", 0, steps);
+    // read before the long work, so that a bad file is told at once
+    let mut photographs = Vec::new();
+    for view in &views {
+        photographs.extend(Photograph::of(view)?.map(|p| Photo::from(&p)));
+    }
+    progress("probes", 1, steps);
+    let mut pictures = Vec::new();
+    for probe in site.probes.iter().take(settings.probes) {
+        if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting) {
+            pictures.push((probe, panorama::read(&lit.path)?));
+        }
+    }
+    let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
+    let options = Options {
+        lightings: vec![lighting.to_owned()],
+        probes: settings.probes,
+        sun: true,
+        volume: volume::Settings { cells: settings.cells, ..volume::Settings::default() },
+        all_stages: true,
+        volume_for_all: true,
+    };
+    let setup = prepare(site, scene, &cameras, &options)?;
+    let light = &setup.lights[0].1;
+    let volume = setup.transport_of[0].map(|t| Volume::new(scene, &setup.transports[t], light));
+    let lit: Vec<_> = pictures.iter().map(|(probe, picture)| (*probe, picture)).collect();
+    let prepared = Prepared::new(scene, light, volume.as_ref(), &lit);
+    let mut seen = Vec::new();
+    for (i, (view, photo)) in views.iter().zip(&photographs).enumerate() {
+        progress(&view.name, i + 2, steps);
+        let maps = examine(&prepared, &view.camera, photo, settings);
+        seen.push(assess(site, &prepared, view, photo, &maps));
+    }
+    progress("done", steps, steps);
+    Ok(gathered(site, lighting, seen))
+}
+
+/// A view with its findings and doubts, before they have numbers.
+struct Assessed {
+    view: AuditedView,
+    found: Vec<(Finding, Vec<bool>)>,
+}
+
+/// Judges a view and brings everything to the photograph's size.
+fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &Maps) -> Assessed {
+    let scores = Scores::of(maps);
+    let judged = judge::judge(prepared, maps, &scores);
+    let (small_verdicts, small_reasons) = judge::verdicts(maps, &judged);
+    let (w, h) = (photo.picture.width, photo.picture.height);
+    let n = maps.reduced_by as usize;
+    let small = |i: usize| (i / w / n) * maps.surfaces.width + i % w / n;
+    let verdicts: Vec<Verdict> = (0..w * h).map(|i| small_verdicts[small(i)]).collect();
+    let reasons: Vec<Reason> = (0..w * h).map(|i| small_reasons[small(i)]).collect();
+    let mut counts: BTreeMap<String, f64> = BTreeMap::new();
+    for r in reasons.iter().filter(|r| **r != Reason::None) {
+        *counts.entry(r.name().to_owned()).or_default() += 1.0 / (w * h) as f64;
+    }
+    let r = &maps.radiometry;
+    let gain = r.offset.map(f32::exp);
+    let photograph = Picture {
+        width: w,
+        height: h,
+        pixels: (0..w * h)
+            .map(|i| photo.picture.pixels[i] * gain * (r.vignetting * maps.surfaces.radius2(small(i))).exp())
+            .collect(),
+    };
+    let render = Picture { width: w, height: h, pixels: (0..w * h).map(|i| maps.render.pixels[small(i)]).collect() };
+    let mean = r.offset.element_sum() / 3.0;
+    let warnings = warnings(maps);
+    let mut pose = maps.pose;
+    let scale = f64::from(maps.reduced_by);
+    (pose.mean_px, pose.max_px, pose.residual_px) =
+        (pose.mean_px * scale, pose.max_px * scale, pose.residual_px * scale);
+    let summary = ViewSummary {
+        view: view.name.clone(),
+        photo: view.photo.as_ref().map_or_else(String::new, |p| p.display().to_string()),
+        size: [w as u32, h as u32],
+        reduced_by: maps.reduced_by,
+        exposure_ev: f64::from(mean / std::f32::consts::LN_2),
+        white_balance: (r.offset - Vec3::splat(mean)).map(f32::exp).to_array().map(f64::from),
+        vignetting_ev: f64::from(r.vignetting / std::f32::consts::LN_2),
+        noise: f64::from(maps.photo.noise),
+        pose,
+        probes: gains(prepared, maps),
+        shares: Shares::of(&verdicts),
+        reasons: counts,
+        warnings,
+    };
+    let found = judged
+        .into_iter()
+        .map(|j| {
+            let mut inside = vec![false; maps.surfaces.triangle.len()];
+            j.region.pixels.iter().for_each(|&i| inside[i] = true);
+            let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
+            (finding(site, prepared, view, maps, &j, &mask, w), mask)
+        })
+        .collect();
+    let view = AuditedView { summary, photograph, render, verdicts, reasons, masks: Vec::new() };
+    Assessed { view, found }
+}
+
+/// A region as a finding.
+fn finding(
+    site: &Site,
+    prepared: &Prepared,
+    view: &View,
+    maps: &Maps,
+    j: &Judged,
+    mask: &[bool],
+    width: usize,
+) -> Finding {
+    let s = &maps.surfaces;
+    let scene = prepared.scene;
+    let mut bbox = [u32::MAX, u32::MAX, 0, 0];
+    for i in (0..mask.len()).filter(|i| mask[*i]) {
+        let (x, y) = ((i % width) as u32, (i / width) as u32);
+        bbox = [bbox[0].min(x), bbox[1].min(y), bbox[2].max(x + 1), bbox[3].max(y + 1)];
+    }
+    let (mut centre, mut area, mut low, mut high) = (DVec3::ZERO, 0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut materials: BTreeMap<u32, f64> = BTreeMap::new();
+    for &i in &j.region.pixels {
+        if s.material[i] == u32::MAX {
+            continue;
+        }
+        let p = s.position[i].as_dvec3();
+        let a = s.area(i);
+        centre += p * a;
+        area += a;
+        (low, high) = (low.min(p), high.max(p));
+        *materials.entry(s.material[i]).or_default() += a;
+    }
+    let centre = if area > 0.0 { centre / area } else { DVec3::ZERO };
+    let material = materials.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(m, _)| *m);
+    let material = material.map_or_else(String::new, |m| scene.materials[m as usize].name.clone());
+    let size_m = if area > 0.0 { (high - low).max_element() } else { 0.0 };
+    let mut finding = Finding {
+        id: String::new(),
+        view: view.name.clone(),
+        also_in: Vec::new(),
+        kind: j.kind,
+        what: j.what,
+        score: j.score,
+        bbox,
+        area_px: mask.iter().filter(|m| **m).count() as u64,
+        mask: String::new(),
+        position: site.frame.point_out(centre + scene.origin).to_array(),
+        size_m,
+        area_cm2: area * 1e4,
+        material,
+        displacement: j.displacement,
+        reason: j.reason,
+        evidence: j.evidence.clone(),
+        note: String::new(),
+    };
+    finding.note = note(&finding);
+    finding
+}
+
+/// A finding in a sentence.
+fn note(f: &Finding) -> String {
+    let on = if f.material.is_empty() { String::new() } else { format!(" on “{}”", f.material) };
+    let size = if f.size_m < 1.0 { format!("{:.0} cm", f.size_m * 100.0) } else { format!("{:.1} m", f.size_m) };
+    let what = match f.what {
+        What::Rotated => "the texture is turned",
+        What::Mirrored => "the texture is mirrored",
+        What::Shifted => "the texture is shifted",
+        What::Scaled => "the texture has another scale",
+        What::Recoloured => "the structure fits but the colour does not",
+        What::Changed => "the photograph shows another picture than the model",
+        What::Missing => "something is there that is not modelled",
+        What::Extra => "the model has something that is not there",
+        What::Moved => "the surface is off its place",
+        What::Different => "the shape is wrong",
+    };
+    let mut text = format!("{what}{on}, {size} across");
+    if let Some(d) = &f.displacement {
+        let side = if d.metres >= 0.0 { "nearer to" } else { "farther from" };
+        text += &format!(
+            "; the real surface is {:.1} ± {:.1} cm {side} the camera's side",
+            d.metres.abs() * 100.0,
+            d.uncertainty_m * 100.0
+        );
+    }
+    if f.reason != Reason::None {
+        text += &format!("; not sure, because {}", f.reason.words());
+    }
+    text
+}
+
+fn gains(prepared: &Prepared, maps: &Maps) -> Vec<ProbeGain> {
+    let r = &maps.radiometry;
+    let surfaces = maps.surfaces.triangle.iter().filter(|t| **t != u32::MAX).count().max(1);
+    let spreads: Vec<f32> = r.spread.iter().flatten().copied().collect();
+    let usual = super::median(&mut spreads.clone());
+    prepared
+        .probes
+        .iter()
+        .enumerate()
+        .map(|(k, probe)| {
+            let gain = r.gains[k].element_sum() / 3.0 / std::f32::consts::LN_2;
+            let colour = (r.gains[k] - Vec3::splat(r.gains[k].element_sum() / 3.0)).abs().max_element();
+            let mut why = Vec::new();
+            if gain.abs() > 0.15 {
+                why.push(format!("its exposure is {gain:+.2} stops off the others'"));
+            }
+            if colour > 0.05 {
+                why.push("its colour is off the others'".to_owned());
+            }
+            if r.spread[k].is_some_and(|s| s > 3.0 * usual.max(0.05)) {
+                why.push("what it sees differs from the photograph".to_owned());
+            }
+            ProbeGain {
+                probe: probe.name.clone(),
+                gain_ev: f64::from(gain),
+                sees: maps.sights.of[k].iter().flatten().count() as f64 / surfaces as f64,
+                difference: r.spread[k].map(f64::from),
+                warning: (!why.is_empty()).then(|| format!("probe “{}”: {}", probe.name, why.join("; "))),
+            }
+        })
+        .collect()
+}
+
+fn warnings(maps: &Maps) -> Vec<String> {
+    let mut all = Vec::new();
+    if !maps.pose.refined && maps.refine_asked {
+        all.push(
+            "the camera's pose could not be refined: the photograph does not fit the model closely enough".to_owned(),
+        );
+    }
+    if maps.texture.white_balance > judge::WHITE {
+        all.push(format!(
+            "all surfaces together differ in colour from the model by ΔE00 {:.0}: either all albedos are off, or it is a \
+             white balance; this cannot be told",
+            maps.texture.white_balance
+        ));
+    }
+    all
+}
+
+/// Merges what several views show of one fault, numbers findings and doubts, and names their masks.
+fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
+    let mut all: Vec<(usize, Finding, Vec<bool>)> = Vec::new();
+    for (v, a) in assessed.iter_mut().enumerate() {
+        all.extend(std::mem::take(&mut a.found).into_iter().map(|(f, mask)| (v, f, mask)));
+    }
+    // the surest first; ties by view and place, so that the order is always the same
+    all.sort_by(|a, b| b.1.score.total_cmp(&a.1.score).then(a.0.cmp(&b.0)).then(a.1.bbox.cmp(&b.1.bbox)));
+    let metres = site.frame.metres_per_unit;
+    let mut kept: Vec<(usize, Finding, Vec<bool>)> = Vec::new();
+    for (v, f, mask) in all {
+        let same = |other: &Finding| {
+            let apart = DVec3::from(other.position).distance(DVec3::from(f.position)) * metres;
+            other.kind == f.kind
+                && (other.reason == Reason::None) == (f.reason == Reason::None)
+                && other.material == f.material
+                && apart < 0.6 * other.size_m.max(f.size_m)
+        };
+        match kept.iter_mut().find(|(u, k, _)| *u != v && same(k)) {
+            Some((_, k, _)) if !k.also_in.contains(&f.view) => k.also_in.push(f.view),
+            Some(_) => {}
+            None => kept.push((v, f, mask)),
+        }
+    }
+    let (mut findings, mut doubts) = (Vec::new(), Vec::new());
+    for (v, mut f, mask) in kept {
+        let sure = f.reason == Reason::None;
+        let list = if sure { &mut findings } else { &mut doubts };
+        f.id = format!("{}{}", if sure { "F" } else { "D" }, list.len() + 1);
+        f.mask = format!("mask-{}-{}.png", f.view, f.id);
+        assessed[v].view.masks.push((f.id.clone(), mask));
+        list.push(f);
+    }
+    let thresholds = [
+        ("geometry_mismatch_variances", judge::MISMATCH),
+        ("displacement_pixels", judge::PIXELS_OFF),
+        ("sensitivity", judge::SENSITIVITY),
+        ("structure_lacking", judge::LACKING),
+        ("structure_surety", judge::SURETY),
+        ("colour_delta_e00", judge::COLOUR),
+        ("foreign_chroma", judge::FOREIGN),
+        ("shading", judge::SHADING),
+    ];
+    let method = Method {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        lighting: lighting.to_owned(),
+        thresholds: thresholds.map(|(n, v)| (n.to_owned(), (f64::from(v) * 1e4).round() / 1e4)).into(),
+    };
+    let views = assessed.into_iter().map(|a| a.view).collect();
+    Audit { findings, doubts, views, method, warnings: site.warnings.clone() }
+}
+
+/// Whether a finding's kind counts as the one named, for who compares with known faults.
+impl Kind {
+    /// The kind with this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Texture, Self::Geometry].into_iter().find(|k| k.name() == name)
+    }
+}

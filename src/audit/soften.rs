@@ -1,0 +1,82 @@
+//! Makes the photograph as soft as a probe: the mean over the patch of surface that a probe's pixel sees.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::photo::Blurred;
+use super::probe_view::{ProbeView, Sight};
+use super::surfaces::Surfaces;
+
+/// Taps along each side of a pixel's patch, in probe pixels, and their weights: a bilinear look-up of box pixels is a
+/// quadratic B-spline.
+const TAPS: [(f32, f32); 4] = [(-1.0, 0.125), (-0.375, 0.609), (0.375, 0.609), (1.0, 0.125)];
+
+/// Patches longer than this many pixels of the photograph are cut: the surface is seen too flatly by the probe.
+const LONGEST: f32 = 24.0;
+
+/// The logarithm of the photograph, per pixel averaged over what a probe's pixel would see around it; NaN where the
+/// probe does not see it.
+pub(super) fn soften(
+    surfaces: &Surfaces,
+    probe: &ProbeView,
+    sights: &[Option<Sight>],
+    photo: &Blurred,
+    usable: &[f32],
+) -> Vec<Vec3> {
+    (0..sights.len())
+        .into_par_iter()
+        .map(|i| match &sights[i] {
+            Some(_) => at(surfaces, probe, photo, usable, i),
+            None => Vec3::NAN,
+        })
+        .collect()
+}
+
+fn at(surfaces: &Surfaces, probe: &ProbeView, photo: &Blurred, usable: &[f32], i: usize) -> Vec3 {
+    let (w, h) = (surfaces.width as f32, surfaces.height as f32);
+    let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
+    let d = point - probe.origin;
+    let (right, up) = d.normalize().any_orthonormal_pair();
+    let plane = normal.dot(d);
+    let angle = probe.pixel_angle() * d.length();
+    // how far the patch's sides reach in the photograph
+    let side = |along: Vec3| -> Option<Vec2> {
+        let ray = d + along * angle;
+        let across = normal.dot(ray);
+        if across >= -1e-6 {
+            return None;
+        }
+        let at = surfaces.project(probe.origin + ray * (plane / across))?;
+        let from = surfaces.project(point)?;
+        let side = at - from;
+        let length = side.length();
+        Some(if length > LONGEST { side * (LONGEST / length) } else { side })
+    };
+    let (Some(u), Some(v)) = (side(right), side(up)) else { return Vec3::NAN };
+    // the finest structure that the taps may step over: their spacing across the patch
+    let narrow = (u.perp_dot(v).abs() / u.length().max(v.length()).max(1e-6)).max(0.0);
+    let blur = 0.22 * narrow;
+    if u.length().max(v.length()) < 0.5 {
+        return photo.at(i, 0.0);
+    }
+    let middle = Vec2::new((i % surfaces.width) as f32, (i / surfaces.width) as f32);
+    let tolerance = 1.5 * surfaces.distance[i] / surfaces.focal + 2e-3;
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+    for (a, wa) in TAPS {
+        for (b, wb) in TAPS {
+            let p = middle + u * a + v * b;
+            if p.x < 0.0 || p.y < 0.0 || p.x > w - 1.001 || p.y > h - 1.001 {
+                continue;
+            }
+            let j = p.y.round() as usize * surfaces.width + p.x.round() as usize;
+            let apart = normal.dot(surfaces.position[j] - point).abs();
+            if usable[j] == 0.0 || apart > tolerance || surfaces.normal[j].dot(normal) < 0.8 {
+                continue;
+            }
+            sum += photo.between(p, surfaces.width, blur) * (wa * wb);
+            total += wa * wb;
+        }
+    }
+    // light is averaged, not its logarithm, but within a pixel the two differ by little
+    if total > 0.5 { sum / total } else { Vec3::NAN }
+}

@@ -1,0 +1,140 @@
+//! What the model shows in each pixel of a photograph.
+
+use glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::Joins;
+use crate::render::PrimaryRays;
+use crate::scene::{Ray, Scene};
+use crate::site::{Camera, Lens};
+
+/// No surface.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Nearer surfaces are not looked at, metres.
+const NEAREST_M: f32 = 1e-3;
+
+/// The surfaces in the middle of each pixel.
+pub(super) struct Surfaces {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// The camera's place, local metres.
+    pub(super) origin: Vec3,
+    /// Focal length in pixels.
+    pub(super) focal: f32,
+    /// For lenses that are no pinhole.
+    camera: Option<(Camera, DVec3)>,
+    to_camera: Mat3,
+    focals: Vec2,
+    centre: Vec2,
+    /// Unit direction of each pixel's middle.
+    pub(super) ray: Vec<Vec3>,
+    /// Distance along it, metres; infinite without a surface.
+    pub(super) distance: Vec<f32>,
+    pub(super) position: Vec<Vec3>,
+    /// Unit normal towards the camera.
+    pub(super) normal: Vec<Vec3>,
+    /// [`NONE`] without a surface.
+    pub(super) triangle: Vec<u32>,
+    /// Where in the triangle.
+    pub(super) barycentric: Vec<Vec2>,
+    pub(super) material: Vec<u32>,
+    /// Which neighbours lie on one smooth surface, whatever its material.
+    pub(super) shape: Joins,
+    /// Which neighbours lie on one smooth surface of one material.
+    pub(super) paint: Joins,
+}
+
+/// The camera of a picture whose pixels are averages of `n` × `n` of this camera's.
+pub(super) fn reduced(camera: &Camera, n: u32) -> Camera {
+    let scale = 1.0 / f64::from(n);
+    Camera {
+        width: camera.width.div_ceil(n),
+        height: camera.height.div_ceil(n),
+        focal: camera.focal * scale,
+        centre: camera.centre * scale,
+        ..*camera
+    }
+}
+
+impl Surfaces {
+    /// Casts a ray through the middle of each pixel.
+    pub(super) fn look(scene: &Scene, camera: &Camera) -> Self {
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let rays = PrimaryRays::new(camera, 1);
+        let origin = scene.local(camera.pose.position);
+        let found: Vec<_> = (0..width * height)
+            .into_par_iter()
+            .map(|i| {
+                let direction = rays.direction(i % width, i / width, 0);
+                let ray = Ray { origin, direction };
+                let surface = scene.tracer.closest(&ray, NEAREST_M).map(|hit| (hit.t, scene.surface(&ray, &hit)));
+                (direction, surface)
+            })
+            .collect();
+        let mut this = Self {
+            width,
+            height,
+            origin,
+            focal: camera.focal.y as f32,
+            camera: (camera.lens != Lens::Perspective).then_some((*camera, scene.origin)),
+            to_camera: camera.pose.rotation.transpose().as_mat3(),
+            focals: camera.focal.as_vec2(),
+            centre: camera.centre.as_vec2(),
+            ray: found.iter().map(|f| f.0).collect(),
+            distance: found.iter().map(|f| f.1.as_ref().map_or(f32::INFINITY, |s| s.0)).collect(),
+            position: found.iter().map(|f| f.1.as_ref().map_or(Vec3::ZERO, |s| s.1.position)).collect(),
+            normal: found.iter().map(|f| f.1.as_ref().map_or(Vec3::ZERO, |s| s.1.normal)).collect(),
+            triangle: found.iter().map(|f| f.1.as_ref().map_or(NONE, |s| s.1.triangle)).collect(),
+            barycentric: found.iter().map(|f| f.1.as_ref().map_or(Vec2::ZERO, |s| s.1.barycentric)).collect(),
+            material: found
+                .iter()
+                .map(|f| f.1.as_ref().map_or(NONE, |s| scene.mesh.materials[s.1.triangle as usize]))
+                .collect(),
+            shape: Joins::open(1, 1),
+            paint: Joins::open(1, 1),
+        };
+        this.shape = Joins::new(width, height, |i, j| this.one_surface(i, j));
+        this.paint = Joins::new(width, height, |i, j| this.material[i] == this.material[j] && this.one_surface(i, j));
+        this
+    }
+
+    /// Whether two neighbouring pixels see one smooth surface: normals within 18° and each point near the other's plane.
+    fn one_surface(&self, i: usize, j: usize) -> bool {
+        if self.triangle[i] == NONE || self.triangle[j] == NONE {
+            return self.triangle[i] == self.triangle[j];
+        }
+        let (a, b) = (self.normal[i], self.normal[j]);
+        let gap = self.position[j] - self.position[i];
+        // a step as deep as a pixel is wide, seen at 45°, is an edge
+        let step = 1.0 * self.distance[i].min(self.distance[j]) / self.focal;
+        a.dot(b) > 0.95 && a.dot(gap).abs().max(b.dot(gap).abs()) < step.max(2e-3)
+    }
+
+    /// Where a point would be in the picture, lens distortion apart; `None` behind the camera.
+    pub(super) fn project(&self, point: Vec3) -> Option<Vec2> {
+        if let Some((camera, origin)) = &self.camera {
+            return camera.project(point.as_dvec3() + *origin).map(|p| p.as_vec2());
+        }
+        let c = self.to_camera * (point - self.origin);
+        (c.y > 1e-3).then(|| self.centre + self.focals * Vec2::new(c.x, -c.z) / c.y)
+    }
+
+    /// Width of a pixel on its surface, metres: the root of its area.
+    pub(super) fn footprint(&self, i: usize) -> f32 {
+        let cos = self.normal[i].dot(self.ray[i]).abs().max(0.05);
+        self.distance[i] / self.focal / cos.sqrt()
+    }
+
+    /// Area of the surface that a pixel shows, m².
+    pub(super) fn area(&self, i: usize) -> f64 {
+        f64::from(self.footprint(i)).powi(2)
+    }
+
+    /// Distance from the picture's centre, 1 in its corners, squared.
+    pub(super) fn radius2(&self, i: usize) -> f32 {
+        let half = DVec2::new(self.width as f64, self.height as f64) * 0.5;
+        let at = DVec2::new((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
+        ((at - half).length_squared() / half.length_squared()) as f32
+    }
+}

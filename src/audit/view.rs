@@ -1,0 +1,181 @@
+//! One view: from a photograph to what both tests say of each pixel.
+
+use glam::Vec3;
+
+use super::geometry::{self, Geometry};
+use super::judge::{self, Judged, Scores};
+use super::photo::{Blurred, Photo, Reduced};
+use super::probe_view::ProbeView;
+use super::radiometry::{self, Radiometry, Sights};
+use super::soften::soften;
+use super::surfaces::{Surfaces, reduced};
+use super::texture::{self, Texture};
+use super::{PoseCorrection, Reason, Verdict, align};
+use crate::panorama::{Picture, luminance};
+use crate::render::{Relit, render};
+use crate::scene::Scene;
+use crate::shoot::Light;
+use crate::site::{Camera, Probe};
+use crate::volume::Volume;
+
+/// How to audit.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Photographs are reduced until their longer side has at most so many pixels.
+    pub longest_px: u32,
+    /// Refine each camera's pose by a few pixels.
+    pub refine_pose: bool,
+    /// Use only the first so many probes.
+    pub probes: usize,
+    /// Cells of the irradiance volume along the model's longest side.
+    pub cells: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { longest_px: 1024, refine_pose: true, probes: usize::MAX, cells: 64 }
+    }
+}
+
+/// What all views share.
+pub struct Prepared<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) light: &'a Light,
+    pub(super) volume: Option<&'a Volume<'a>>,
+    pub(super) probes: Vec<ProbeView>,
+}
+
+impl<'a> Prepared<'a> {
+    /// Takes the model, the probes' light, a volume that has a value for every surface that views show, and the probes
+    /// with their pictures.
+    pub fn new(
+        scene: &'a Scene,
+        light: &'a Light,
+        volume: Option<&'a Volume<'a>>,
+        probes: &[(&Probe, &Picture)],
+    ) -> Self {
+        let probes = probes.iter().map(|(probe, picture)| ProbeView::new(scene, probe, picture)).collect();
+        Self { scene, light, volume, probes }
+    }
+}
+
+/// What both tests say of a view, pixel by pixel, at the audit's size.
+pub struct Maps {
+    pub(super) camera: Camera,
+    pub(super) reduced_by: u32,
+    pub(super) surfaces: Surfaces,
+    pub(super) photo: Reduced,
+    pub(super) render: Picture,
+    pub(super) albedo: Vec<Vec3>,
+    pub(super) radiometry: Radiometry,
+    pub(super) sights: Sights,
+    pub(super) log_photo: Vec<Vec3>,
+    pub(super) usable: Vec<f32>,
+    pub(super) geometry: Geometry,
+    pub(super) texture: Texture,
+    pub(super) pose: PoseCorrection,
+    pub(super) refine_asked: bool,
+}
+
+/// Aligns a view's photograph with the model and runs both tests. `mask` is true where the photograph is to be left
+/// out; as long as the photograph, or empty.
+pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, settings: &Settings) -> Maps {
+    let scene = prepared.scene;
+    let side = camera.width.max(camera.height);
+    let n = side.div_ceil(settings.longest_px.max(16)).max(1);
+    let first = reduced(camera, n);
+    let photo = photograph.reduced(n as usize);
+    let usable: Vec<f32> = photo.unusable.iter().map(|r| if *r == Reason::None { 1.0 } else { 0.0 }).collect();
+    let relit = Relit { scene, light: prepared.light, volume: prepared.volume, volume_only: false };
+    let mut camera = first;
+    let mut pose = PoseCorrection::default();
+    let mut surfaces = Surfaces::look(scene, &camera);
+    let mut frame = render(scene, &relit, &camera, 4, &|_, _| {});
+    if settings.refine_pose {
+        let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
+        for _ in 0..2 {
+            let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
+            let aligned = align::align(scene, &surfaces, &camera, &first, &shown, &brightness, &usable);
+            let before = pose.mean_px;
+            (camera, pose) = (aligned.camera, aligned.correction);
+            if !pose.refined {
+                break;
+            }
+            surfaces = Surfaces::look(scene, &camera);
+            frame = render(scene, &relit, &camera, 4, &|_, _| {});
+            if (pose.mean_px - before).abs() < 0.2 {
+                break;
+            }
+        }
+    }
+    let blurred = Blurred::new(&photo.pixels, &usable, &surfaces.shape);
+    let sights = Sights::look(&surfaces, &prepared.probes, &usable);
+    let soft: Vec<Vec<Vec3>> = prepared
+        .probes
+        .iter()
+        .zip(&sights.of)
+        .map(|(probe, sights)| soften(&surfaces, probe, sights, &blurred, &usable))
+        .collect();
+    let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
+    let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &photo, &soft, &radiometry);
+    let log_photo: Vec<Vec3> = (0..usable.len())
+        .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
+        .collect();
+    let e = texture::irradiance(scene, &surfaces, prepared.light, prepared.volume);
+    let texture = texture::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
+    Maps {
+        camera,
+        reduced_by: n,
+        surfaces,
+        photo,
+        render: frame.radiance,
+        albedo: frame.albedo.pixels,
+        radiometry,
+        sights,
+        log_photo,
+        usable,
+        geometry,
+        texture,
+        pose,
+        refine_asked: settings.refine_pose,
+    }
+}
+
+impl Maps {
+    /// Width and height.
+    pub fn size(&self) -> (usize, usize) {
+        (self.surfaces.width, self.surfaces.height)
+    }
+
+    /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
+    pub fn scores(&self) -> [Vec<f32>; 3] {
+        let scores = Scores::of(self);
+        let both = scores.both();
+        [scores.geometry, scores.texture, both]
+    }
+
+    /// The regions that both tests end in, and a verdict for each pixel.
+    pub fn judged(&self, prepared: &Prepared) -> (Vec<Judged>, Vec<Verdict>) {
+        let judged = judge::judge(prepared, self, &Scores::of(self));
+        let (verdicts, _) = judge::verdicts(self, &judged);
+        (judged, verdicts)
+    }
+
+    /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
+    /// doubts below findings. Only the order means something.
+    pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
+        let mut ranks: Vec<f32> = Scores::of(self).both().iter().map(|s| s.min(1.0)).collect();
+        for j in judged {
+            let sure = if j.reason == Reason::None { 2.0 } else { 1.0 };
+            for &i in j.pixels() {
+                ranks[i] = sure + 0.9 * j.score as f32 + 0.1 * ranks[i];
+            }
+        }
+        ranks
+    }
+
+    /// The refined camera, at the audit's size, and how far it was moved.
+    pub fn pose(&self) -> (Camera, PoseCorrection) {
+        (self.camera, self.pose)
+    }
+}

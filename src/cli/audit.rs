@@ -1,0 +1,166 @@
+//! `clerestory audit SITE`.
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueHint};
+use clerestory::audit::{self, Audit, Finding, Settings};
+use clerestory::scene::{self, Health};
+use clerestory::site::Site;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+
+/// Find where the model is wrong, from photographs.
+///
+/// Compares each view's photograph with the model under the probes' light, and writes findings.json, findings.csv and a
+/// mask PNG per finding into --out.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory audit sites/chapel/as_modelled.toml\n  \
+    clerestory audit sites/chapel --view apse --json\n  \
+    clerestory audit sites/chapel --no-pose --out reports/chapel-audit")]
+pub(crate) struct AuditArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Only this view; may be given several times
+    #[arg(long, value_name = "NAME")]
+    view: Vec<String>,
+    /// The probes' pictures of this lighting: the one the photographs were taken in [default: the site's first]
+    #[arg(long, value_name = "NAME")]
+    lighting: Option<String>,
+    /// Use only the first N probes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    probes: Option<u32>,
+    /// Take the cameras' poses as they are
+    #[arg(long)]
+    no_pose: bool,
+    /// Work at so many pixels along the photographs' longer side at most
+    #[arg(long, value_name = "PIXELS", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(64..=8192))]
+    longest: u32,
+    /// Folder for the findings [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Print the findings as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// Audits a site and tells `out` about it.
+pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let site = Site::load(&args.site)?;
+    let file = site.file.display();
+    for name in &args.view {
+        match site.views.iter().find(|v| v.name == *name) {
+            Some(view) if view.photo.is_none() => bail!("{file}: the view “{name}” has no photo to compare with"),
+            Some(_) => {}
+            None => {
+                let known: Vec<&str> = site.views.iter().map(|v| v.name.as_str()).collect();
+                bail!("{file}: there is no view “{name}”. The site's views: {}", known.join(", "));
+            }
+        }
+    }
+    let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
+    let folder = args.out.clone().unwrap_or_else(|| super::render::default_folder(&site));
+    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
+    let settings = Settings {
+        longest_px: args.longest,
+        refine_pose: !args.no_pose,
+        probes: args.probes.map_or(usize::MAX, |n| n as usize),
+        ..Settings::default()
+    };
+    let bar = bar(args);
+    let tell = |what: &str, done: usize, all: usize| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+        bar.set_message(what.to_owned());
+    };
+    let mut audit = audit::audit(&site, &scene, &lighting, &args.view, &settings, &tell)?;
+    bar.finish_and_clear();
+    audit.warnings.extend(health.warnings);
+    audit.write(&folder)?;
+    if args.json {
+        out.write_all(audit.json()?.as_bytes())?;
+    } else if !args.quiet {
+        print(&audit, &folder, out)?;
+    }
+    Ok(())
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn bar(args: &AuditArgs) -> ProgressBar {
+    if args.quiet || args.json || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:16} {wide_bar} {pos} of {len}");
+    ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::Result<()> {
+    for warning in &audit.warnings {
+        writeln!(out, "! {warning}")?;
+    }
+    for view in &audit.views {
+        let s = &view.summary;
+        let percent = |v: f64| format!("{:.0} %", 100.0 * v);
+        writeln!(
+            out,
+            "{}: {} ok, {} texture, {} geometry, {} ambiguous, {} untestable",
+            s.view,
+            percent(s.shares.ok),
+            percent(s.shares.texture),
+            percent(s.shares.geometry),
+            percent(s.shares.ambiguous),
+            percent(s.shares.untestable)
+        )?;
+        let pose = if s.pose.refined {
+            format!("camera moved by {:.2} ± {:.2} pixels", s.pose.mean_px, s.pose.residual_px)
+        } else {
+            "camera as given".to_owned()
+        };
+        writeln!(out, "  exposure {:+.2} stops, {pose}, noise {:.1} %", s.exposure_ev, 100.0 * s.noise)?;
+        let mut reasons: Vec<(&String, &f64)> = s.reasons.iter().collect();
+        reasons.sort_by(|a, b| b.1.total_cmp(a.1).then(a.0.cmp(b.0)));
+        let reasons: Vec<String> = reasons
+            .iter()
+            .take(3)
+            .map(|(name, share)| format!("{} {}", name.replace('_', " "), percent(**share)))
+            .collect();
+        if !reasons.is_empty() {
+            writeln!(out, "  not tested, mostly: {}", reasons.join(", "))?;
+        }
+        for warning in s.warnings.iter().chain(s.probes.iter().filter_map(|p| p.warning.as_ref())) {
+            writeln!(out, "  ! {warning}")?;
+        }
+    }
+    let line = |out: &mut dyn Write, f: &Finding| {
+        let views = std::iter::once(&f.view).chain(&f.also_in).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let [x, y, z] = f.position;
+        writeln!(
+            out,
+            "{:>4}  {:<8} {:<10} {:>3.0} %  {}. At [{x:.2}, {y:.2}, {z:.2}], in {views}",
+            f.id,
+            f.kind.name(),
+            f.what.name(),
+            100.0 * f.score,
+            f.note
+        )
+    };
+    if audit.findings.is_empty() {
+        writeln!(out, "nothing found wrong where it could be tested")?;
+    }
+    for f in &audit.findings {
+        line(out, f)?;
+    }
+    if !audit.doubts.is_empty() {
+        writeln!(out, "cannot be told:")?;
+        for f in &audit.doubts {
+            line(out, f)?;
+        }
+    }
+    writeln!(out, "{}", folder.join("findings.json").display())
+}

@@ -1,0 +1,337 @@
+//! The audit from a site to findings: rooms whose light is known exactly, so that what must be found and what must not
+//! is known, too.
+
+mod support;
+
+use clerestory::audit::{self, Audit, Kind, Reason, Settings, Verdict, What};
+use clerestory::panorama::{Layer, Picture, write_exr};
+use clerestory::reference::{self, render_camera, unwatched};
+use clerestory::scene::{self, Health, Scene, Surface};
+use clerestory::site::Site;
+use glam::{DVec3, Vec3};
+use std::fs;
+use std::path::Path;
+use support::{Built, Paint, Plan, Quad, grey, sides, v};
+
+/// Side of the photographs and width of the probes, pixels.
+const SIDE: u32 = 128;
+const PROBE: usize = 512;
+
+/// Radiance of the room's surfaces: a picture of patches of many sizes on each, under light that changes slowly. The
+/// same albedo is on the model as a texture only where a test gives it one; here it is a function of place.
+fn pattern(p: Vec3) -> f32 {
+    let wave = |k: f32, phase: f32| (k * p.x + phase).sin() * (k * p.y + 1.3 * phase).sin() + (k * p.z + phase).sin();
+    0.5 + 0.12 * wave(9.0, 0.3) + 0.1 * wave(23.0, 1.1)
+}
+
+/// The room that was photographed: 6 × 5 × 3 m.
+fn room() -> Vec<Quad> {
+    sides(DVec3::ZERO, v(6.0, 5.0, 3.0), [0; 6])
+}
+
+fn plan(quads: Vec<Quad>, paints: &[Paint]) -> Plan {
+    Plan::new(quads, paints).probe(v(1.3, 3.3, 1.4), PROBE).probe(v(4.6, 3.0, 1.7), PROBE).view(
+        v(3.0, 1.0, 1.5),
+        v(3.2, 5.0, 1.4),
+        SIDE,
+    )
+}
+
+/// Writes the pictures of the true room (its light by `radiance` of place and normal) into the modelled one's site.
+fn photographed(truth: &Plan, model: &Plan, radiance: impl Fn(&Surface) -> Vec3 + Copy) -> Built {
+    let real = truth.build();
+    let site = model.build();
+    for (i, &(_, width)) in truth.probes.iter().enumerate() {
+        let picture = real.look(i, width, |s| s.map_or(Vec3::ZERO, radiance));
+        site.put(i, &picture);
+    }
+    for view in &real.site.views {
+        let photo = picture_of(&real.scene, &view.camera, radiance);
+        let name = format!("{}.exr", view.name);
+        write_exr(&site.folder.path().join(&name), photo.width, photo.height, &[Layer::rgb("", &photo)], None).unwrap();
+    }
+    let file = site.folder.path().join("site.toml");
+    let mut text = fs::read_to_string(&file).unwrap();
+    for view in &real.site.views {
+        let name = format!("name = \"{}\"", view.name);
+        text = text.replace(&name, &format!("{name}\nphoto = \"{}.exr\"", view.name));
+    }
+    fs::write(&file, text).unwrap();
+    site
+}
+
+/// What a camera sees, 16 rays a pixel.
+fn picture_of(scene: &Scene, camera: &clerestory::site::Camera, radiance: impl Fn(&Surface) -> Vec3) -> Picture {
+    let (w, h) = (camera.width as usize, camera.height as usize);
+    let mut picture = Picture::new(w, h);
+    let origin = scene.local(camera.pose.position);
+    for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+        for k in 0..16 {
+            let at = |k: usize| (k as f64 + 0.5) / 4.0;
+            let d = camera.direction((i % w) as f64 + at(k % 4), (i / w) as f64 + at(k / 4));
+            let ray = scene::Ray { origin, direction: d.as_vec3() };
+            if let Some(hit) = scene.tracer.closest(&ray, 1e-3) {
+                *pixel += radiance(&scene.surface(&ray, &hit)) / 16.0;
+            }
+        }
+    }
+    picture
+}
+
+fn audited(built: &Built) -> Audit {
+    audited_with(built, &Settings { cells: 12, ..Settings::default() })
+}
+
+fn audited_with(built: &Built, settings: &Settings) -> Audit {
+    let site = Site::load(built.folder.path()).unwrap();
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    audit::audit(&site, &scene, "", &[], settings, &|_, _, _| {}).unwrap()
+}
+
+/// Light that leaves a patterned wall.
+fn patterned(s: &Surface) -> Vec3 {
+    Vec3::splat(pattern(s.position))
+}
+
+fn share(audit: &Audit, verdict: Verdict) -> f64 {
+    let v = &audit.views[0].verdicts;
+    v.iter().filter(|w| **w == verdict).count() as f64 / v.len() as f64
+}
+
+#[test]
+fn a_right_model_yields_nothing() {
+    let p = plan(room(), &[grey(0.5)]);
+    let audit = audited(&photographed(&p, &p, patterned));
+    assert!(audit.findings.iter().all(|f| f.kind != Kind::Geometry), "{:?}", audit.findings);
+    assert_eq!(share(&audit, Verdict::Geometry), 0.0);
+}
+
+#[test]
+fn a_moved_wall_is_found_with_sign_and_size() {
+    // the far wall really stands at 5 m
+    for modelled in [4.85, 5.12] {
+        let truth = plan(room(), &[grey(0.5)]);
+        let model = plan(sides(DVec3::ZERO, v(6.0, modelled, 3.0), [0; 6]), &[grey(0.5)]);
+        let audit = audited(&photographed(&truth, &model, patterned));
+        let wall = audit.findings.iter().filter(|f| f.kind == Kind::Geometry);
+        let wall = wall.max_by_key(|f| f.area_px).expect("the wall is found");
+        let d = wall.displacement.expect("its displacement is measured");
+        // positive is towards the camera's side, which lies at lesser y
+        let expected = modelled - 5.0;
+        assert!((d.metres - expected).abs() < 0.2 * expected.abs() + 0.01, "{d:?} for {expected}");
+        assert!(d.metres.signum() == expected.signum());
+    }
+}
+
+#[test]
+fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
+    let truth = plan(room(), &[grey(0.5)]);
+    let model = plan(sides(DVec3::ZERO, v(6.0, 4.9, 3.0), [0; 6]), &[grey(0.5)]);
+    let audit = audited(&photographed(&truth, &model, |s| Vec3::splat(0.4 + 0.01 * s.position.x)));
+    assert!(audit.findings.is_empty(), "{:?}", audit.findings);
+    assert_eq!(share(&audit, Verdict::Ok), 0.0);
+    let view = &audit.views[0];
+    let untextured = view.reasons.iter().filter(|r| **r == Reason::NoTexture).count();
+    assert!(untextured * 2 > view.reasons.len(), "{:?}", view.summary.reasons);
+}
+
+#[test]
+fn probes_beside_the_camera_tell_nothing_of_geometry() {
+    let near = |quads| {
+        Plan::new(quads, &[grey(0.5)]).probe(v(3.0, 1.0, 1.5), PROBE).view(v(3.0, 1.0, 1.5), v(3.2, 5.0, 1.4), SIDE)
+    };
+    let (truth, model) = (near(room()), near(sides(DVec3::ZERO, v(6.0, 4.8, 3.0), [0; 6])));
+    let audit = audited(&photographed(&truth, &model, patterned));
+    assert_eq!(share(&audit, Verdict::Ok), 0.0, "{:?}", audit.views[0].summary);
+    assert!(audit.findings.iter().all(|f| f.kind != Kind::Geometry));
+    assert!(audit.views[0].summary.reasons["no_parallax"] > 0.5, "{:?}", audit.views[0].summary.reasons);
+}
+
+#[test]
+fn a_photograph_outside_the_model_and_a_black_model_are_untestable() {
+    let outside =
+        Plan::new(room(), &[grey(0.5)]).probe(v(3.0, 2.0, 1.5), PROBE).view(v(3.0, 9.0, 1.5), v(3.0, 20.0, 1.5), SIDE);
+    let audit = audited(&photographed(&outside, &outside, patterned));
+    assert_eq!(share(&audit, Verdict::Untestable), 1.0);
+    assert!(audit.findings.is_empty() && audit.doubts.is_empty());
+    let (truth, black) = (plan(room(), &[grey(0.5)]), plan(room(), &[grey(0.0)]));
+    let audit = audited(&photographed(&truth, &black, patterned));
+    assert_eq!(share(&audit, Verdict::Ok), 0.0);
+    assert!(audit.views[0].summary.reasons["black_albedo"] > 0.5, "{:?}", audit.views[0].summary.reasons);
+}
+
+#[test]
+fn a_person_in_one_probe_and_a_clipped_window_are_no_faults() {
+    let p = plan(room(), &[grey(0.5)]);
+    let built = photographed(&p, &p, patterned);
+    // a dark figure before the far wall, in the first probe only
+    let real = p.build();
+    let probe = real.look(0, PROBE, |s| {
+        s.map_or(Vec3::ZERO, |s| {
+            let person = s.normal.y < -0.9 && (2.6..3.2).contains(&s.position.x) && s.position.z < 1.8;
+            if person { Vec3::splat(0.03) } else { patterned(s) }
+        })
+    });
+    built.put(0, &probe);
+    let file = built.folder.path().join("v0.exr");
+    let mut photo = clerestory::panorama::read(&file).unwrap();
+    for (i, pixel) in photo.pixels.iter_mut().enumerate() {
+        if (20..50).contains(&(i % SIDE as usize)) && (20..60).contains(&(i / SIDE as usize)) {
+            *pixel = Vec3::splat(50.0);
+        }
+    }
+    write_exr(&file, photo.width, photo.height, &[Layer::rgb("", &photo)], None).unwrap();
+    let audit = audited(&built);
+    assert!(audit.findings.iter().all(|f| f.kind != Kind::Geometry), "{:?}", audit.findings);
+    let window = &audit.views[0].reasons[40 * SIDE as usize + 35];
+    assert_eq!((*window, audit.views[0].verdicts[40 * SIDE as usize + 35]), (Reason::Clipped, Verdict::Untestable));
+}
+
+/// A room with chequered walls, path-traced, and the same with one wall's picture gone wrong.
+#[test]
+fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
+    let board = |albedo| Paint { albedo, emission: 0.0, checker: true };
+    let lamp = Quad(v(2.0, 1.5, 2.99), v(1.5, 0.0, 0.0), v(0.0, 1.5, 0.0), 1);
+    // a screen that casts a shadow onto the far wall
+    let screen = Quad(v(2.2, 3.2, 2.0), v(1.2, 0.0, 0.0), v(0.0, 0.0, 0.5), 2);
+    let quads = |far: usize| {
+        let mut all = sides(DVec3::ZERO, v(5.0, 4.5, 3.0), [0, 0, 0, far, 0, 0]);
+        all.extend([lamp, screen]);
+        all
+    };
+    let paints = [board(0.8), Paint { albedo: 0.0, emission: 20.0, checker: false }, grey(0.4), board(0.8)];
+    let with = |far| {
+        Plan::new(quads(far), &paints).probe(v(1.2, 1.4, 1.4), 192).probe(v(3.9, 1.2, 1.6), 192).view(
+            v(2.5, 0.5, 1.5),
+            v(2.5, 4.5, 1.5),
+            96,
+        )
+    };
+    let truth = with(3);
+    let real = truth.build().trace(&truth, 64);
+    let lights = real.lights();
+    let settings = reference::Settings { samples: 64, ..Default::default() };
+    let photo = render_camera(&real.scene, &lights, &real.site.views[0].camera, &settings, &unwatched).unwrap().mean();
+    let audit = |colour: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        for file in fs::read_dir(real.folder.path()).unwrap() {
+            let file = file.unwrap();
+            fs::copy(file.path(), folder.path().join(file.file_name())).unwrap();
+        }
+        let put = |name: &str, from: &str, to: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, fs::read_to_string(&path).unwrap().replacen(from, to, 1)).unwrap();
+        };
+        put("model.mtl", "newmtl m3\nKd 0.8 0.8 0.8", &format!("newmtl m3\nKd {colour}"));
+        put("site.toml", "name = \"v0\"", "name = \"v0\"\nphoto = \"v0.exr\"");
+        write_exr(&folder.path().join("v0.exr"), 96, 96, &[Layer::rgb("", &photo)], None).unwrap();
+        let site = Site::load(folder.path()).unwrap();
+        let scene = scene::load(&site, &mut Health::default()).unwrap();
+        audit::audit(&site, &scene, "", &[], &Settings { cells: 12, ..Settings::default() }, &|_, _, _| {}).unwrap()
+    };
+    let right = audit("0.8 0.8 0.8");
+    assert!(right.findings.is_empty(), "{:?}", right.findings);
+    let wrong = audit("0.8 0.5 0.25");
+    let wall = wrong.findings.iter().max_by_key(|f| f.area_px).expect("the wall is found");
+    assert_eq!((wall.kind, wall.what, wall.material.as_str()), (Kind::Texture, What::Recoloured, "m3"));
+}
+
+#[test]
+fn a_shifted_pose_is_refined_and_told() {
+    let board = Paint { albedo: 0.8, emission: 0.0, checker: true };
+    let p = Plan::new(room(), &[board]).probe(v(1.5, 1.2, 1.4), PROBE).probe(v(4.6, 1.5, 1.7), PROBE).view(
+        v(3.0, 1.0, 1.5),
+        v(3.2, 5.0, 1.4),
+        SIDE,
+    );
+    let truth = p.build();
+    let radiance = |s: &Surface| truth.scene.albedo(s.triangle, s.barycentric) * 0.5 + Vec3::splat(0.02);
+    let built = photographed(&p, &p, radiance);
+    // the site's camera is turned: five pixels at this focal length
+    let file = built.folder.path().join("site.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let f = truth.site.views[0].camera.focal.x;
+    let shift = 5.0 / f * 4.0;
+    let turned = text.replace("look_at = [3.2, 5.0, 1.4]", &format!("look_at = [{}, 5.0, 1.4]", 3.2 + shift));
+    assert_ne!(text, turned);
+    fs::write(&file, turned).unwrap();
+    let audit = audited(&built);
+    let pose = audit.views[0].summary.pose;
+    println!("refined by {:.2} ± {:.2} px", pose.mean_px, pose.residual_px);
+    assert!(pose.refined && (4.0..7.0).contains(&pose.mean_px), "{pose:?}");
+    assert!(audit.findings.iter().all(|f| f.kind != Kind::Geometry), "{:?}", audit.findings);
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads() {
+    let truth = plan(room(), &[grey(0.5)]);
+    let model = plan(sides(DVec3::ZERO, v(6.0, 4.85, 3.0), [0; 6]), &[grey(0.5)]);
+    let built = photographed(&truth, &model, patterned);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let folder = tempfile::tempdir().unwrap();
+            audited(&built).write(folder.path()).unwrap();
+            let mut files: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect();
+            files.sort();
+            files.iter().map(|f| (f.file_name().unwrap().to_owned(), fs::read(f).unwrap())).collect::<Vec<_>>()
+        })
+    };
+    assert!(run(1) == run(3));
+}
+
+/// The bundled chapel as somebody modelled it: faults.json says what must be found.
+#[test]
+fn the_chapels_faulty_twin_is_found_out() {
+    let file = Path::new("sites/chapel/as_modelled.toml");
+    let site = Site::load(file).unwrap();
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let lighting = &site.lightings()[0];
+    let views = ["floor", "panels", "apse"].map(str::to_owned);
+    let settings = Settings { cells: 24, ..Settings::default() };
+    let audit = audit::audit(&site, &scene, lighting, &views, &settings, &|_, _, _| {}).unwrap();
+    let known: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string("sites/chapel/faults.json").unwrap()).unwrap();
+    let mut found = Vec::new();
+    for fault in known["faults"].as_array().unwrap() {
+        let number = |key: &str, i: usize| fault[key][i].as_f64().unwrap();
+        let middle = v(number("position", 0), number("position", 1), number("position", 2));
+        let size = v(number("size_m", 0), number("size_m", 1), number("size_m", 2)).max_element();
+        let id = fault["id"].as_str().unwrap();
+        let hit = audit.findings.iter().find(|f| {
+            f.kind.name() == fault["kind"].as_str().unwrap() && DVec3::from(f.position).distance(middle) < 0.6 * size
+        });
+        println!("{id}: {}", hit.map_or("not found".to_owned(), |f| format!("{} {}", f.id, f.what.name())));
+        found.extend(hit.map(|f| (id.to_owned(), f.what.name())));
+    }
+    for expected in
+        [("floor", "rotated"), ("ship", "mirrored"), ("rosette", "recoloured"), ("vine", "shifted"), ("crate", "extra")]
+    {
+        assert!(found.iter().any(|(id, what)| (id.as_str(), *what) == expected), "{expected:?} not in {found:?}");
+    }
+}
+
+#[test]
+fn the_program_audits_and_names_what_is_missing() {
+    let out = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let mut c = assert_cmd::Command::cargo_bin("clerestory").unwrap();
+        c.args(arguments).args(["--out", out.path().to_str().unwrap()]).output().unwrap()
+    };
+    let ok = run(&["audit", "sites/chapel/as_modelled.toml", "--view", "apse", "--json"]);
+    assert!(ok.status.success(), "{}", String::from_utf8_lossy(&ok.stderr));
+    let printed: serde_json::Value = serde_json::from_slice(&ok.stdout).unwrap();
+    let written: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.path().join("findings.json")).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    for f in written["findings"].as_array().unwrap() {
+        let mask = image::open(out.path().join(f["mask"].as_str().unwrap())).unwrap().into_luma8();
+        assert_eq!(mask.dimensions(), (256, 256));
+        let inside = mask.pixels().filter(|p| p.0[0] == 255).count() as u64;
+        assert_eq!(inside, f["area_px"].as_u64().unwrap());
+    }
+    let wrong = run(&["audit", "sites/chapel", "--view", "nave"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&wrong.stderr).into_owned();
+    assert!(said.contains("nave") && said.contains("sacristy") && said.trim().lines().count() == 1, "{said}");
+}
