@@ -296,25 +296,30 @@ fn on_one_surface(s: &Surface, position: Vec3, normal: Vec3, near_m: f32) -> boo
 /// of `seen` see, where that is given.
 pub fn shown_points(scene: &Scene, seen: Option<&Light>, cameras: &[Camera]) -> Vec<(Vec3, Vec3)> {
     /// Points along a picture's longer side.
-    const ALONG: usize = 128;
+    const ALONG: usize = 256;
+    /// Points along the side of a tile.
+    const TILE: usize = 8;
     let look = |camera: &Camera| -> Vec<(Vec3, Vec3)> {
         let rays = PrimaryRays::new(camera, 1);
         let origin = scene.local(camera.pose.position);
         let (width, height) = (camera.width as usize, camera.height as usize);
         let step = width.max(height).div_ceil(ALONG);
-        let rows: Vec<usize> = (step / 2..height).step_by(step).collect();
-        rows.into_par_iter()
-            .flat_map_iter(|y| {
+        let lines = |side: usize| (step / 2..side).step_by(step).collect::<Vec<_>>();
+        let (columns, rows) = (lines(width), lines(height));
+        rows.par_chunks(TILE)
+            .flat_map_iter(|rows| {
                 let rays = &rays;
-                (step / 2..width).step_by(step).filter_map(move |x| {
-                    if !camera.shows(x as f64 + 0.5, y as f64 + 0.5) {
-                        return None;
-                    }
-                    let ray = Ray { origin, direction: rays.direction(x, y, 0) };
-                    let hit = scene.tracer.closest(&ray, NEAREST_M)?;
-                    let s = scene.surface(&ray, &hit);
-                    let unseen = seen.is_none_or(|light| light.observe(scene, s.position, s.normal).is_none());
-                    unseen.then_some((s.position, s.normal))
+                columns.chunks(TILE).flat_map(move |columns| {
+                    let places = rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y)));
+                    let places = places.filter(|&(x, y)| camera.shows(x as f64 + 0.5, y as f64 + 0.5));
+                    let directions: Vec<Vec3> = places.map(|(x, y)| rays.direction(x, y, 0)).collect();
+                    let mut hits = vec![None; directions.len()];
+                    scene.tracer.closest_packet(origin, &directions, NEAREST_M, &mut hits);
+                    directions.into_iter().zip(hits).filter_map(move |(direction, hit)| {
+                        let s = scene.surface(&Ray { origin, direction }, &hit?);
+                        let unseen = seen.is_none_or(|light| light.observe(scene, s.position, s.normal).is_none());
+                        unseen.then_some((s.position, s.normal))
+                    })
                 })
             })
             .collect()
