@@ -155,7 +155,8 @@ impl Anchors {
         best.into_iter().find(|b| b.0 > 0.0 && self.sees(scene, b.1, point, normal)).map(|b| b.1)
     }
 
-    fn weight(&self, anchor: u32, point: Vec3, normal: Vec3) -> f32 {
+    /// How well an anchor speaks for a point.
+    pub(super) fn weight(&self, anchor: u32, point: Vec3, normal: Vec3) -> f32 {
         let anchor = &self.list[anchor as usize];
         let facing = anchor.normal.dot(normal);
         if facing < 0.3 {

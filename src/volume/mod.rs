@@ -32,6 +32,16 @@ pub struct Volume<'a> {
     vectors: Vec<Option<[Vec3; 3]>>,
 }
 
+/// Scratch space for look-ups, and what the last one found.
+#[derive(Clone, Debug, Default)]
+pub struct Nearby {
+    found: Vec<Weighted>,
+    point: Vec3,
+    normal: Vec3,
+    /// The anchors that the point takes its value from.
+    seen: Vec<u32>,
+}
+
 /// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
 const EXCHANGES: usize = 100;
 
@@ -113,25 +123,35 @@ impl<'a> Volume<'a> {
         self.len() == 0
     }
 
-    /// Irradiance on a surface, without direct sun; `None` where no value is near that the point can see. `found` is
-    /// scratch space.
-    pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, found: &mut Vec<Weighted>) -> Option<Vec3> {
-        self.anchors.around(point, normal, found);
-        found.retain(|f| self.vectors[f.1 as usize].is_some());
+    /// Irradiance on a surface, without direct sun; `None` where no value is near that the point can see. `near` keeps
+    /// what was found for the last point, which serves for points close by.
+    pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Vec3> {
+        /// How far from a point, in cells, what it sees counts as seen.
+        const CLOSE: f32 = 0.08;
+        let close = CLOSE * self.anchors.grid.cell_m;
+        if near.seen.is_empty() || near.normal.dot(normal) < 0.999 || near.point.distance(point) > close {
+            (near.point, near.normal) = (point, normal);
+            let Nearby { found, seen, .. } = near;
+            self.anchors.around(point, normal, found);
+            found.retain(|f| self.vectors[f.1 as usize].is_some());
+            seen.clear();
+            self.anchors.taken(scene, point, normal, found, |_, index| seen.push(index));
+        }
         let mut sum = Vec3::ZERO;
         let mut total = 0.0;
-        self.anchors.taken(scene, point, normal, found, |weight, index| {
+        for &index in &near.seen {
             if let Some(vectors) = &self.vectors[index as usize] {
+                let weight = self.anchors.weight(index, point, normal);
                 sum += irradiance(vectors, normal) * weight;
                 total += weight;
             }
-        });
+        }
         (total > 0.0).then(|| sum / total)
     }
 
     /// Irradiance on a surface without direct sun, gathered on the spot by a few rays: for the odd point that has no
     /// value near.
-    pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, found: &mut Vec<Weighted>) -> Vec3 {
+    pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, near: &mut Nearby) -> Vec3 {
         const RAYS: u32 = 32;
         let origin = point + normal * self.anchors.lift();
         let lobes = Guide::default().from(origin, normal);
@@ -146,7 +166,7 @@ impl<'a> Volume<'a> {
                     let direct = || light.direct_sun(scene, s.position, s.normal);
                     let e = match light.observe(scene, s.position, s.normal) {
                         Some(o) => o.value(),
-                        None => match self.irradiance(scene, s.position, s.normal, found) {
+                        None => match self.irradiance(scene, s.position, s.normal, near) {
                             Some(e) => e + direct(),
                             None => light.glimpse(scene, s.position, s.normal).unwrap_or_else(direct),
                         },
