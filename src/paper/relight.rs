@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Plain;
 use crate::render::{Irradiance, Source};
-use crate::volume::Weighted;
+use crate::volume::Nearby;
 
 /// A scene lit the paper's way, for [`crate::render::render`]. Every sample looks up its own irradiance.
 pub struct PlainRelit<'a> {
@@ -19,7 +19,7 @@ impl Irradiance for PlainRelit<'_> {
         &self,
         normal: Vec3,
         positions: &[Vec3],
-        _: &mut Vec<Weighted>,
+        _: &mut Nearby,
         put: &mut dyn FnMut(usize, Vec3),
     ) -> (Source, f32) {
         let mut counts = [0usize; 3];

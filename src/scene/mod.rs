@@ -1,5 +1,6 @@
 //! The model: mesh, materials, textures and ray casting.
 
+mod face;
 mod health;
 mod load;
 mod mesh;
@@ -8,6 +9,7 @@ mod obj;
 mod texture;
 mod tracer;
 
+pub use face::{Face, Paint};
 pub use health::{Edges, Health, MaterialArea, edges};
 pub use load::{SceneError, load};
 pub use mesh::{Material, Mesh};
@@ -78,67 +80,19 @@ impl Scene {
 
     /// What a ray found at a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let [a, b, c] = self.mesh.corners(hit.triangle);
-        let (e1, e2) = (b - a, c - a);
-        let n = e1.cross(e2);
-        let position = ray.origin + ray.direction * hit.t;
-        let p = position - a;
-        let inv = 1.0 / n.length_squared();
-        let barycentric = Vec2::new(p.cross(e2).dot(n) * inv, e1.cross(p).dot(n) * inv);
-        let n = n.normalize_or_zero();
-        let normal = if n.dot(ray.direction) > 0.0 { -n } else { n };
-        Surface { position, normal, triangle: hit.triangle, barycentric }
+        self.face(hit.triangle).surface(ray, hit.t)
     }
 
     /// Diffuse albedo at a point of a triangle, per channel in 0..=1: Kd × texture × vertex colour, bilinear, at
     /// texture level 0.
     pub fn albedo(&self, triangle: u32, barycentric: Vec2) -> Vec3 {
-        self.albedo_along(triangle, barycentric, Vec2::ZERO, 1, 0.0)
+        self.paint(&self.face(triangle), false).albedo(barycentric, 0.0)
     }
 
     /// Albedo averaged over a footprint `width_m` metres wide on the surface, for relighting: a lamp counts as white, so
     /// that the light a probe saw it send out is kept, whatever its Kd.
     pub fn filtered_albedo(&self, triangle: u32, barycentric: Vec2, width_m: f32) -> Vec3 {
-        if self.emission(triangle) != Vec3::ZERO {
-            return Vec3::ONE;
-        }
-        self.albedo_along(triangle, barycentric, Vec2::ZERO, 1, width_m)
-    }
-
-    /// Albedo averaged over what a thin pencil of rays sees of a surface: `width_m` wide across the ray, and stretched
-    /// along the surface by the angle it is seen at (up to 8 times). A lamp counts as white.
-    pub fn pencil_albedo(&self, surface: &Surface, direction: Vec3, width_m: f32) -> Vec3 {
-        let cos = -surface.normal.dot(direction);
-        let taps = (1.0 / cos.max(0.125) - 0.25).ceil() as u32;
-        if taps <= 1 || self.emission(surface.triangle) != Vec3::ZERO {
-            return self.filtered_albedo(surface.triangle, surface.barycentric, width_m);
-        }
-        let along = (direction + surface.normal * cos).normalize_or_zero() * (width_m / cos.max(0.125));
-        let [a, b, c] = self.mesh.corners(surface.triangle);
-        let (e1, e2) = (b - a, c - a);
-        let n = e1.cross(e2);
-        let length = Vec2::new(along.cross(e2).dot(n), e1.cross(along).dot(n)) / n.length_squared();
-        self.albedo_along(surface.triangle, surface.barycentric, length, taps, width_m)
-    }
-
-    /// Albedo averaged over `taps` places spread evenly over `length` (in barycentric coordinates) about a point.
-    fn albedo_along(&self, triangle: u32, middle: Vec2, length: Vec2, taps: u32, width_m: f32) -> Vec3 {
-        let material = &self.materials[self.mesh.materials[triangle as usize] as usize];
-        let mut albedo = material.albedo;
-        if let Some(colour) = self.mesh.colour(triangle, middle) {
-            albedo *= colour;
-        }
-        let Some(texture) = material.texture else { return albedo };
-        let Some(uv) = self.mesh.uv(triangle, middle) else { return albedo };
-        let texture = &self.textures[texture as usize];
-        let level = if width_m > 0.0 { texture.level(width_m * self.mesh.uv_per_metre(triangle)) } else { 0.0 };
-        if taps <= 1 {
-            return albedo * texture.sample(uv, level);
-        }
-        let ends = self.mesh.uv(triangle, middle + length).unwrap_or(uv) - uv;
-        let share = 1.0 / taps as f32;
-        let at = |k: u32| uv + ends * ((k as f32 + 0.5) * share - 0.5);
-        albedo * ((0..taps).map(|k| texture.sample(at(k), level)).sum::<Vec3>() * share)
+        self.paint(&self.face(triangle), true).albedo(barycentric, width_m)
     }
 
     /// Radiance that a triangle sends out of itself (both sides).

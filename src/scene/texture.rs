@@ -1,8 +1,8 @@
 //! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::path::Path;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use crate::panorama::{linear_to_srgb, srgb_to_linear};
 
@@ -15,7 +15,8 @@ pub(super) const MAX_SIDE: u32 = 32_768;
 const MAX_DECODE_BYTES: u64 = 2 << 30;
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
-static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
+static LINEAR: LazyLock<Arc<[f32; 256]>> =
+    LazyLock::new(|| Arc::new(std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0))));
 
 /// A picture that multiplies a material's albedo. Repeats in both directions; v = 0 is the picture's bottom row.
 #[derive(Clone, Debug)]
@@ -31,6 +32,8 @@ struct Level {
     height: usize,
     /// Rows from the top; the fourth byte pads to a word.
     texels: Vec<[u8; 4]>,
+    /// [`LINEAR`], without asking each time whether it is ready.
+    linear: Arc<[f32; 256]>,
 }
 
 impl Texture {
@@ -70,7 +73,7 @@ impl Texture {
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
     pub fn new(name: String, width: usize, height: usize, texels: Vec<[u8; 4]>) -> Self {
         assert!(width > 0 && height > 0 && texels.len() == width * height);
-        let mut levels = vec![Level { width, height, texels }];
+        let mut levels = vec![Level { width, height, texels, linear: LINEAR.clone() }];
         while let Some(last) = levels.last()
             && (last.width > 1 || last.height > 1)
         {
@@ -90,10 +93,16 @@ impl Texture {
         self.levels.iter().map(|l| l.texels.len() * 4).sum()
     }
 
-    /// The pyramid level at which a texel is as wide as `uv_width` texture units; 0 is the picture itself.
-    pub fn level(&self, uv_width: f32) -> f32 {
+    /// Texels along a texture unit.
+    pub fn texels_per_unit(&self) -> f32 {
         let (w, h) = self.size();
-        (uv_width * ((w * h) as f32).sqrt()).max(1.0).log2()
+        ((w * h) as f32).sqrt()
+    }
+
+    /// The pyramid level whose texels are so many of the picture's own wide; 0 is the picture itself.
+    #[inline]
+    pub fn level_of(texels: f32) -> f32 {
+        if texels > 1.0 { texels.log2() } else { 0.0 }
     }
 
     /// Linear RGB at texture coordinates `uv`, bilinear, between pyramid levels linear.
@@ -106,36 +115,44 @@ impl Texture {
     }
 }
 
+/// The next whole number below; without a call into the C library.
+#[inline]
+fn floor(x: f32) -> f32 {
+    let i = x as i32 as f32;
+    if i > x { i - 1.0 } else { i }
+}
+
 impl Level {
     fn texel(&self, x: usize, y: usize) -> Vec3 {
         let [r, g, b, _] = self.texels[y * self.width + x];
-        let table = &*LINEAR;
+        let table = &self.linear;
         Vec3::new(table[r as usize], table[g as usize], table[b as usize])
     }
 
+    #[inline]
     fn bilinear(&self, uv: Vec2) -> Vec3 {
-        let (u, v) = (uv.x - uv.x.floor(), uv.y - uv.y.floor());
+        let (u, v) = (uv.x - floor(uv.x), uv.y - floor(uv.y));
         let x = u * self.width as f32 - 0.5;
         let y = (1.0 - v) * self.height as f32 - 0.5;
-        let (x0, y0) = (x.floor(), y.floor());
+        let (x0, y0) = (floor(x), floor(y));
         let (fx, fy) = (x - x0, y - y0);
         // u and v are in 0..=1, so one wrap is enough
-        let wrap = |i: f32, n: usize| {
-            let i = i as isize;
-            let n = n as isize;
-            (if i < 0 {
-                i + n
-            } else if i >= n {
-                i - n
-            } else {
-                i
-            }) as usize
+        let wrap = |i: i32, n: usize| {
+            if i < 0 { n - 1 } else { (if i as usize >= n { i as usize - n } else { i as usize }).min(n - 1) }
         };
-        let (xa, xb) = (wrap(x0, self.width), wrap(x0 + 1.0, self.width));
-        let (ya, yb) = (wrap(y0, self.height), wrap(y0 + 1.0, self.height));
-        let top = self.texel(xa, ya).lerp(self.texel(xb, ya), fx);
-        let bottom = self.texel(xa, yb).lerp(self.texel(xb, yb), fx);
-        top.lerp(bottom, fy)
+        let (left, top) = (x0 as i32, y0 as i32);
+        let (xa, xb) = (wrap(left, self.width), wrap(left + 1, self.width));
+        let (ya, yb) = (wrap(top, self.height) * self.width, wrap(top + 1, self.height) * self.width);
+        let above = self.at(ya + xa).lerp(self.at(ya + xb), fx);
+        let below = self.at(yb + xa).lerp(self.at(yb + xb), fx);
+        above.lerp(below, fy).truncate()
+    }
+
+    #[inline]
+    fn at(&self, i: usize) -> Vec4 {
+        let [r, g, b, _] = self.texels[i];
+        let table = &self.linear;
+        Vec4::new(table[usize::from(r)], table[usize::from(g)], table[usize::from(b)], 0.0)
     }
 
     /// Half the size in each direction, averaged in linear light. An odd size drops no texel: the last is repeated.
@@ -151,6 +168,6 @@ impl Level {
                 texels.push([code(mean.x), code(mean.y), code(mean.z), 255]);
             }
         }
-        Self { width, height, texels }
+        Self { width, height, texels, linear: self.linear.clone() }
     }
 }

@@ -90,6 +90,44 @@ impl Chart {
         }
     }
 
+    /// The unit directions of the middles of a row's cells, from left to right.
+    pub fn middles(&self, row: usize) -> impl Fn(usize) -> Vec3 + use<> {
+        let n = self.row(row).len() as f32;
+        let v = (row as f32 + 0.5) / self.rows() as f32;
+        let (sin_theta, cos_theta) = (v * PI).sin_cos();
+        let lens = self.lens;
+        move |x| {
+            let u = (x as f32 + 0.5) / n;
+            match lens {
+                Lens::LatLong => {
+                    let (sin_phi, cos_phi) = ((u - 0.5) * TAU).sin_cos();
+                    Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
+                }
+                Lens::Perspective(half) => {
+                    Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize()
+                }
+            }
+        }
+    }
+
+    /// How a direction in a row changes over one cell to the right and one row down, to first order.
+    pub fn steps(&self, row: usize, d: Vec3) -> (Vec3, Vec3) {
+        let (n, rows) = (self.row(row).len() as f32, self.rows() as f32);
+        match self.lens {
+            Lens::LatLong => {
+                let sin_theta = d.x.hypot(d.y).max(1e-6);
+                let right = Vec3::new(d.y, -d.x, 0.0) * (TAU / n);
+                let down = Vec3::new(d.z * d.x / sin_theta, d.z * d.y / sin_theta, -sin_theta) * (PI / rows);
+                (right, down)
+            }
+            Lens::Perspective(half) => {
+                let right = Vec3::X * (2.0 * half.x / n * d.y);
+                let down = Vec3::NEG_Z * (2.0 * half.y / rows * d.y);
+                (right - d * right.dot(d), down - d * down.dot(d))
+            }
+        }
+    }
+
     /// The place of a direction (need not be a unit vector): fraction of a row from its left end, and rows from the
     /// top; `None` where the picture does not reach.
     pub fn place(&self, d: Vec3) -> Option<Vec2> {

@@ -4,10 +4,15 @@ use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Chart;
-use crate::scene::{Ray, Scene, Surface};
+use super::sunlight::{self, Sunlit};
+use crate::scene::{Face, Paint, Ray, Scene, Surface};
+use std::sync::{Arc, OnceLock};
 
 /// A point this share of a cell's width behind a surface may be hidden by it.
-const HIDDEN: f32 = 0.1;
+pub(super) const HIDDEN: f32 = 0.1;
+
+/// Normals whose cosine is less are not of one surface.
+const LEAST_HOLD: f32 = 0.8;
 
 /// Rays shorter than this are taken for the tripod or a probe that touches a wall, metres.
 const NEAREST_M: f32 = 1e-3;
@@ -24,6 +29,8 @@ pub struct Hits {
     /// Where each cell looks.
     pub chart: Chart,
     pub(super) cells: Vec<CellHit>,
+    /// A direction towards the sun, and which cells it shines on: all lightings of a site share one.
+    sunlit: OnceLock<(Vec3, Arc<[Sunlit]>)>,
 }
 
 /// What one cell sees; 16 bytes.
@@ -53,6 +60,16 @@ impl CellHit {
         if (n.dot(point) - self.plane).abs() < tolerance_m { n.dot(normal) } else { -1.0 }
     }
 
+    /// [`facing`](Self::facing) for a point of a surface whose normal, and that normal packed, are given: neighbours
+    /// mostly share it.
+    #[inline]
+    pub(super) fn facing_packed(&self, point: Vec3, normal: Vec3, packed: u32, tolerance_m: f32) -> f32 {
+        if self.normal == packed {
+            return if (normal.dot(point) - self.plane).abs() < tolerance_m { 1.0 } else { -1.0 };
+        }
+        self.facing(point, normal, tolerance_m)
+    }
+
     /// Whether this cell's surface, taken as a plane, stands between the probe and a point (relative to the probe).
     pub(super) fn hides(&self, point: Vec3, tolerance_m: f32) -> bool {
         self.is_hit() && unpack_normal(self.normal).dot(point) - self.plane < -HIDDEN * tolerance_m
@@ -60,7 +77,7 @@ impl CellHit {
 
     /// Whether a point lies on this cell's surface.
     fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
-        self.facing(point, normal, tolerance_m) > 0.8
+        self.facing(point, normal, tolerance_m) > LEAST_HOLD
     }
 }
 
@@ -71,20 +88,30 @@ impl Hits {
         let rows: Vec<(usize, &mut [CellHit])> = split_rows(&chart, &mut cells);
         rows.into_par_iter().for_each(|(row, cells)| {
             let mut found = [None; STRIP];
+            let middle = chart.middles(row);
+            let mut face: Option<(Face, Paint)> = None;
             for (strip, cells) in cells.chunks_mut(STRIP).enumerate() {
                 let first = strip * STRIP;
-                let directions: Vec<Vec3> = (0..cells.len()).map(|x| to_world * chart.middle(row, first + x)).collect();
+                let middles: Vec<Vec3> = (0..cells.len()).map(|x| middle(first + x)).collect();
+                let directions: Vec<Vec3> = middles.iter().map(|&d| to_world * d).collect();
                 found.fill(None);
                 scene.tracer.closest_packet(origin, &directions, NEAREST_M, &mut found);
                 for (x, cell) in cells.iter_mut().enumerate() {
                     let Some(hit) = &found[x] else { continue };
-                    let surface = scene.surface(&Ray { origin, direction: directions[x] }, hit);
-                    let at = Vec2::new((first + x) as f32 + 0.5, row as f32 + 0.5);
-                    *cell = see(scene, origin, to_world, &chart, row, at, &surface);
+                    // cells beside each other mostly see one triangle
+                    if face.is_none_or(|(face, _)| face.triangle != hit.triangle) {
+                        let next = scene.face(hit.triangle);
+                        face = Some((next, scene.paint(&next, true)));
+                    }
+                    let Some((face, paint)) = &face else { continue };
+                    let surface = face.surface(&Ray { origin, direction: directions[x] }, hit.t);
+                    let (right, down) = chart.steps(row, middles[x]);
+                    let steps = [directions[x], to_world * right, to_world * down];
+                    *cell = see(origin, steps, chart.cell_angle(), face, paint, &surface);
                 }
             }
         });
-        let mut hits = Self { origin, to_probe: to_world.transpose(), chart, cells };
+        let mut hits = Self { origin, to_probe: to_world.transpose(), chart, cells, sunlit: OnceLock::new() };
         let purity = hits.purities(scene);
         for (cell, purity) in hits.cells.iter_mut().zip(purity) {
             cell.purity = purity;
@@ -138,9 +165,17 @@ impl Hits {
         length < lift || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
     }
 
+    /// Which cells the sun shines on. Casts rays for the first direction asked for only.
+    pub(super) fn sunlit(&self, scene: &Scene, sun: Vec3) -> Arc<[Sunlit]> {
+        let find = || sunlight::sunlit(scene, self, sun).into();
+        let (first, sunlit) = self.sunlit.get_or_init(|| (sun, find()));
+        if *first == sun { sunlit.clone() } else { find() }
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.cells.len() * size_of::<CellHit>()
+        let sunlit = self.sunlit.get().map_or(0, |s| s.1.len() * size_of::<Sunlit>());
+        self.cells.len() * size_of::<CellHit>() + sunlit
     }
 
     /// Number of cells that see a surface.
@@ -156,13 +191,14 @@ impl Hits {
             .into_par_iter()
             .flat_map_iter(|row| {
                 let range = self.chart.row(row);
+                let middle = self.chart.middles(row);
                 range.clone().map(move |i| {
                     let cell = &self.cells[i];
                     if !cell.is_hit() {
                         return 0;
                     }
                     let x = i - range.start;
-                    if !self.beside_edge(row, x) {
+                    if !self.beside_edge(row, x, to_world * middle(x)) {
                         return u16::MAX;
                     }
                     let corners = self.chart.corners();
@@ -199,16 +235,17 @@ impl Hits {
         [left, right, above, below].into_iter().flatten()
     }
 
-    /// Whether a cell's neighbours see another surface.
-    fn beside_edge(&self, row: usize, x: usize) -> bool {
+    /// Whether a cell's neighbours see another surface; `d` is the direction of its middle.
+    fn beside_edge(&self, row: usize, x: usize, d: Vec3) -> bool {
         let cell = &self.cells[self.chart.row(row).start + x];
-        let d = self.to_probe.transpose() * self.chart.direction(row, x as f32 + 0.5, row as f32 + 0.5);
-        let distance = cell.plane / unpack_normal(cell.normal).dot(d);
+        let normal = unpack_normal(cell.normal);
+        let distance = cell.plane / normal.dot(d);
         let p = d * distance;
         self.neighbours(row, x).any(|j| {
             // symmetric, and on curved surfaces milder than asking the neighbour's point of this plane
             let other = &self.cells[j];
-            !other.is_hit() || !other.holds(p, unpack_normal(cell.normal), distance * self.chart.cell_angle())
+            let tolerance = distance * self.chart.cell_angle();
+            !other.is_hit() || other.facing_packed(p, normal, cell.normal, tolerance) <= LEAST_HOLD
         })
     }
 }
@@ -219,19 +256,19 @@ fn look(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<Surface> {
     scene.tracer.closest(&ray, NEAREST_M).map(|hit| scene.surface(&ray, &hit))
 }
 
-/// A cell that sees a surface, with the albedo averaged over its footprint.
-fn see(scene: &Scene, origin: Vec3, to_world: Mat3, chart: &Chart, row: usize, at: Vec2, surface: &Surface) -> CellHit {
+/// A cell that sees a surface, with the albedo averaged over its footprint: four points on the surface's plane, found
+/// without casting rays. `steps` are the direction of the cell's middle and its change to the right and down.
+fn see(origin: Vec3, steps: [Vec3; 3], angle: f32, face: &Face, paint: &Paint, surface: &Surface) -> CellHit {
+    let [middle, right, down] = steps;
     let p = surface.position - origin;
     let plane = surface.normal.dot(p);
     let mut albedo = Vec3::ZERO;
-    // four points of the footprint, found on the surface's plane without casting rays
-    let corner = scene.mesh.corners(surface.triangle);
-    let width = 0.5 * p.length() * chart.cell_angle();
+    let width = 0.5 * p.length() * angle;
     for (dx, dy) in [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)] {
-        let d = to_world * chart.direction(row, at.x + dx, at.y + dy);
+        let d = middle + right * dx + down * dy;
         let along = surface.normal.dot(d);
         let q = if along < -1e-4 { origin + d * (plane / along) } else { surface.position };
-        albedo += scene.filtered_albedo(surface.triangle, barycentric(corner, q), width);
+        albedo += paint.albedo(face.barycentric(q), width);
     }
     let albedo = (albedo * 0.25).clamp(Vec3::ZERO, Vec3::ONE) * 65535.0 + 0.5;
     CellHit {
@@ -240,14 +277,6 @@ fn see(scene: &Scene, origin: Vec3, to_world: Mat3, chart: &Chart, row: usize, a
         albedo: [albedo.x as u16, albedo.y as u16, albedo.z as u16],
         purity: u16::MAX,
     }
-}
-
-/// Barycentric coordinates of a point on a triangle's plane; may be outside the triangle.
-fn barycentric([a, b, c]: [Vec3; 3], point: Vec3) -> Vec2 {
-    let (e1, e2, p) = (b - a, c - a, point - a);
-    let n = e1.cross(e2);
-    let inv = 1.0 / n.length_squared();
-    Vec2::new(p.cross(e2).dot(n) * inv, e1.cross(p).dot(n) * inv)
 }
 
 /// The cells of each row.

@@ -137,10 +137,12 @@ impl Light {
 
     /// Direct sun on a surface, as irradiance.
     pub fn direct_sun(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Vec3 {
-        match self.sun {
-            Some(s) if sunlight::reaches(scene, point, normal, s.direction) => s.irradiance * normal.dot(s.direction),
-            _ => Vec3::ZERO,
-        }
+        if self.sun_reaches(scene, point, normal) { self.unshadowed_sun(normal) } else { Vec3::ZERO }
+    }
+
+    /// Direct sun on a surface that nothing shadows, as irradiance.
+    pub fn unshadowed_sun(&self, normal: Vec3) -> Vec3 {
+        self.sun.map_or(Vec3::ZERO, |s| s.irradiance * normal.dot(s.direction).max(0.0))
     }
 
     /// Radiance of the sky in a direction: as the probes saw it, else as the site gives it, else black.

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::hits::{CellHit, Hits, unpack_normal};
-use super::sunlight::{self, Sunlit};
+use super::hits::{CellHit, HIDDEN, Hits, unpack_normal};
+use super::sunlight::Sunlit;
 use crate::panorama::Picture;
 use crate::scene::Scene;
 
@@ -102,7 +102,7 @@ impl Records {
     /// Gives a probe's hits the light of a picture in the chart's own projection, `gain` radiance per stored value.
     /// `sun` is the direction towards the sun, where there is one.
     pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, gain: f32, sun: Option<Vec3>) -> Self {
-        let sunlit = sun.map(|sun| sunlight::sunlit(scene, &hits, sun));
+        let sunlit = sun.map(|sun| hits.sunlit(scene, sun));
         let chart = &hits.chart;
         let radiance: Vec<Option<Vec3>> = (0..chart.rows())
             .into_par_iter()
@@ -116,7 +116,8 @@ impl Records {
             .into_par_iter()
             .flat_map_iter(|row| {
                 let estimate = &estimate;
-                (0..chart.row(row).len()).map(move |x| estimate.record(row, x))
+                let middle = chart.middles(row);
+                (0..chart.row(row).len()).map(move |x| estimate.record(row, x, middle(x)))
             })
             .collect();
         Self { hits, records }
@@ -149,10 +150,20 @@ impl Records {
         let Some(place) = chart.place(self.hits.to_probe * p) else { return sums };
         let tolerance = p.length() * chart.cell_angle();
         let around = chart.around(place);
-        let behind = around.iter().any(|&(cell, _)| self.hits.cells[cell].hides(p, tolerance));
-        for (cell, kernel) in around {
+        // neighbours mostly share a normal
+        let (mut packed, mut n) = (self.records[around[0].0].normal, unpack_normal(self.records[around[0].0].normal));
+        let mut behind = false;
+        let weights = around.map(|(cell, kernel)| {
             let record = &self.records[cell];
-            let weight = kernel * record.agreement(p, normal, tolerance);
+            if record.normal != packed {
+                (packed, n) = (record.normal, unpack_normal(record.normal));
+            }
+            let off = n.dot(p) - record.plane;
+            behind |= record.plane.is_finite() && off < -HIDDEN * tolerance;
+            if off.abs() < tolerance { kernel * record.agreement(n.dot(normal)) } else { 0.0 }
+        });
+        for ((cell, _), weight) in around.into_iter().zip(weights) {
+            let record = &self.records[cell];
             if weight > 0.0 && (!behind || self.hits.joined(scene, cell, point, normal, tolerance)) {
                 let mean = match record.sunlit {
                     Sunlit::No => &mut sums.shade,
@@ -247,18 +258,12 @@ impl Records {
 }
 
 impl Record {
-    /// How far a point (relative to the probe) with this normal is on this record's surface, 0..=1: the two conditions
-    /// of the paper's section 4.3, with the distance taken across the surface's plane and the normals' cosine to a
-    /// high power, times the record's trust.
+    /// How far a point near this record's plane is on its surface, 0..=1: the two conditions of the paper's section 4.3,
+    /// with the distance taken across the surface's plane and the cosine between the normals to a high power, times the
+    /// record's trust.
     #[inline]
-    fn agreement(&self, p: Vec3, normal: Vec3, tolerance_m: f32) -> f32 {
-        let n = unpack_normal(self.normal);
-        let facing = n.dot(normal);
-        if (n.dot(p) - self.plane).abs() < tolerance_m && facing > LEAST_FACING {
-            facing.powi(FACING) * f32::from(self.trust) / 65535.0
-        } else {
-            0.0
-        }
+    fn agreement(&self, facing: f32) -> f32 {
+        if facing > LEAST_FACING { facing.powi(FACING) * f32::from(self.trust) * (1.0 / 65535.0) } else { 0.0 }
     }
 }
 
@@ -296,8 +301,9 @@ impl Estimate<'_> {
         self.sunlit.map_or(Sunlit::No, |s| s[cell])
     }
 
-    /// The record of cell `x` of a row: least squares over the 3 × 3 cells around it under a tent kernel.
-    fn record(&self, row: usize, x: usize) -> Record {
+    /// The record of cell `x` of a row, which looks along `middle`: least squares over the 3 × 3 cells around it under a
+    /// tent kernel.
+    fn record(&self, row: usize, x: usize, middle: Vec3) -> Record {
         let chart = &self.hits.chart;
         let cell = chart.row(row).start + x;
         let hit = &self.hits.cells[cell];
@@ -308,7 +314,7 @@ impl Estimate<'_> {
             return Record { normal: 0, plane: f32::INFINITY, light, trust, sunlit };
         }
         let normal = unpack_normal(hit.normal);
-        let d = self.hits.to_probe.transpose() * chart.middle(row, x);
+        let d = self.hits.to_probe.transpose() * middle;
         let p = d * (hit.plane / normal.dot(d));
         let tolerance = p.length() * chart.cell_angle();
         let level = brightness(hit.albedo(), self.radiance[cell].unwrap_or_default());
@@ -316,12 +322,13 @@ impl Estimate<'_> {
         for (other, kernel) in chart.patch(row, x) {
             total += kernel;
             let (Some(l), theirs) = (self.radiance[other], &self.hits.cells[other]) else { continue };
-            let facing = theirs.facing(p, normal, tolerance);
+            let facing = theirs.facing_packed(p, normal, hit.normal, tolerance);
             if facing < LEAST_FACING || self.sunlit(other) != sunlit {
                 continue;
             }
             let rho = theirs.albedo();
-            let weight = kernel * facing.powi(FACING) * theirs.trust() * similarity(level, brightness(rho, l));
+            let facing = if facing < 1.0 { facing.powi(FACING) } else { 1.0 };
+            let weight = kernel * facing * theirs.trust() * similarity(level, brightness(rho, l));
             rho_l += rho * l * weight;
             rho2 += rho * rho * weight;
             trust += weight;
@@ -355,12 +362,12 @@ fn row_average(picture: &Picture, row: usize, x: usize, n: usize) -> Option<Vec3
 impl CellHit {
     /// Albedo averaged over the cell.
     pub(super) fn albedo(&self) -> Vec3 {
-        Vec3::from(self.albedo.map(f32::from)) / 65535.0
+        Vec3::from(self.albedo.map(f32::from)) * (1.0 / 65535.0)
     }
 
     /// How far to trust what the cell measured: falls steeply with the share of it that sees another surface.
     fn trust(&self) -> f32 {
-        (f32::from(self.purity) / 65535.0).powi(4).max(1e-3)
+        if self.purity == u16::MAX { 1.0 } else { (f32::from(self.purity) / 65535.0).powi(4).max(1e-3) }
     }
 }
 

@@ -31,21 +31,24 @@ pub fn reaches(scene: &Scene, point: Vec3, normal: Vec3, sun: Vec3) -> bool {
 pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
     let chart = &hits.chart;
     let to_world = hits.to_probe.transpose();
-    let reaches_at = |i: usize, row: usize, x: f32, y: f32| {
+    let reaches_along = |i: usize, d: Vec3| {
         let cell = &hits.cells[i];
         let normal = unpack_normal(cell.normal);
-        let d = to_world * chart.direction(row, x, y);
+        if normal.dot(sun) <= 0.0 {
+            return false;
+        }
+        let d = to_world * d;
         let along = normal.dot(d);
         // the plane may be left behind past a grazing cell's corner
         along < -1e-3 && reaches(scene, hits.origin + d * (cell.plane / along), normal, sun)
     };
+    let reaches_at = |i: usize, row: usize, x: f32, y: f32| reaches_along(i, chart.direction(row, x, y));
     let centres: Vec<bool> = (0..chart.rows())
         .into_par_iter()
         .flat_map_iter(|row| {
             let range = chart.row(row);
-            range.clone().map(move |i| {
-                hits.cells[i].is_hit() && reaches_at(i, row, (i - range.start) as f32 + 0.5, row as f32 + 0.5)
-            })
+            let middle = chart.middles(row);
+            range.clone().map(move |i| hits.cells[i].is_hit() && reaches_along(i, middle(i - range.start)))
         })
         .collect();
     (0..chart.rows())

@@ -1,6 +1,7 @@
 //! Where the irradiance volume keeps its values: on the surfaces inside each cell, one per side they face.
 
 use glam::{IVec3, Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::Grid;
 use crate::scene::{Ray, Scene};
@@ -32,34 +33,31 @@ pub type Weighted = (f32, u32);
 
 impl Anchors {
     /// Puts anchors on all surfaces, both sides: per cell and main direction (26 of them) the sample nearest to the
-    /// middle of the cell, out of about eight samples per cell face of area.
+    /// middle of the cell. Samples lie where a lattice fixed to the grid, six lines a cell, pierces the surfaces along
+    /// the axis that they face most, so that anchors do not depend on how a surface is cut into triangles.
     pub fn over(scene: &Scene, grid: Grid) -> Self {
         let mesh = &scene.mesh;
-        let spacing = f64::from(grid.cell_m * grid.cell_m) / 8.0;
-        let mut best: Vec<(u64, f32, Anchor)> = Vec::new();
-        let mut area = 0.0;
-        let mut taken = 0u64;
-        for triangle in 0..mesh.triangles.len() as u32 {
-            area += f64::from(mesh.area(triangle));
-            let [a, b, c] = mesh.corners(triangle);
-            let n = mesh.normal(triangle);
-            // systematic sampling: one sample each time the running area passes another `spacing`
-            while area > (taken as f64 + 0.5) * spacing {
-                taken += 1;
-                let u = plastic(taken);
-                let u = if u.x + u.y > 1.0 { Vec2::ONE - u } else { u };
-                let position = a + (b - a) * u.x + (c - a) * u.y;
-                let cell = grid.cell(position);
-                let Some(index) = grid.index(cell) else { continue };
-                let off = (position - grid.centre(cell)).length_squared();
-                for normal in [n, -n] {
-                    let key = (index as u64) * 27 + main_direction(normal);
-                    best.push((key, off, Anchor { position, normal }));
-                }
-            }
-        }
-        best.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        best.dedup_by_key(|b| b.0);
+        let mut best: Vec<(u64, f32, Anchor)> = (0..mesh.triangles.len() as u32)
+            .into_par_iter()
+            .fold(Vec::new, |mut all, triangle| {
+                let normal = mesh.normal(triangle);
+                let mut found = Vec::new();
+                pierced(&grid, mesh.corners(triangle), normal, |position| {
+                    let cell = grid.cell(position);
+                    let Some(index) = grid.index(cell) else { return };
+                    let off = (position - grid.centre(cell) - UNEVEN * grid.cell_m).length_squared();
+                    for normal in [normal, -normal] {
+                        let key = (index as u64) * 27 + main_direction(normal);
+                        found.push((key, off, Anchor { position, normal }));
+                    }
+                });
+                nearest(&mut found);
+                all.append(&mut found);
+                all
+            })
+            .collect::<Vec<_>>()
+            .concat();
+        nearest(&mut best);
         let mut starts = vec![0u32; grid.len() + 1];
         for (key, ..) in &best {
             starts[(key / 27) as usize + 1] += 1;
@@ -89,20 +87,76 @@ impl Anchors {
         found.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     }
 
-    /// The anchors that points (position, normal) would take values from, each once, in order.
-    pub fn near(&self, points: &[(Vec3, Vec3)]) -> Vec<u32> {
-        let mut all = Vec::new();
-        let mut found = Vec::new();
-        for &(point, normal) in points {
-            self.around(point, normal, &mut found);
-            all.extend(found.iter().take(8).map(|f| f.1));
-        }
+    /// The anchors that points (position, normal) take values from, each once, in order.
+    pub fn near(&self, scene: &Scene, points: &[(Vec3, Vec3)]) -> Vec<u32> {
+        let mut all: Vec<u32> = points
+            .par_iter()
+            .fold(
+                || (Vec::new(), Vec::new()),
+                |(mut all, mut found), &(point, normal)| {
+                    self.around(point, normal, &mut found);
+                    self.taken(scene, point, normal, &found, |_, index| all.push(index));
+                    (all, found)
+                },
+            )
+            .flat_map_iter(|(all, _)| all)
+            .collect();
         all.sort_unstable();
         all.dedup();
         all
     }
 
-    fn weight(&self, anchor: u32, point: Vec3, normal: Vec3) -> f32 {
+    /// Calls `take` with the few anchors, of those found [around](Self::around) a point, that it takes its value from:
+    /// the best that it sees, with their weights.
+    pub(super) fn taken(
+        &self,
+        scene: &Scene,
+        point: Vec3,
+        normal: Vec3,
+        found: &[Weighted],
+        mut take: impl FnMut(f32, u32),
+    ) {
+        /// Anchors of less than this share of the best one's weight are left out.
+        const LEAST_SHARE: f32 = 0.05;
+        /// So many are enough.
+        const ENOUGH: u32 = 8;
+        let mut best = 0.0;
+        let mut taken = 0;
+        for &(weight, index) in found {
+            if weight < LEAST_SHARE * best || taken == ENOUGH {
+                break;
+            }
+            if self.sees(scene, index, point, normal) {
+                best = f32::max(best, weight);
+                taken += 1;
+                take(weight, index);
+            }
+        }
+    }
+
+    /// The anchor that speaks for a point of a surface, if one near sees it.
+    pub(super) fn speaker(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<u32> {
+        const ASKED: usize = 3;
+        let mut best = [(0.0, 0); ASKED];
+        // the eight cells whose middles are nearest
+        let corner = (self.grid.place(point) - 0.5).floor().as_ivec3();
+        for i in 0..8 {
+            let cell = corner + IVec3::new(i & 1, i >> 1 & 1, i >> 2);
+            let Some(index) = self.grid.index(cell) else { continue };
+            for j in self.starts[index]..self.starts[index + 1] {
+                let mut new = (self.weight(j, point, normal), j);
+                for slot in &mut best {
+                    if new.0 > slot.0 {
+                        std::mem::swap(slot, &mut new);
+                    }
+                }
+            }
+        }
+        best.into_iter().find(|b| b.0 > 0.0 && self.sees(scene, b.1, point, normal)).map(|b| b.1)
+    }
+
+    /// How well an anchor speaks for a point.
+    pub(super) fn weight(&self, anchor: u32, point: Vec3, normal: Vec3) -> f32 {
         let anchor = &self.list[anchor as usize];
         let facing = anchor.normal.dot(normal);
         if facing < 0.3 {
@@ -115,6 +169,14 @@ impl Anchors {
         }
         let off_plane = (anchor.normal.dot(d).abs() + normal.dot(d).abs()) / self.grid.cell_m;
         near * near * facing * facing / (0.05 + off_plane)
+    }
+
+    /// Anchors with the same number face much the same way, within a few cells.
+    pub(super) fn neighbourhood(&self, anchor: u32) -> u64 {
+        const CELLS: IVec3 = IVec3::splat(3);
+        let Anchor { position, normal } = self.list[anchor as usize];
+        let block = self.grid.cell(position) / CELLS * CELLS;
+        self.grid.index(block).map_or(0, |i| i as u64 * 27 + main_direction(normal))
     }
 
     /// How far above a surface its light is gathered, metres: past doubled walls, and small against a cell.
@@ -130,6 +192,63 @@ impl Anchors {
         let d = to - from;
         let length = d.length();
         length < 2.0 * lift || !scene.tracer.occluded(&Ray { origin: from, direction: d / length }, 0.0, length)
+    }
+}
+
+/// Keeps of each key the nearest sample only.
+fn nearest(samples: &mut Vec<(u64, f32, Anchor)>) {
+    samples.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    samples.dedup_by_key(|s| s.0);
+}
+
+/// How far off the middle of a cell, in cells, an anchor should rather lie: so that of two samples on either side of the middle
+/// one is nearer.
+const UNEVEN: Vec3 = Vec3::new(0.023, 0.037, 0.043);
+
+/// Calls `found` with the points where lattice lines along the main axis of a triangle's normal pierce it.
+fn pierced(grid: &Grid, corners: [Vec3; 3], normal: Vec3, mut found: impl FnMut(Vec3)) {
+    /// Lattice lines along a cell's side.
+    const LINES: f32 = 6.0;
+    /// Points so far beside an edge, in lattice steps, still count: better twice than never.
+    const SLACK: f32 = 1e-4;
+    // a little steeper towards the next axis does not count: rounding must not turn the axis
+    let size = normal.abs() * Vec3::new(1.0, 0.999, 0.998);
+    let axis = size.max_position();
+    let (along_u, along_v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let flat = corners.map(|p| {
+        let p = grid.place(p) * LINES;
+        Vec2::new(p[along_u], p[along_v]) - 0.5
+    });
+    let [a, b, c] = flat;
+    let first = (a.min(b).min(c) - SLACK).ceil();
+    let last = (a.max(b).max(c) + SLACK).floor();
+    if first.cmpgt(last).any() {
+        return;
+    }
+    let doubled = (b - a).perp_dot(c - a);
+    let inside = |p: Vec2| {
+        [(a, b), (b, c), (c, a)].iter().all(|&(from, to)| {
+            let edge = to - from;
+            edge.perp_dot(p - from) * doubled.signum() >= -SLACK * edge.length()
+        })
+    };
+    let step = grid.cell_m / LINES;
+    let mut v = first.y;
+    while v <= last.y {
+        let mut u = first.x;
+        while u <= last.x {
+            let p = Vec2::new(u, v);
+            if inside(p) {
+                let off = (p - a) * step;
+                let mut position = corners[0];
+                position[along_u] += off.x;
+                position[along_v] += off.y;
+                position[axis] -= (normal[along_u] * off.x + normal[along_v] * off.y) / normal[axis];
+                found(position);
+            }
+            u += 1.0;
+        }
+        v += 1.0;
     }
 }
 

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};
 
 use super::Grid;
+use crate::scene::{Ray, Scene};
 
 /// A bright thing.
 #[derive(Clone, Copy, Debug)]
@@ -80,34 +81,75 @@ impl Guide {
 
     /// The guide from a point on a surface.
     pub fn from(&self, point: Vec3, normal: Vec3) -> Lobes {
-        let mut seen: Vec<(f32, Lobe)> = Vec::with_capacity(self.spheres.len());
-        for s in &self.spheres {
+        self.strongest(point, normal, MOST_LOBES)
+    }
+
+    /// The guide from a point on a surface, at most so many spheres.
+    pub(super) fn strongest(&self, point: Vec3, normal: Vec3, most: usize) -> Lobes {
+        self.lobes(point, normal, self.best(point, normal, most, (0..self.spheres.len() as u32).map(|i| (i, 1.0))))
+    }
+
+    /// The spheres that matter most to the surfaces around a point, each with how much it counts: those that nothing
+    /// hides from the point count fully.
+    pub(super) fn clear(&self, scene: &Scene, point: Vec3, normal: Vec3, most: usize) -> Vec<(u32, f32)> {
+        /// What is hidden from one point may yet be seen from another beside it.
+        const HIDDEN: f32 = 0.1;
+        let best = self.best(point, normal, most, (0..self.spheres.len() as u32).map(|i| (i, 1.0)));
+        let clear = |i: u32| {
+            let s = &self.spheres[i as usize];
             let d = s.centre - point;
-            let d2 = d.length_squared();
-            let sin2 = s.radius * s.radius / d2;
+            let length = d.length();
+            let ray = Ray { origin: point, direction: d / length };
+            d.dot(normal) <= 0.0 || !scene.tracer.occluded(&ray, 1e-4, length - s.radius)
+        };
+        best.into_iter().map(|(_, i)| (i, if clear(i) { 1.0 } else { HIDDEN })).collect()
+    }
+
+    /// The guide from a point on a surface, of these spheres only.
+    pub(super) fn of(&self, point: Vec3, normal: Vec3, spheres: &[(u32, f32)]) -> Lobes {
+        self.lobes(point, normal, self.best(point, normal, spheres.len(), spheres.iter().copied()))
+    }
+
+    /// The spheres that shed most light on a surface, with their share of it.
+    fn best(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+        most: usize,
+        spheres: impl Iterator<Item = (u32, f32)>,
+    ) -> Vec<(f32, u32)> {
+        let mut seen: Vec<(f32, u32)> = Vec::with_capacity(self.spheres.len());
+        for (i, factor) in spheres {
+            let s = &self.spheres[i as usize];
+            let d = s.centre - point;
+            let (d2, along) = (d.length_squared(), d.dot(normal));
             // inside a sphere, or all of it below the horizon: blind rays do
-            if sin2 > 0.8 || d.dot(normal) < -s.radius {
+            if s.radius * s.radius > 0.8 * d2 || along < -s.radius {
                 continue;
             }
-            let cos = (1.0 - sin2).sqrt();
-            let axis = d / d2.sqrt();
-            let share = s.power / d2 * (axis.dot(normal) + sin2.sqrt()).clamp(0.02, 1.0);
-            seen.push((share, Lobe { axis, cos, density: share / (TAU * (1.0 - cos)) }));
+            seen.push((factor * s.power / d2 * ((along + s.radius) / d2.sqrt()).clamp(0.02, 1.0), i));
         }
-        if seen.len() > MOST_LOBES {
-            seen.select_nth_unstable_by(MOST_LOBES, |a, b| b.0.total_cmp(&a.0));
-            seen.truncate(MOST_LOBES);
+        if seen.len() > most {
+            seen.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            seen.truncate(most);
         }
+        seen
+    }
+
+    fn lobes(&self, point: Vec3, normal: Vec3, seen: Vec<(f32, u32)>) -> Lobes {
         let total: f32 = seen.iter().map(|s| s.0).sum();
         let inv = if total > 0.0 { 1.0 / total } else { 0.0 };
         let mut sum = 0.0;
         let mut running = Vec::with_capacity(seen.len());
         let mut lobes = Vec::with_capacity(seen.len());
-        for (share, mut lobe) in seen {
+        for (share, i) in seen {
+            let s = &self.spheres[i as usize];
+            let d = s.centre - point;
+            let d2 = d.length_squared();
+            let cos = (1.0 - s.radius * s.radius / d2).sqrt();
             sum += share * inv;
-            lobe.density *= inv;
+            lobes.push(Lobe { axis: d / d2.sqrt(), cos, density: share * inv / (TAU * (1.0 - cos)) });
             running.push(sum);
-            lobes.push(lobe);
         }
         Lobes { normal, lobes, running }
     }

@@ -21,7 +21,6 @@ pub use transport::{Settings, Transport};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
-use transport::Source;
 
 use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
@@ -33,6 +32,16 @@ pub struct Volume<'a> {
     vectors: Vec<Option<[Vec3; 3]>>,
 }
 
+/// Scratch space for look-ups, and what the last one found.
+#[derive(Clone, Debug, Default)]
+pub struct Nearby {
+    found: Vec<Weighted>,
+    point: Vec3,
+    normal: Vec3,
+    /// The anchors that the point takes its value from.
+    seen: Vec<u32>,
+}
+
 /// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
 const EXCHANGES: usize = 100;
 
@@ -42,68 +51,66 @@ const SETTLED: f64 = 1e-4;
 impl<'a> Volume<'a> {
     /// Sends a lighting along the rays of a transport.
     pub fn new(scene: &Scene, transport: &'a Transport, light: &Light) -> Self {
-        let mut gathered = vec![false; transport.anchors.list.len()];
-        for (index, _) in &transport.gathered {
-            gathered[*index as usize] = true;
-        }
+        let Transport { anchors, gathered, .. } = transport;
+        let same_sun = light.sun.map(|s| s.direction) == transport.sun;
         // what arrives from seen surfaces, the sky, and unseen surfaces in direct sun
-        let first: Vec<[Vec3; 3]> = transport
-            .gathered
+        let first: Vec<[Vec3; 3]> = gathered
             .par_iter()
-            .map(|(_, carriers)| {
+            .map(|g| {
                 let mut vectors = [Vec3::ZERO; 3];
-                for carrier in carriers {
-                    let radiance = match carrier.from {
-                        Source::Sky(direction) => light.sky(direction),
-                        Source::Seen { probe, cell, rho } => rho * light.records[probe as usize].light(cell),
-                        Source::Unseen { position, normal, rho, anchor } => {
-                            let direct = || light.direct_sun(scene, position, normal);
-                            let exchanged = anchor.is_some_and(|a| gathered[a as usize]);
-                            let e = if exchanged { None } else { light.glimpse(scene, position, normal) };
-                            rho * e.unwrap_or_else(direct)
-                        }
+                for s in &g.sky {
+                    add(&mut vectors, s.weight, light.sky(s.direction));
+                }
+                for s in &g.seen {
+                    add(&mut vectors, s.weight, s.rho * light.records[s.probe as usize].light(s.cell));
+                }
+                for u in &g.unseen {
+                    let direct = || match light.sun {
+                        Some(sun) if same_sun && u.sunlit => sun.irradiance * u.normal.dot(sun.direction),
+                        Some(_) if !same_sun => light.direct_sun(scene, u.position, u.normal),
+                        _ => Vec3::ZERO,
                     };
-                    add(&mut vectors, carrier.weight, radiance);
+                    let e = if u.linked { None } else { light.glimpse(scene, u.position, u.normal) };
+                    add(&mut vectors, u.weight, u.rho * e.unwrap_or_else(direct));
                 }
                 vectors
             })
             .collect();
-        let mut vectors = vec![None; transport.anchors.list.len()];
-        for ((index, _), first) in transport.gathered.iter().zip(&first) {
-            vectors[*index as usize] = Some(*first);
-        }
         // Jacobi steps of E = first + K E: each reads only the last one's values
+        let mut last = first.clone();
         for _ in 0..EXCHANGES {
-            let next: Vec<[Vec3; 3]> = transport
-                .gathered
+            let e: Vec<Vec3> = (last.iter().zip(gathered))
+                .map(|(vectors, g)| irradiance(vectors, anchors.list[g.anchor as usize].normal))
+                .collect();
+            let next: Vec<[Vec3; 3]> = gathered
                 .par_iter()
                 .zip(&first)
-                .map(|((_, carriers), first)| {
+                .map(|(g, first)| {
                     let mut sum = *first;
-                    for carrier in carriers {
-                        if let Source::Unseen { anchor: Some(other), rho, .. } = carrier.from
-                            && let Some(theirs) = &vectors[other as usize]
-                        {
-                            let e = irradiance(theirs, transport.anchors.list[other as usize].normal);
-                            add(&mut sum, carrier.weight, rho * e);
+                    for link in &g.links {
+                        let theirs = e[link.other as usize].to_array();
+                        for ((sum, weight), e) in sum.iter_mut().zip(link.weights).zip(theirs) {
+                            *sum += weight * e;
                         }
                     }
                     sum
                 })
                 .collect();
             let (mut change, mut all) = (0.0, 0.0);
-            for ((index, _), next) in transport.gathered.iter().zip(next) {
-                let last = vectors[*index as usize].replace(next).unwrap_or_default();
-                for (next, last) in next.iter().zip(last) {
-                    change += f64::from(next.distance(last));
-                    all += f64::from(next.length());
-                }
+            for (next, last) in next.iter().flatten().zip(last.iter().flatten()) {
+                change += f64::from(next.distance(*last));
+                all += f64::from(next.length());
             }
+            last = next;
             if change <= SETTLED * all {
                 break;
             }
         }
-        Self { anchors: &transport.anchors, vectors }
+        let mut vectors = vec![None; anchors.list.len()];
+        for (g, last) in gathered.iter().zip(last) {
+            vectors[g.anchor as usize] = Some(last);
+        }
+        Self { anchors, vectors }
     }
 
     /// Number of places that hold a value.
@@ -116,28 +123,25 @@ impl<'a> Volume<'a> {
         self.len() == 0
     }
 
-    /// Irradiance on a surface, without direct sun; `None` where no value is near that the point can see. `found` is
-    /// scratch space.
-    pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, found: &mut Vec<Weighted>) -> Option<Vec3> {
-        /// Values of less than this share of the best one's weight are left out.
-        const LEAST_SHARE: f32 = 0.05;
-        /// So many values are enough.
-        const ENOUGH: u32 = 8;
-        self.anchors.around(point, normal, found);
-        found.retain(|f| self.vectors[f.1 as usize].is_some());
+    /// Irradiance on a surface, without direct sun; `None` where no value is near that the point can see. `near` keeps
+    /// what was found for the last point, which serves for points close by.
+    pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Vec3> {
+        /// How far from a point, in cells, what it sees counts as seen.
+        const CLOSE: f32 = 0.08;
+        let close = CLOSE * self.anchors.grid.cell_m;
+        if near.seen.is_empty() || near.normal.dot(normal) < 0.999 || near.point.distance(point) > close {
+            (near.point, near.normal) = (point, normal);
+            let Nearby { found, seen, .. } = near;
+            self.anchors.around(point, normal, found);
+            found.retain(|f| self.vectors[f.1 as usize].is_some());
+            seen.clear();
+            self.anchors.taken(scene, point, normal, found, |_, index| seen.push(index));
+        }
         let mut sum = Vec3::ZERO;
         let mut total = 0.0;
-        let mut best = 0.0;
-        let mut taken = 0;
-        for &(weight, index) in found.iter() {
-            if weight < LEAST_SHARE * best || taken == ENOUGH {
-                break;
-            }
-            if let Some(vectors) = &self.vectors[index as usize]
-                && self.anchors.sees(scene, index, point, normal)
-            {
-                best = f32::max(best, weight);
-                taken += 1;
+        for &index in &near.seen {
+            if let Some(vectors) = &self.vectors[index as usize] {
+                let weight = self.anchors.weight(index, point, normal);
                 sum += irradiance(vectors, normal) * weight;
                 total += weight;
             }
@@ -147,7 +151,7 @@ impl<'a> Volume<'a> {
 
     /// Irradiance on a surface without direct sun, gathered on the spot by a few rays: for the odd point that has no
     /// value near.
-    pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, found: &mut Vec<Weighted>) -> Vec3 {
+    pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, near: &mut Nearby) -> Vec3 {
         const RAYS: u32 = 32;
         let origin = point + normal * self.anchors.lift();
         let lobes = Guide::default().from(origin, normal);
@@ -162,7 +166,7 @@ impl<'a> Volume<'a> {
                     let direct = || light.direct_sun(scene, s.position, s.normal);
                     let e = match light.observe(scene, s.position, s.normal) {
                         Some(o) => o.value(),
-                        None => match self.irradiance(scene, s.position, s.normal, found) {
+                        None => match self.irradiance(scene, s.position, s.normal, near) {
                             Some(e) => e + direct(),
                             None => light.glimpse(scene, s.position, s.normal).unwrap_or_else(direct),
                         },

@@ -1,6 +1,6 @@
 //! Grid, anchors, guided rays, and the fill in a furnace.
 
-use super::{Anchors, Grid, Guide, Settings, Transport, Volume};
+use super::{Anchors, Grid, Guide, Nearby, Settings, Transport, Volume};
 use crate::panorama::Picture;
 use crate::scene::{Material, Mesh, Scene};
 use crate::shoot::{Chart, Hits, Light};
@@ -149,10 +149,10 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
     assert!(!volume.is_empty());
     let mut mean = 0.0;
     for &(p, n) in &points {
-        let e = volume.irradiance(&scene, p, n, &mut Vec::new()).expect("the panel was wanted").x / (PI * 3.0);
+        let e = volume.irradiance(&scene, p, n, &mut Nearby::default()).expect("the panel was wanted").x / (PI * 3.0);
         assert!((e - 1.0).abs() < 0.05, "{p}: {e}");
         mean += e / points.len() as f32;
-        let on_the_spot = volume.gather(&scene, &light, p, n, &mut Vec::new()).x / (PI * 3.0);
+        let on_the_spot = volume.gather(&scene, &light, p, n, &mut Nearby::default()).x / (PI * 3.0);
         assert!((on_the_spot - 1.0).abs() < 0.1, "{p}: {on_the_spot}");
     }
     println!("mean {mean}");

@@ -3,12 +3,13 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::f32::consts::PI;
 
 use super::anchors::plastic;
-use super::{Anchors, Grid, Guide};
-use crate::scene::{Ray, Scene};
-use crate::shoot::{Hits, Light};
+use super::{Anchor, Anchors, Grid, Guide};
+use crate::scene::{Ray, Scene, Surface};
+use crate::shoot::{Hits, Light, sunlight};
 
 /// How finely to gather.
 #[derive(Clone, Copy, Debug)]
@@ -29,58 +30,89 @@ impl Default for Settings {
 pub struct Transport {
     /// Where the volume's values are.
     pub anchors: Anchors,
-    /// For each gathered anchor its index and its rays.
-    pub(super) gathered: Vec<(u32, Vec<Carrier>)>,
+    /// The direction towards the sun that [`Unseen::sunlit`] was found for.
+    pub(super) sun: Option<Vec3>,
+    /// What each gathered anchor sees.
+    pub(super) gathered: Vec<Gathered>,
 }
 
-/// One gather ray.
-pub(super) struct Carrier {
-    /// Direction × weight: Σ over rays of this × radiance is the vector irradiance of a channel.
+/// What the rays from one anchor found. A ray's weight is its direction × its share of the hemisphere: Σ over rays of
+/// weight × radiance is the vector irradiance of a channel.
+pub(super) struct Gathered {
+    pub(super) anchor: u32,
+    pub(super) sky: Vec<Sky>,
+    pub(super) seen: Vec<Seen>,
+    pub(super) unseen: Vec<Unseen>,
+    /// The unseen surfaces for which another gathered place stands, added up by place, in order.
+    pub(super) links: Vec<Link>,
+}
+
+/// A ray into the sky.
+pub(super) struct Sky {
     pub(super) weight: Vec3,
-    /// What the ray found.
-    pub(super) from: Source,
+    pub(super) direction: Vec3,
 }
 
-/// What a gather ray found.
-pub(super) enum Source {
-    /// The sky.
-    Sky(Vec3),
-    /// A surface that a probe's cell sees, with its albedo/π.
-    Seen { probe: u32, cell: u32, rho: Vec3 },
-    /// A surface that no probe sees, with the anchor that stands for it and its albedo/π.
-    Unseen { anchor: Option<u32>, position: Vec3, normal: Vec3, rho: Vec3 },
+/// A ray to a surface that a probe's cell sees, with its albedo/π.
+pub(super) struct Seen {
+    pub(super) weight: Vec3,
+    pub(super) rho: Vec3,
+    pub(super) probe: u32,
+    pub(super) cell: u32,
 }
+
+/// A ray to a surface that no probe sees, with its albedo/π.
+pub(super) struct Unseen {
+    pub(super) weight: Vec3,
+    pub(super) rho: Vec3,
+    pub(super) position: Vec3,
+    pub(super) normal: Vec3,
+    /// Whether the sun reaches it.
+    pub(super) sunlit: bool,
+    /// The anchor that speaks for it, and whether that is linked: then it holds all but direct sun.
+    anchor: Option<u32>,
+    pub(super) linked: bool,
+}
+
+/// Light from another gathered place.
+pub(super) struct Link {
+    /// Index of the other among the gathered.
+    pub(super) other: u32,
+    /// Per channel Σ weight × albedo/π: times the other's irradiance this is vector irradiance.
+    pub(super) weights: [Vec3; 3],
+}
+
+/// A ray follows one of at most so many of the guide's spheres.
+const MOST_SPHERES: usize = 64;
+
+/// No gathered place.
+const NONE: u32 = u32::MAX;
+
+/// Unseen surfaces that are only found by rays get so many times fewer rays of their own.
+const FEWER: u32 = 5;
 
 impl Transport {
     /// Casts rays from the anchors around `wanted` unseen points (position, normal), then fewer from the unseen places
-    /// that those rays find. `lights` only guide the rays to bright places.
+    /// that those rays find. `lights` guide the rays to bright places, and the first tells where the sun stands.
     pub fn cast(scene: &Scene, wanted: &[(Vec3, Vec3)], lights: &[&Light], settings: &Settings) -> Self {
         let (low, high) = scene.mesh.bounds();
         let anchors = Anchors::over(scene, Grid::over(low, high, settings.cells));
-        let mut wave = anchors.near(wanted);
-        let guide = guide(scene, &anchors, &wave, lights);
-        let mut known = vec![false; anchors.list.len()];
-        let mut gathered: Vec<(u32, Vec<Carrier>)> = Vec::new();
+        let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
         let Some(hits) = lights.first().map(|l| l.records.iter().map(|r| r.hits()).collect::<Vec<_>>()) else {
-            return Self { anchors, gathered };
+            return Self { anchors, sun, gathered: Vec::new() };
         };
-        for rays in [settings.rays, settings.rays.div_ceil(16)] {
-            let caster = Caster { scene, anchors: &anchors, hits: &hits };
-            let cast: Vec<_> = wave.par_iter().map(|&a| (a, caster.cast_from(a, &guide, rays))).collect();
-            for &a in &wave {
-                known[a as usize] = true;
-            }
-            let links = cast.iter().flat_map(|c| &c.1).filter_map(|c| match c.from {
-                Source::Unseen { anchor, .. } => anchor,
-                _ => None,
-            });
-            let mut next: Vec<u32> = links.filter(|&a| !known[a as usize]).collect();
-            next.sort_unstable();
-            next.dedup();
-            gathered.extend(cast);
-            wave = next;
+        let first = anchors.near(scene, wanted);
+        let guide = guide(scene, &anchors, &first, lights);
+        let caster = Caster { scene, anchors: &anchors, hits: &hits, guide: &guide, sun };
+        let mut gathered = caster.wave(&first, settings.rays);
+        let mut places = vec![NONE; anchors.list.len()];
+        for (i, &a) in first.iter().enumerate() {
+            places[a as usize] = i as u32;
         }
-        Self { anchors, gathered }
+        let second = caster.second(&gathered, &mut places);
+        gathered.extend(caster.wave(&second, settings.rays.div_ceil(FEWER)));
+        caster.link(&mut gathered, &mut places);
+        Self { anchors, sun, gathered }
     }
 }
 
@@ -88,30 +120,55 @@ struct Caster<'a> {
     scene: &'a Scene,
     anchors: &'a Anchors,
     hits: &'a [&'a Hits],
+    guide: &'a Guide,
+    sun: Option<Vec3>,
 }
 
 impl Caster<'_> {
-    fn cast_from(&self, index: u32, guide: &Guide, rays: u32) -> Vec<Carrier> {
-        let anchor = self.anchors.list[index as usize];
-        let origin = anchor.position + anchor.normal * self.anchors.lift();
-        let lobes = guide.from(origin, anchor.normal);
-        let turn = plastic(u64::from(index) * 7919 + 1);
-        let share = 1.0 / rays as f32;
-        let mut found = Vec::new();
-        (0..rays)
-            .filter_map(|k| {
-                let u = (plastic(u64::from(k)) + turn).fract();
-                let (direction, density) = lobes.sample((k as f32 + 0.5) * share, u)?;
-                let from = self.look(&Ray { origin, direction }, (share / density).sqrt(), &mut found);
-                // the density is bounded below, for the vector's sake: rays along the surface tell nothing of E(n)
-                Some(Carrier { weight: direction * (share / density.max(LEAST_DENSITY)), from })
+    /// Gathers for anchors with so many rays each. Anchors close together share what they know of the guide's spheres:
+    /// which of them they see.
+    fn wave(&self, wave: &[u32], rays: u32) -> Vec<Gathered> {
+        let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
+        for (i, &anchor) in wave.iter().enumerate() {
+            groups.entry(self.anchors.neighbourhood(anchor)).or_default().push(i as u32);
+        }
+        let groups: Vec<Vec<u32>> = groups.into_values().collect();
+        let mut cast: Vec<(u32, Gathered)> = groups
+            .par_iter()
+            .flat_map_iter(|group| {
+                let first = self.anchors.list[wave[group[0] as usize] as usize];
+                let origin = first.position + first.normal * self.anchors.lift();
+                let spheres = self.guide.clear(self.scene, origin, first.normal, MOST_SPHERES.min(rays as usize / 2));
+                group.iter().map(move |&i| (i, self.cast_from(wave[i as usize], &spheres, rays)))
             })
-            .collect()
+            .collect();
+        cast.sort_unstable_by_key(|c| c.0);
+        cast.into_iter().map(|c| c.1).collect()
     }
 
-    /// What a ray finds; `spread` is its width per metre.
-    fn look(&self, ray: &Ray, spread: f32, found: &mut Vec<super::Weighted>) -> Source {
-        let Some(hit) = self.scene.tracer.closest(ray, 1e-4) else { return Source::Sky(ray.direction) };
+    fn cast_from(&self, index: u32, spheres: &[(u32, f32)], rays: u32) -> Gathered {
+        let anchor = self.anchors.list[index as usize];
+        let origin = anchor.position + anchor.normal * self.anchors.lift();
+        let lobes = self.guide.of(origin, anchor.normal, spheres);
+        let turn = plastic(u64::from(index) * 7919 + 1);
+        let share = 1.0 / rays as f32;
+        let mut all = Gathered { anchor: index, sky: vec![], seen: vec![], unseen: vec![], links: vec![] };
+        for k in 0..rays {
+            let u = (plastic(u64::from(k)) + turn).fract();
+            let Some((direction, density)) = lobes.sample((k as f32 + 0.5) * share, u) else { continue };
+            // the density is bounded below, for the vector's sake: rays along the surface tell nothing of E(n)
+            let weight = direction * (share / density.max(LEAST_DENSITY));
+            self.look(&Ray { origin, direction }, (share / density).sqrt(), weight, &mut all);
+        }
+        all
+    }
+
+    /// Adds what a ray finds; `spread` is its width per metre.
+    fn look(&self, ray: &Ray, spread: f32, weight: Vec3, all: &mut Gathered) {
+        let Some(hit) = self.scene.tracer.closest(ray, 1e-4) else {
+            all.sky.push(Sky { weight, direction: ray.direction });
+            return;
+        };
         let s = self.scene.surface(ray, &hit);
         let rho = self.scene.filtered_albedo(s.triangle, s.barycentric, hit.t * spread) / PI;
         let mut best: Option<(f32, u32, u32)> = None;
@@ -124,11 +181,72 @@ impl Caster<'_> {
             }
         }
         if let Some((_, probe, cell)) = best {
-            return Source::Seen { probe, cell, rho };
+            all.seen.push(Seen { weight, rho, probe, cell });
+            return;
         }
-        self.anchors.around(s.position, s.normal, found);
-        let near = found.iter().take(4).find(|f| self.anchors.sees(self.scene, f.1, s.position, s.normal));
-        Source::Unseen { anchor: near.map(|n| n.1), position: s.position, normal: s.normal, rho }
+        let Surface { position, normal, .. } = s;
+        let sunlit = self.sun.is_some_and(|sun| sunlight::reaches(self.scene, position, normal, sun));
+        let anchor = self.anchors.speaker(self.scene, position, normal);
+        all.unseen.push(Unseen { weight, rho, position, normal, sunlit, anchor, linked: false });
+    }
+
+    /// Which anchors to gather for besides: of those that the rays found, most often first, the ones that no gathered
+    /// place stands in for. `places` holds for each anchor the index of the gathered place that stands for it.
+    fn second(&self, gathered: &[Gathered], places: &mut [u32]) -> Vec<u32> {
+        let mut calls = vec![0u32; places.len()];
+        for anchor in gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.anchor) {
+            calls[anchor as usize] += 1;
+        }
+        let mut called: Vec<u32> =
+            (0..places.len() as u32).filter(|&a| calls[a as usize] > 0 && places[a as usize] == NONE).collect();
+        called.sort_by_key(|&a| std::cmp::Reverse(calls[a as usize]));
+        let mut second = Vec::new();
+        let mut found = Vec::new();
+        for anchor in called {
+            places[anchor as usize] = self.stand_in(anchor, places, &mut found).unwrap_or_else(|| {
+                second.push(anchor);
+                (gathered.len() + second.len() - 1) as u32
+            });
+        }
+        second
+    }
+
+    /// The gathered place that stands in for an anchor that was not gathered.
+    fn stand_in(&self, anchor: u32, places: &[u32], found: &mut Vec<super::Weighted>) -> Option<u32> {
+        const ASKED: usize = 2;
+        /// Of the weight at no distance.
+        const LEAST_WEIGHT: f32 = 3.0;
+        let Anchor { position, normal } = self.anchors.list[anchor as usize];
+        self.anchors.around(position, normal, found);
+        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && places[f.1 as usize] != NONE && f.1 != anchor);
+        let seen = near.take(ASKED).find(|f| self.anchors.sees(self.scene, f.1, position, normal));
+        seen.map(|f| places[f.1 as usize])
+    }
+
+    /// Links the gathered places by the rays that found unseen surfaces.
+    fn link(&self, gathered: &mut [Gathered], places: &mut [u32]) {
+        let mut open: Vec<u32> = gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.anchor).collect();
+        open.sort_unstable();
+        open.dedup();
+        open.retain(|&a| places[a as usize] == NONE);
+        let stand_ins: Vec<_> =
+            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, found)).collect();
+        for (&anchor, place) in open.iter().zip(&stand_ins) {
+            places[anchor as usize] = place.unwrap_or(NONE);
+        }
+        let places = &*places;
+        gathered.par_iter_mut().for_each(|g| {
+            let mut links: BTreeMap<u32, [Vec3; 3]> = BTreeMap::new();
+            for u in &mut g.unseen {
+                let Some(other) = u.anchor.map(|a| places[a as usize]).filter(|&p| p != NONE) else { continue };
+                u.linked = true;
+                let weights = links.entry(other).or_default();
+                for (sum, rho) in weights.iter_mut().zip(u.rho.to_array()) {
+                    *sum += u.weight * rho;
+                }
+            }
+            g.links = links.into_iter().map(|(other, weights)| Link { other, weights }).collect();
+        });
     }
 }
 
@@ -151,9 +269,11 @@ fn guide(scene: &Scene, anchors: &Anchors, wanted: &[u32], lights: &[&Light]) ->
     Guide::new(&anchors.grid, places.into_iter())
 }
 
-/// What a few blind rays from each anchor find bright: places and their radiance × area.
+/// What a few blind rays from every fourth anchor find bright: places and their radiance × area.
 fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Light, threshold: f32) -> Vec<(Vec3, f32)> {
     const RAYS: u32 = 32;
+    const EVERY: usize = 4;
+    let wanted: Vec<u32> = wanted.iter().copied().step_by(EVERY).collect();
     // an anchor sees a small part of the scene: a thing found by few is as bright as one that a probe saw
     let scale = 8.0 / wanted.len().max(1) as f32;
     struct Seen {

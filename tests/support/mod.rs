@@ -268,7 +268,7 @@ impl Built {
 /// Irradiance that a relit scene has at a point.
 pub(crate) fn irradiance(relit: &Relit, point: Vec3, normal: Vec3) -> Vec3 {
     let mut e = Vec3::NAN;
-    relit.irradiance(normal, &[point], &mut Vec::new(), &mut |_, value| e = value);
+    relit.irradiance(normal, &[point], &mut Default::default(), &mut |_, value| e = value);
     e
 }
 

@@ -64,7 +64,7 @@ fn search(
     let mut found = 0;
     tree.within(sight.p, radius_m, |&(row, x), _| {
         let record = &records.records[chart.row(row).start + x];
-        let weight = tent(chart, row, x, sight.place) * record.agreement(sight.p, sight.normal, sight.tolerance_m);
+        let weight = tent(chart, row, x, sight.place) * surely(record, sight);
         if weight > 0.0 && admits(chart.row(row).start + x) {
             found += 1;
             let mean = match record.sunlit {
@@ -76,6 +76,13 @@ fn search(
         }
     });
     (sums, found)
+}
+
+/// How far the seen place is on a record's surface.
+fn surely(record: &Record, sight: &Sight) -> f32 {
+    let n = unpack_normal(record.normal);
+    let near = (n.dot(sight.p) - record.plane).abs() < sight.tolerance_m;
+    if near { record.agreement(n.dot(sight.normal)) } else { 0.0 }
 }
 
 /// 1 where a place is the middle of a cell, 0 a cell away, the product over rows and columns. Past the first and last row
