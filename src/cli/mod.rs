@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 pub(crate) mod check;
 pub(crate) mod demo;
+pub(crate) mod gallery;
 pub(crate) mod render;
 pub(crate) mod simulate;
 pub(crate) mod study;
@@ -28,6 +29,7 @@ pub(crate) struct Arguments {
 enum Verb {
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
+    Gallery(gallery::GalleryArgs),
     Render(Box<render::RenderArgs>),
     Simulate(simulate::SimulateArgs),
     Study(study::StudyArgs),
@@ -41,6 +43,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
         match &arguments.verb {
             Verb::Check(args) => check::run(args, out)?,
             Verb::Demo(args) => demo::run(args, out)?,
+            Verb::Gallery(args) => gallery::run(args, out)?,
             Verb::Render(args) => render::run(args, out)?,
             Verb::Simulate(args) => simulate::run(args, out)?,
             Verb::Study(args) => study::run(args, out)?,

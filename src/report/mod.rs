@@ -6,6 +6,7 @@
 mod loglog;
 mod png;
 mod study_sheet;
+pub mod gallery_sheet;
 pub mod style;
 mod svg;
 #[cfg(test)]
