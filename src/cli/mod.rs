@@ -6,6 +6,7 @@ use std::io::{self, Write};
 pub(crate) mod audit;
 pub(crate) mod check;
 pub(crate) mod demo;
+pub(crate) mod gallery;
 pub(crate) mod plan;
 pub(crate) mod render;
 pub(crate) mod report;
@@ -33,6 +34,7 @@ enum Verb {
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
     Plan(plan::PlanArgs),
+    Gallery(gallery::GalleryArgs),
     Render(Box<render::RenderArgs>),
     Report(report::ReportArgs),
     Simulate(simulate::SimulateArgs),
@@ -54,6 +56,7 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
         Verb::Audit(args) => audit::run(args, out)?,
         Verb::Check(args) => check::run(args, out)?,
         Verb::Demo(args) => demo::run(args, out)?,
+        Verb::Gallery(args) => gallery::run(args, out)?,
         Verb::Plan(args) => plan::run(args, out)?,
         Verb::Render(args) => render::run(args, out)?,
         Verb::Report(args) => report::run(args, out)?,

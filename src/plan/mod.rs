@@ -10,6 +10,7 @@ pub mod contour;
 pub mod cover;
 mod error;
 pub mod floors;
+pub mod gallery;
 pub mod grid;
 mod levels;
 mod model;

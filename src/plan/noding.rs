@@ -36,6 +36,11 @@ pub(crate) fn union(shapes: &[Shape]) -> Vec<Shape> {
     shapes.to_vec().overlay_as::<i64>(&none, OverlayRule::Subject, FillRule::NonZero)
 }
 
+/// `region` less `taken`; both are shapes as [`union`] takes them.
+pub(crate) fn less(region: &Vec<Shape>, taken: &Vec<Shape>) -> Vec<Shape> {
+    region.overlay_as::<i64>(taken, OverlayRule::Difference, FillRule::NonZero)
+}
+
 fn clean(contours: &[Contour]) -> Vec<Shape> {
     let none: Vec<Shape> = Vec::new();
     contours.to_vec().overlay_as::<i64>(&none, OverlayRule::Subject, FillRule::EvenOdd)

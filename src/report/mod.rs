@@ -3,9 +3,10 @@
 //! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png()`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
 
+mod audit_sheet;
 mod coverage_sheet;
 mod floor_map;
-mod audit_sheet;
+pub mod gallery_sheet;
 mod loglog;
 mod manifest;
 mod marked;
@@ -20,11 +21,11 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
+pub use coverage_sheet::coverage_sheet;
 pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
-pub use coverage_sheet::coverage_sheet;
 pub use plan_sheet::plan_sheet;
-pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
 pub use png::{png, text_width, wrap};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};

@@ -22,6 +22,22 @@ impl Minimum {
     }
 }
 
+/// When to stop an exact search.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// At this time.
+    pub until: Option<Instant>,
+    /// After so many nodes of the search tree in each independent part: the same result on any machine.
+    pub nodes: Option<usize>,
+}
+
+impl Limits {
+    fn reached(&self, nodes: usize) -> bool {
+        self.nodes.is_some_and(|most| nodes > most)
+            || nodes.is_multiple_of(16) && self.until.is_some_and(|t| Instant::now() >= t)
+    }
+}
+
 /// An independent part of a problem, with its own numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
@@ -36,13 +52,13 @@ impl Part {
     }
 }
 
-/// The fewest candidates that cover everything coverable. Stopped by `deadline` it returns the best cover found and a
+/// The fewest candidates that cover everything coverable. Stopped by a limit it returns the best cover found and a
 /// bound that still holds.
-pub fn minimum(coverage: &Coverage, deadline: Option<Instant>) -> Minimum {
+pub fn minimum(coverage: &Coverage, limits: Limits) -> Minimum {
     let reduced = reduce(coverage);
     let mut result = Minimum { at_least: reduced.forced.len(), chosen: reduced.forced };
     for (part, names) in &reduced.parts {
-        let (chosen, at_least) = solve(part, deadline);
+        let (chosen, at_least) = solve(part, limits);
         result.at_least += at_least;
         result.chosen.extend(chosen.into_iter().map(|c| names[c]));
     }
@@ -53,20 +69,20 @@ pub fn minimum(coverage: &Coverage, deadline: Option<Instant>) -> Minimum {
 struct Search<'a> {
     part: &'a Part,
     best: Vec<usize>,
-    deadline: Option<Instant>,
+    limits: Limits,
     nodes: usize,
     stopped: bool,
 }
 
 /// A part's best cover, and a bound.
-fn solve(part: &Part, deadline: Option<Instant>) -> (Vec<usize>, usize) {
+fn solve(part: &Part, limits: Limits) -> (Vec<usize>, usize) {
     let rows = part.rows.len();
     let candidates = (0..part.columns.len()).map(|c| part.columns.get(c).iter().copied());
     let first = Coverage::new(vec![1.0; rows], candidates).map(|c| choose(&c, &Goal::default()).chosen);
     let mut search = Search {
         part,
         best: first.unwrap_or_else(|_| (0..part.columns.len()).collect()),
-        deadline,
+        limits,
         nodes: 0,
         stopped: false,
     };
@@ -85,7 +101,7 @@ fn solve(part: &Part, deadline: Option<Instant>) -> (Vec<usize>, usize) {
 impl Search<'_> {
     fn branch(&mut self, mut free: Free, mut taken: Vec<usize>, mut dual: Dual) {
         self.nodes += 1;
-        if self.stopped || self.deadline.is_some_and(|d| self.nodes.is_multiple_of(16) && Instant::now() >= d) {
+        if self.stopped || self.limits.reached(self.nodes) {
             self.stopped = true;
             return;
         }

@@ -14,7 +14,8 @@ mod tests;
 
 pub use bound::{Bound, disjoint, lower_bound};
 pub use choose::{Choice, Goal, choose};
-pub use exact::{Minimum, minimum};
+pub use exact::{Limits, Minimum, minimum};
+pub use reduce::maximal;
 
 /// Which candidate covers which elements, and what each element weighs.
 #[derive(Clone, Debug, Default)]

@@ -38,6 +38,23 @@ pub(crate) fn reduce(coverage: &Coverage) -> Reduced {
     }
 }
 
+/// The candidates whose elements lie within no other's, of equal ones the first; in rising order.
+pub fn maximal(coverage: &Coverage) -> Vec<usize> {
+    let mut column_in: Vec<bool> = (0..coverage.candidates()).map(|c| !coverage.covers(c).is_empty()).collect();
+    // equal ones first, so that the dear comparison meets each but once
+    let mut order: Vec<usize> = (0..coverage.candidates()).collect();
+    order.sort_by(|&a, &b| coverage.covers(a).cmp(coverage.covers(b)).then(a.cmp(&b)));
+    for pair in order.windows(2) {
+        if coverage.covers(pair[0]) == coverage.covers(pair[1]) {
+            column_in[pair[1]] = false;
+        }
+    }
+    let row_in = vec![true; coverage.elements()];
+    let (columns, rows) = lists(coverage, &row_in, &column_in);
+    drop_columns(&columns, &rows, &mut column_in);
+    (0..column_in.len()).filter(|&c| column_in[c]).collect()
+}
+
 fn lists(coverage: &Coverage, row_in: &[bool], column_in: &[bool]) -> (Lists, Lists) {
     let mut columns = Lists::default();
     let mut list = Vec::new();

@@ -26,7 +26,7 @@ proptest! {
     ) {
         let coverage = Coverage::new(vec![1.0; 14], columns).unwrap();
         let best = fewest(&coverage);
-        let minimum = minimum(&coverage, None);
+        let minimum = minimum(&coverage, Limits::default());
         prop_assert!(covers_all(&coverage, &minimum.chosen));
         prop_assert_eq!(minimum.chosen.len(), best);
         prop_assert_eq!(minimum.at_least, best);

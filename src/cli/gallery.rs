@@ -1,0 +1,121 @@
+//! `clerestory gallery FILE`.
+
+use clap::Args;
+use clerestory::plan::gallery::{Effort, Guards, guard};
+use clerestory::plan::open_space::OpenSpace;
+use clerestory::plan::polygon::{Polygon, PolygonError};
+use clerestory::report::ReportError;
+use clerestory::report::gallery_sheet::gallery_sheet;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Find the fewest guards that see all of a polygon with holes, and say how few could do.
+#[derive(Args, Debug)]
+#[command(after_help = "The file is JSON: {\"outer\": [[x, y], …], \"holes\": [[[x, y], …], …]}, in any unit.\n\
+    The answer is JSON on stdout: {\"guards\": [[x, y], …], \"covered_fraction\": 1.0, \"lower_bound\": 3}.\n\n\
+    Examples:\n  clerestory gallery museum.json --svg museum.svg\n  clerestory gallery museum.json --certify --time-limit 60")]
+pub(crate) struct GalleryArgs {
+    /// The polygon
+    #[arg(value_hint = clap::ValueHint::FilePath)]
+    file: PathBuf,
+    /// Go on until no fewer guards are proved to do, or the time is over
+    #[arg(long)]
+    certify: bool,
+    /// Seconds that --certify may take
+    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "certify", value_parser = seconds)]
+    time_limit: f64,
+    /// Draw the polygon, the guards and what each sees
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    svg: Option<PathBuf>,
+    /// Print nothing but the JSON
+    #[arg(long)]
+    json: bool,
+    /// The same
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "give a number of seconds")?;
+    let fits = value > 0.0 && value <= 1e6;
+    fits.then_some(value).ok_or_else(|| "give more than 0 and at most 1000000 seconds".to_owned())
+}
+
+/// Why `gallery` did not come to an end.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Error {
+    #[error("cannot read {}: {source}", path.display())]
+    Read { path: PathBuf, source: io::Error },
+    #[error("{}: {source}; expected {{\"outer\": [[x, y], …], \"holes\": [[[x, y], …], …]}}", path.display())]
+    Parse { path: PathBuf, source: serde_json::Error },
+    #[error("{}: {source}", path.display())]
+    Polygon { path: PathBuf, source: PolygonError },
+    #[error(transparent)]
+    Sheet(#[from] ReportError),
+    #[error("cannot write the result: {0}")]
+    Write(#[from] io::Error),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Input {
+    outer: Vec<[f64; 2]>,
+    #[serde(default)]
+    holes: Vec<Vec<[f64; 2]>>,
+}
+
+#[derive(Serialize)]
+struct Output<'a> {
+    guards: Vec<[f64; 2]>,
+    covered_fraction: f64,
+    lower_bound: usize,
+    proved: bool,
+    warnings: &'a [&'a str],
+}
+
+/// Solves the file's polygon and writes the guards to `out`.
+pub(crate) fn run(args: &GalleryArgs, out: &mut impl Write) -> Result<(), Error> {
+    let path = || args.file.clone();
+    let bytes = std::fs::read(&args.file).map_err(|source| Error::Read { path: path(), source })?;
+    let input: Input = serde_json::from_slice(&bytes).map_err(|source| Error::Parse { path: path(), source })?;
+    let ring = |r: Vec<[f64; 2]>| r.into_iter().map(DVec2::from).collect::<Vec<_>>();
+    let polygon = Polygon { outer: ring(input.outer), holes: input.holes.into_iter().map(ring).collect() };
+    let open = OpenSpace::new(&[polygon]).map_err(|source| Error::Polygon { path: path(), source })?;
+    let time_limit = Some(Duration::from_secs_f64(args.time_limit));
+    let result = guard(&open, Effort { certify: args.certify, time_limit });
+    let warnings: &[&str] = if open.altered() {
+        &["rings cross or overlap: they were cut at their crossings, and their inside was taken"]
+    } else {
+        &[]
+    };
+    if let Some(file) = &args.svg {
+        clerestory::report::write_file(file, gallery_sheet(&open, &result).finish().as_bytes())?;
+    }
+    let guards = result.guards.iter().map(DVec2::to_array).collect();
+    let Guards { covered_fraction, lower_bound, .. } = result;
+    let output = Output { guards, covered_fraction, lower_bound, proved: result.proved(), warnings };
+    serde_json::to_writer_pretty(&mut *out, &output).map_err(io::Error::from)?;
+    writeln!(out)?;
+    if !(args.json || args.quiet) {
+        tell(&result, warnings)?;
+    }
+    Ok(())
+}
+
+/// The same in words, on stderr: stdout is for programs.
+fn tell(result: &Guards, warnings: &[&str]) -> io::Result<()> {
+    let mut err = io::stderr().lock();
+    for warning in warnings {
+        writeln!(err, "! {warning}")?;
+    }
+    let n = result.guards.len();
+    let guards = if n == 1 { "guard".to_owned() } else { "guards".to_owned() };
+    let proof = match result.lower_bound {
+        bound if bound >= n => "no fewer can do".to_owned(),
+        bound => format!("at least {bound} are needed"),
+    };
+    writeln!(err, "{n} {guards} see {:.4} % of the area; {proof}", result.covered_fraction * 100.0)
+}
