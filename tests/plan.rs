@@ -1,5 +1,7 @@
 //! Planning a whole site: made buildings with the usual ills, real models, and the verb.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that cannot go on")]
+
 mod support;
 
 use assert_cmd::Command;

@@ -275,8 +275,10 @@ impl Bench {
         let look = |scene: &Scene, i: usize| {
             let ray = Ray { origin: scene.local(camera.pose.position), direction: rays.direction(i % w, i / w, 0) };
             scene.tracer.closest(&ray, 1e-3).map(|hit| {
-                let s = scene.surface(&ray, &hit);
-                (hit.t, scene.pencil_albedo(&s, ray.direction, hit.t * rays.spread()))
+                let face = scene.face(hit.triangle);
+                let surface = face.surface(&ray, hit.t);
+                let width_m = hit.t * rays.spread();
+                (hit.t, scene.paint(&face, true).pencil(&face, &surface, ray.direction, width_m))
             })
         };
         let mut depth = vec![false; w * h];

@@ -7,7 +7,7 @@ use super::What;
 use super::regions::Region;
 use super::view::Maps;
 use crate::panorama::luminance;
-use crate::scene::Scene;
+use crate::scene::{Scene, Texture};
 
 /// Pixels that are looked at.
 const SAMPLES: usize = 1200;
@@ -86,7 +86,8 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
         .filter(|(_, i)| texture_of(**i) == Some(id as u32))
         .filter_map(|(k, &i)| {
             let uv = scene.mesh.uv(s.triangle[i], s.barycentric[i])?;
-            let level = texture.level(s.footprint(i) * scene.mesh.uv_per_metre(s.triangle[i]));
+            let texels = s.footprint(i) * scene.mesh.uv_per_metre(s.triangle[i]) * texture.texels_per_unit();
+            let level = Texture::level_of(texels);
             Some((k, uv, level))
         })
         .collect();

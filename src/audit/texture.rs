@@ -11,7 +11,7 @@ use super::{Joins, median};
 use crate::panorama::luminance;
 use crate::scene::Scene;
 use crate::shoot::Light;
-use crate::volume::Volume;
+use crate::volume::{Nearby, Volume};
 
 /// Darker albedo cannot be compared with.
 pub(super) const BLACK: f32 = 0.015;
@@ -57,7 +57,7 @@ pub(super) fn irradiance(scene: &Scene, surfaces: &Surfaces, light: &Light, volu
     let (w, h) = (surfaces.width, surfaces.height);
     let gathered: Vec<Vec3> = (0..w * h)
         .into_par_iter()
-        .map_init(Vec::new, |scratch, i| {
+        .map_init(Nearby::default, |scratch, i| {
             let (x, y) = (i % w, i / w);
             if x % STRIDE != STRIDE / 2 || y % STRIDE != STRIDE / 2 || surfaces.triangle[i] == NONE {
                 return Vec3::ZERO;

@@ -260,18 +260,16 @@ mod tests {
     fn distance_is_that_of_brute_force() {
         let map = map(&["....#....", ".........", "#......#.", ".........", "........#"]);
         let distance = map.distance();
-        for c in 0..map.grid.len() {
+        for (c, found) in distance.iter().enumerate() {
             let brute = map.cells().map(|q| map.grid.middle(c).distance(map.grid.middle(q))).fold(f64::MAX, f64::min);
-            assert!((f64::from(distance[c]) - brute).abs() < 1e-5, "cell {c}: {} for {brute}", distance[c]);
+            assert!((f64::from(*found) - brute).abs() < 1e-5, "cell {c}: {found} for {brute}");
         }
         assert!(map.grid.none().distance().iter().all(|d| d.is_infinite()));
     }
 
     #[test]
     fn closing_shuts_a_narrow_gap_and_keeps_a_door() {
-        let row = |s: &str| s.to_owned();
-        let rows = vec![row(".................."), row("####..####.....###"), row("..................")];
-        let map = map(&rows.iter().map(String::as_str).collect::<Vec<_>>());
+        let map = map(&["..................", "####..####.....###", ".................."]);
         let closed = map.closed(1.0);
         let text: String = (0..18).map(|x| if closed.on[18 + x] { '#' } else { '.' }).collect();
         assert_eq!(text, "##########.....###");

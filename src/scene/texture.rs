@@ -39,7 +39,7 @@ struct Level {
 impl Texture {
     /// One white texel: what stands in for a picture that nothing looks at.
     pub(super) fn blank() -> Self {
-        Self { name: String::new(), levels: vec![Level { width: 1, height: 1, texels: vec![[255; 4]] }] }
+        Self::new(String::new(), 1, 1, vec![[255; 4]])
     }
 
     /// Reads an 8- or 16-bit sRGB picture; alpha is dropped. `None` for a format that is not read.

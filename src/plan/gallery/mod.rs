@@ -137,13 +137,11 @@ impl<'a> Search<'a> {
         loop {
             self.rounds += 1;
             let arranged = self.stars.len();
-            let t0 = Instant::now();
             let whole = self.candidates.arrange(self.open, &self.stars, arranged, self.until);
             let all: Vec<usize> = (0..self.candidates.points.len()).collect();
             // a place where no more witnesses are seen from than from another need not be tried
             let kept = maximal(&self.coverage(&all, arranged, false));
             let coverage = self.coverage(&kept, arranged, false);
-            let t1 = Instant::now();
             let nodes = (!self.certify).then_some(FAST_NODES);
             let least = minimum(&coverage, Limits { until: self.until, nodes });
             if whole {
@@ -153,21 +151,7 @@ impl<'a> Search<'a> {
                 return;
             }
             let choice = least.chosen.into_iter().map(|k| kept[k]).collect();
-            let t2 = Instant::now();
             self.cover_all(kept, choice);
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "round {} w {} cand {} arrange {:?} min {:?} all {:?} lb {} ub {:?}",
-                    self.rounds,
-                    arranged,
-                    self.candidates.points.len(),
-                    t1 - t0,
-                    t2 - t1,
-                    t2.elapsed(),
-                    self.lower,
-                    self.best.as_ref().map(|b| b.0.len())
-                );
-            }
             if !self.certify || self.met() || self.late() || self.stars.len() == arranged {
                 return;
             }
