@@ -177,7 +177,7 @@ fn floor(
     }
     let walkable = Map::of(grid, |c| ground[c].is_finite());
     let lens = elevation + plan.probe_height_m as f32;
-    let free = Map::of(grid, |c| columns.solid(c, lens - SLAB_M, lens + SLAB_M)).closed(GAP_M / 2.0).inverted();
+    let free = Map::of(grid, |c| columns.solid(c, lens - SLAB_M, lens + SLAB_M)).closed(GAP_M).inverted();
     let could_stand = standable(&walkable, &ground, &free, scene, plan);
     let open = enclosed(free.flooded_from(&could_stand), scene, lens, side).flooded_from(&could_stand);
     let open = mended(open.inverted().without_specks(SPECK_M2).inverted().without_specks(NOOK_M2));

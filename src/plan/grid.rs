@@ -157,11 +157,27 @@ impl Map {
         Self { grid: self.grid, on: self.distance().into_iter().map(|d| d <= reach).collect() }
     }
 
-    /// Gaps narrower than about twice `radius_m` closed: grown, then shrunk again.
-    pub fn closed(&self, radius_m: f64) -> Self {
-        let mut closed = self.grown(radius_m).inverted().grown(radius_m).inverted();
-        // the grid's rim counts as off while shrinking; what was on stays on
-        closed.on.iter_mut().zip(&self.on).for_each(|(closed, on)| *closed |= on);
+    /// Gaps of at most `gap_m` closed: cells that are off in a run so short, along an axis or a diagonal, between two that
+    /// are on. (Growing and shrinking by a disc would not do: it leaves gaps in walls of one cell as they are.)
+    pub fn closed(&self, gap_m: f64) -> Self {
+        let mut closed = self.clone();
+        for (dx, dy, step) in
+            [(1, 0, 1.0), (0, 1, 1.0), (1, 1, std::f64::consts::SQRT_2), (1, -1, std::f64::consts::SQRT_2)]
+        {
+            let longest = ((gap_m + 1e-9) / (step * self.grid.cell_m)).floor() as isize;
+            for start in self.cells() {
+                let on = |k: isize| self.grid.beside(start, k * dx, k * dy).map(|c| self.on[c]);
+                // the run of cells that are off after this one
+                let Some(end) = (1..=longest + 1).find(|k| on(*k) != Some(false)) else { continue };
+                if on(end) == Some(true) {
+                    for k in 1..end {
+                        if let Some(cell) = self.grid.beside(start, k * dx, k * dy) {
+                            closed.on[cell] = true;
+                        }
+                    }
+                }
+            }
+        }
         closed
     }
 
@@ -270,7 +286,7 @@ mod tests {
     #[test]
     fn closing_shuts_a_narrow_gap_and_keeps_a_door() {
         let map = map(&["..................", "####..####.....###", ".................."]);
-        let closed = map.closed(1.0);
+        let closed = map.closed(2.0);
         let text: String = (0..18).map(|x| if closed.on[18 + x] { '#' } else { '.' }).collect();
         assert_eq!(text, "##########.....###");
     }
