@@ -8,7 +8,7 @@ use clerestory::render::{Irradiance, Source, render};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Camera, CameraSource, Lens, Site};
 use clerestory::study::compare;
-use clerestory::volume::Weighted;
+use clerestory::volume::Nearby;
 use glam::{DVec2, DVec3, Vec3};
 use image::{ImageBuffer, ImageEncoder, Luma, Rgb};
 use std::fmt::Write as _;
@@ -135,7 +135,7 @@ impl Irradiance for Even {
         &self,
         _: Vec3,
         positions: &[Vec3],
-        _: &mut Vec<Weighted>,
+        _: &mut Nearby,
         put: &mut dyn FnMut(usize, Vec3),
     ) -> (Source, f32) {
         (0..positions.len()).for_each(|i| put(i, Vec3::splat(std::f32::consts::PI)));
