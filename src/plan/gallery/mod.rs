@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
             candidates: Candidates::new(open, !certify),
             struck: BTreeSet::new(),
             best: None,
-            lower: open.component_count(),
+            lower: 1,
             rounds: 0,
             buffers: Default::default(),
         };
