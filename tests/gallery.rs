@@ -5,6 +5,7 @@
 #[path = "gallery/oracle.rs"]
 mod oracle;
 
+use clerestory::plan::gallery::{Effort, covered_fraction, guard};
 use clerestory::plan::open_space::OpenSpace;
 use clerestory::plan::polygon::Polygon;
 use glam::{DVec2, dvec2};
@@ -165,5 +166,81 @@ fn cursed_polygons_are_noded_or_refused_and_never_panic() {
                 }
             }
         }
+    }
+}
+
+fn load(file: &Path) -> Polygon {
+    let value: serde_json::Value = serde_json::from_slice(&std::fs::read(file).expect("is there")).expect("is JSON");
+    let ring = |v: &serde_json::Value| -> Vec<DVec2> {
+        serde_json::from_value::<Vec<[f64; 2]>>(v.clone()).expect("is a ring").into_iter().map(DVec2::from).collect()
+    };
+    let holes = value["holes"].as_array().map(|h| h.iter().map(ring).collect()).unwrap_or_default();
+    Polygon { outer: ring(&value["outer"]), holes }
+}
+
+#[test]
+fn published_optima_are_found_and_bounds_stay_below() {
+    let Some(folder) = data("gallery") else { return };
+    let table = std::fs::read_to_string(folder.join("optima.csv")).unwrap();
+    let small = table.lines().skip(1).map(|l| l.split(',').collect::<Vec<_>>());
+    let mut tried = 0;
+    for fields in small.filter(|f| f[2].parse::<usize>().unwrap() <= 70) {
+        let optimum: usize = fields[4].parse().unwrap();
+        let open = OpenSpace::new(&[load(&folder.join(fields[0]))]).unwrap();
+        let fast = guard(&open, Effort::default());
+        assert!(fast.lower_bound <= optimum && optimum <= fast.guards.len(), "{} {fast:?}", fields[0]);
+        assert!(covered_fraction(&open, &fast.guards) > 1.0 - 1e-6, "{}", fields[0]);
+        let limit = Some(std::time::Duration::from_secs(20));
+        let best = guard(&open, Effort { certify: true, time_limit: limit });
+        assert_eq!((best.guards.len(), best.lower_bound), (optimum, optimum), "{}", fields[0]);
+        tried += 1;
+    }
+    assert!(tried > 20, "{tried}");
+}
+
+#[test]
+fn a_stopped_proof_keeps_its_bound() {
+    let open = OpenSpace::new(&[halls()]).unwrap();
+    let whole = guard(&open, Effort { certify: true, time_limit: None });
+    assert!(whole.proved());
+    let stopped = guard(&open, Effort { certify: true, time_limit: Some(std::time::Duration::ZERO) });
+    assert!(stopped.lower_bound <= whole.guards.len() && whole.guards.len() <= stopped.guards.len());
+    assert!(covered_fraction(&open, &stopped.guards) > 1.0 - 1e-6);
+}
+
+#[test]
+fn the_verb_prints_guards_draws_them_and_refuses_what_is_no_polygon() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, svg) = (folder.path().join("p.json"), folder.path().join("p.svg"));
+    let run = |text: &str, more: &[&str]| {
+        std::fs::write(&file, text).unwrap();
+        let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
+        command.arg("gallery").arg(&file).args(more).output().unwrap()
+    };
+    let done = run(
+        r#"{"outer": [[0,0],[4,0],[4,4],[0,4]], "holes": [[[1,1],[1,3],[3,3],[3,1]]]}"#,
+        &["--certify", "--svg", svg.to_str().unwrap()],
+    );
+    let value: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    let guards = value["guards"].as_array().unwrap().len();
+    assert_eq!((guards, value["lower_bound"].as_u64(), value["proved"].as_bool()), (2, Some(2), Some(true)));
+    assert!(value["covered_fraction"].as_f64().unwrap() > 1.0 - 1e-9);
+    assert!(String::from_utf8_lossy(&done.stderr).contains("2 guards see 100.0000 % of the area; no fewer can do"));
+    assert!(std::fs::read_to_string(&svg).unwrap().contains("id=\"guards\""));
+    // an hourglass is cut at its crossing, with a warning
+    let hourglass = run(r#"{"outer": [[0,0],[4,4],[4,0],[0,4]]}"#, &["--json"]);
+    let value: serde_json::Value = serde_json::from_slice(&hourglass.stdout).unwrap();
+    assert_eq!((value["guards"].as_array().unwrap().len(), value["warnings"].as_array().unwrap().len()), (1, 1));
+    for (text, says) in [
+        (r#"{"outer": [[0,0],[1,0]]}"#, "the outer ring has 2 different points"),
+        (r#"{"outer": [[0,0],[1,0],[2,0]]}"#, "has no inside"),
+        (r#"{"outer": [[0,0],[1e300,0],[2,2]]}"#, "point 1"),
+        (r#"{"outer": [[0,0],[NaN,0],[2,2]]}"#, "line 1 column"),
+        (r#"{"inner": []}"#, "unknown field"),
+    ] {
+        let refused = run(text, &[]);
+        let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(1), "{message}");
+        assert!(message.contains(says) && message.lines().count() == 1, "{message}");
     }
 }

@@ -1,8 +1,13 @@
-//! A generated building: rooms in rows, doors that join them all, pillars.
+//! A generated building: rooms along corridors, doors, pillars.
 
 use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::Polygon;
+use clerestory::plan::polygon::{Polygon, Ring};
 use glam::{DVec2, dvec2};
+
+const ROOM: f64 = 4.0;
+const WALL: f64 = 0.3;
+const HALL: f64 = 2.0;
+const DOOR: f64 = 1.0;
 
 /// Numbers that look random and are the same everywhere (Steele, Lea and Flood's SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -20,86 +25,68 @@ impl Dice {
 
 /// About so many corners in all, with exactly so many holes.
 ///
-/// A spine of corridors, one a storey, joined at one end; rooms hang on both sides of each, with a door of their own.
-/// Each room has 4 corners and its door 4; each pillar is a square hole.
+/// A hall runs along the left; wings with a corridor branch off it, rooms hang on both sides of each. A room has 4
+/// corners and its door 4; a pillar is a square hole in a room (in the hall where rooms are fewer than pillars).
 pub(crate) fn building(corners: usize, holes: usize, seed: u64) -> Polygon {
     let mut dice = Dice(seed);
     let rooms = (corners.saturating_sub(4 * holes) / 8).max(2);
-    // a wing has two rows of rooms on its corridor
-    let along = ((rooms as f64).sqrt().ceil() as usize).max(1);
+    let along = (rooms as f64).sqrt().ceil() as usize;
     let wings = rooms.div_ceil(2 * along);
-    let (room, wall, hall, door) = (4.0, 0.3, 2.0, 1.0);
-    let pitch = 2.0 * room + hall + 4.0 * wall;
-    let length = along as f64 * (room + wall);
+    let length = along as f64 * (ROOM + WALL) + WALL;
+    let base = |w: usize| w as f64 * (2.0 * ROOM + HALL + 4.0 * WALL);
+    let top = base(wings - 1) + HALL;
     let mut outer = vec![dvec2(-3.0, 0.0)];
-    let mut places = Vec::new();
-    let mut left = rooms;
+    let mut centres = Vec::new();
     for w in 0..wings {
-        let base = w as f64 * pitch + room + wall;
-        outer.push(dvec2(0.0, base));
-        outer.insert(0, DVec2::NAN); // taken out below: keeps the two sides of the loop apart in one pass
-        outer.remove(0);
-        if w == 0 {
-            outer[0] = dvec2(-3.0, base);
+        let first = w * 2 * along;
+        let here = rooms.saturating_sub(first).min(2 * along);
+        let (below, above) = (here.min(along), here.saturating_sub(along));
+        outer.push(dvec2(0.0, base(w)));
+        for c in 0..below {
+            outer.extend(room(c, base(w), -1.0, &mut dice, &mut centres));
         }
-        let mut row = |side: f64, columns: &mut dyn Iterator<Item = usize>, outer: &mut Vec<DVec2>| {
-            for c in columns {
-                if left == 0 {
-                    continue;
-                }
-                left -= 1;
-                let x = c as f64 * (room + wall);
-                let hall_edge = if side < 0.0 { base } else { base + hall };
-                let near = hall_edge + side * wall;
-                let far = near + side * (room - 0.5 * dice.roll());
-                let d = x + 0.3 + (room - door - 0.6) * dice.roll();
-                let mut ring = [
-                    dvec2(d, hall_edge),
-                    dvec2(d, near),
-                    dvec2(x, near),
-                    dvec2(x, far),
-                    dvec2(x + room, far),
-                    dvec2(x + room, near),
-                    dvec2(d + door, near),
-                    dvec2(d + door, hall_edge),
-                ];
-                if side > 0.0 {
-                    ring.reverse();
-                }
-                outer.extend(ring);
-                places.push(dvec2(x + room / 2.0, (near + far) / 2.0));
-            }
-        };
-        row(-1.0, &mut (0..along), &mut outer);
-        outer.push(dvec2(length, base));
-        outer.push(dvec2(length, base + hall));
-        row(1.0, &mut (0..along).rev(), &mut outer);
-        outer.push(dvec2(0.0, base + hall));
+        outer.extend([dvec2(length, base(w)), dvec2(length, base(w) + HALL)]);
+        for c in (0..above).rev() {
+            outer.extend(room(c, base(w) + HALL, 1.0, &mut dice, &mut centres).into_iter().rev());
+        }
+        outer.push(dvec2(0.0, base(w) + HALL));
     }
-    let top = (wings - 1) as f64 * pitch + room + wall + hall;
     outer.push(dvec2(-3.0, top));
-    let pillar = |k: usize, dice: &mut Dice| {
-        let centre = places[k * places.len() / holes.max(1) % places.len()];
-        let at = centre
-            + dvec2(dice.roll() - 0.5, dice.roll() - 0.5)
-            + 0.7 * ((k * holes.max(1)) / places.len().max(1)) as f64 * 0.0;
-        let half = 0.15 + 0.1 * dice.roll();
-        vec![at + dvec2(-half, -half), at + dvec2(-half, half), at + dvec2(half, half), at + dvec2(half, -half)]
-    };
-    let mut dice = Dice(seed + 1);
-    let mut all: Vec<Vec<DVec2>> = (0..holes).map(|k| pillar(k, &mut dice)).collect();
-    // few rooms for many pillars: a row of small ones in the side corridor
-    if holes > places.len() {
-        let step = (top - room - wall) / (holes + 1) as f64;
-        all = (0..holes)
-            .map(|k| {
-                let at = dvec2(-1.5 + 0.5 * (dice.roll() - 0.5), room + wall + step * (k + 1) as f64);
-                let half = 0.3 * step.min(0.5);
-                vec![at + dvec2(-half, -half), at + dvec2(-half, half), at + dvec2(half, half), at + dvec2(half, -half)]
-            })
-            .collect();
-    }
-    Polygon { outer, holes: all }
+    let pillars = (0..holes).map(|k| {
+        let shift = dvec2(dice.roll() - 0.5, dice.roll() - 0.5);
+        if holes <= centres.len() {
+            square(centres[k * centres.len() / holes] + shift, 0.15 + 0.1 * dice.roll())
+        } else {
+            let step = top / (holes + 1) as f64;
+            square(dvec2(-1.5 + shift.x, step * (k + 1) as f64), 0.3 * step.min(0.5))
+        }
+    });
+    let holes = pillars.collect();
+    Polygon { outer, holes }
+}
+
+/// A room and its door, below (−1) or above (1) a corridor's edge, from left to right.
+fn room(column: usize, edge: f64, side: f64, dice: &mut Dice, centres: &mut Vec<DVec2>) -> [DVec2; 8] {
+    let left = WALL + column as f64 * (ROOM + WALL);
+    let right = left + ROOM;
+    let near = edge + side * WALL;
+    let far = near + side * (ROOM - 0.5 * dice.roll());
+    let door = left + 0.3 + (ROOM - DOOR - 0.6) * dice.roll();
+    centres.push(dvec2((left + right) / 2.0, (near + far) / 2.0));
+    [
+        dvec2(door, edge),
+        dvec2(door, near),
+        dvec2(left, near),
+        dvec2(left, far),
+        dvec2(right, far),
+        dvec2(right, near),
+        dvec2(door + DOOR, near),
+        dvec2(door + DOOR, edge),
+    ]
+}
+
+fn square(at: DVec2, half: f64) -> Ring {
+    [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| at + dvec2(x, y) * half).to_vec()
 }
 
 /// Places inside, spread evenly by chance.

@@ -65,20 +65,20 @@ impl OpenSpace {
         isovist.corners.clear();
         let Some(place) = self.locate(point) else { return false };
         self.openings(point, place, scratch);
-        let mut last = None;
-        let whole = matches!(place, Place::Inside(_));
-        for k in 0..scratch.openings.len() {
+        let n = scratch.openings.len();
+        for k in 0..n {
             let opening = scratch.openings[k];
-            if last.is_some_and(|l| l != opening.edge[0]) {
-                push(isovist, point, NO_CORNER);
+            let [before, after] = [scratch.openings[(k + n - 1) % n].edge[1], scratch.openings[(k + 1) % n].edge[0]];
+            // beside a wall that the viewpoint is on, sight may pass the wall's end: it belongs to the ring all the same
+            if before != opening.edge[0] {
+                push(isovist, self.corners[opening.edge[0] as usize], opening.edge[0]);
             }
-            last = Some(opening.edge[1]);
             self.expand(point, opening, &mut scratch.stack, isovist);
-        }
-        let closed = scratch.openings.first().map(|o| o.edge[0]) == last;
-        if !whole && !closed {
-            let corner = if let Place::Corner(v) = place { v } else { NO_CORNER };
-            push(isovist, point, corner);
+            if after != opening.edge[1] {
+                push(isovist, self.corners[opening.edge[1] as usize], opening.edge[1]);
+                let corner = if let Place::Corner(v) = place { v } else { NO_CORNER };
+                push(isovist, point, corner);
+            }
         }
         close(isovist);
         true

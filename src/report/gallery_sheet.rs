@@ -45,7 +45,7 @@ pub fn gallery_sheet(open: &OpenSpace, result: &Guards) -> Svg {
     svg.text([MARGIN, base + 4.0], &words, &Text::new(4.0).bold());
     svg.text(
         [MARGIN, base + 10.0],
-        "Dots: guards, most useful first. Tints: what each sees, darker where several",
+        "Dots: guards, the widest view first. Tints: what each sees, darker where several",
         &Text::new(3.0),
     );
     svg.text([MARGIN, base + 14.0], "see. Cross-hatched: seen by nobody.", &Text::new(3.0));

@@ -69,9 +69,16 @@ fn lists(coverage: &Coverage, row_in: &[bool], column_in: &[bool]) -> (Lists, Li
     (columns, rows)
 }
 
+/// For each list a mark for every item, shared by some: a list that lacks a mark of another does not hold it.
+fn marks(lists: &Lists) -> Vec<u128> {
+    let mark = |item: &u32| 1_u128 << (item.wrapping_mul(0x9e37_79b1) >> 25);
+    (0..lists.len()).map(|i| lists.get(i).iter().map(mark).fold(0, |all, m| all | m)).collect()
+}
+
 /// Drops each column that lies within another; of equal ones the first stays.
 fn drop_columns(columns: &Lists, rows: &Lists, column_in: &mut [bool]) -> bool {
     let mut changed = false;
+    let marks = marks(columns);
     for c in 0..columns.len() {
         if !column_in[c] {
             continue;
@@ -85,7 +92,7 @@ fn drop_columns(columns: &Lists, rows: &Lists, column_in: &mut [bool]) -> bool {
         let dominated = rows.get(rarest as usize).iter().map(|&d| d as usize).any(|d| {
             let other = columns.get(d);
             let wins = other.len() > list.len() || (other.len() == list.len() && d < c);
-            wins && column_in[d] && within(list, other)
+            wins && marks[c] & !marks[d] == 0 && column_in[d] && within(list, other)
         });
         if dominated {
             column_in[c] = false;
@@ -98,6 +105,7 @@ fn drop_columns(columns: &Lists, rows: &Lists, column_in: &mut [bool]) -> bool {
 /// Drops each row whose candidates include all of another row's; of equal ones the first stays.
 fn drop_rows(columns: &Lists, rows: &Lists, row_in: &mut [bool]) -> bool {
     let mut changed = false;
+    let marks = marks(rows);
     for s in 0..rows.len() {
         if !row_in[s] {
             continue;
@@ -107,7 +115,7 @@ fn drop_rows(columns: &Lists, rows: &Lists, row_in: &mut [bool]) -> bool {
         for r in columns.get(shortest as usize).iter().map(|&r| r as usize) {
             let other = rows.get(r);
             let loses = other.len() > list.len() || (other.len() == list.len() && r > s);
-            if loses && row_in[r] && within(list, other) {
+            if loses && marks[s] & !marks[r] == 0 && row_in[r] && within(list, other) {
                 row_in[r] = false;
                 changed = true;
             }

@@ -36,7 +36,7 @@ pub struct Effort {
 /// Guards, and how good they are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guards {
-    /// Where to stand, the most useful first.
+    /// Where to stand, the widest view first.
     pub guards: Vec<DVec2>,
     /// The share of the area they see, 0 to 1.
     pub covered_fraction: f64,
@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
             candidates: Candidates::new(open, !certify),
             struck: BTreeSet::new(),
             best: None,
-            lower: open.component_count(),
+            lower: 1,
             rounds: 0,
             buffers: Default::default(),
         };
@@ -217,7 +217,11 @@ impl<'a> Search<'a> {
     fn result(self) -> Guards {
         let (guards, unseen) = self.best.unwrap_or_default();
         let open = self.open;
-        let guards = guards.into_iter().map(|g| open.pulled_in(g).unwrap_or(g)).collect();
+        let view = |g: DVec2| open.visibility(g).map_or(0.0, |v| v.area());
+        let mut views: Vec<(f64, DVec2)> =
+            guards.into_iter().map(|g| open.pulled_in(g).unwrap_or(g)).map(|g| (view(g), g)).collect();
+        views.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let guards = views.into_iter().map(|(_, g)| g).collect();
         let covered_fraction = (1.0 - unseen / open.area()).clamp(0.0, 1.0);
         let (rounds, witnesses) = (self.rounds, self.witnesses.len());
         Guards { guards, covered_fraction, lower_bound: self.lower, rounds, witnesses }
