@@ -501,6 +501,10 @@ fn counted(truth: &[bool], w: usize, h: usize) -> Vec<bool> {
 
 /// Difference of logarithms after an exposure fit, 1 − SSIM and FLIP.
 fn baselines(render: &Picture, photo: &Picture) -> [Vec<f32>; 3] {
+    let valid = photo.pixels.iter().filter(|p| Picture::valid(**p));
+    let white = Vec3::splat(valid.fold(0.0f32, |m, p| m.max(p.max_element())));
+    let pixels = photo.pixels.iter().map(|p| if Picture::valid(*p) { *p } else { white }).collect();
+    let photo = &Picture { pixels, ..photo.clone() };
     let log = |p: &Picture| -> Vec<f32> { p.pixels.iter().map(|v| luminance(*v).max(1e-6).ln()).collect() };
     let (a, b) = (log(render), log(photo));
     let mut d: Vec<f32> = a.iter().zip(&b).map(|(a, b)| b - a).collect();

@@ -151,6 +151,12 @@ fn jpeg(p: &Picture, quality: u8) -> Picture {
     image::ImageEncoder::write_image(encoder, &bytes, p.width as u32, p.height as u32, image::ExtendedColorType::Rgb8)
         .expect("a JPEG is written to memory");
     let back = image::load_from_memory(&file).expect("a JPEG reads back").into_rgb8();
-    let pixels = back.pixels().map(|c| Vec3::from(c.0.map(|b| srgb_to_linear(f32::from(b) / 255.0)))).collect();
+    // as the program reads 8-bit files: what is clipped or darker than code 10 cannot be used
+    let light = |c: [u8; 3]| match c {
+        c if c.iter().any(|b| *b >= 252) => Vec3::NAN,
+        c if c.iter().all(|b| *b < 10) => Vec3::ZERO,
+        c => Vec3::from(c.map(|b| srgb_to_linear(f32::from(b) / 255.0))),
+    };
+    let pixels = back.pixels().map(|c| light(c.0)).collect();
     Picture { width: p.width, height: p.height, pixels }
 }

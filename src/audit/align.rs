@@ -79,7 +79,11 @@ struct Band {
 
 fn bands(surfaces: &Surfaces, render: &[f32], photo: &[f32], usable: &[f32], blur: f32) -> Option<(Band, Band)> {
     let open = Joins::open(surfaces.width, surfaces.height);
-    let log = |v: &[f32]| -> Vec<f32> { v.iter().map(|v| v.max(1e-30).ln()).collect() };
+    // black is as dark as a hundredth of the mean: its logarithm must not run away
+    let log = |v: &[f32]| -> Vec<f32> {
+        let floor = 0.01 * v.iter().map(|v| f64::from(*v)).sum::<f64>() as f32 / v.len().max(1) as f32;
+        v.iter().map(|v| v.max(floor.max(1e-30)).ln()).collect()
+    };
     let band = |values: &[f32], weight: &[f32]| {
         let values = log(values);
         let fine = open.mean(&values, weight, blur);
@@ -87,8 +91,7 @@ fn bands(surfaces: &Surfaces, render: &[f32], photo: &[f32], usable: &[f32], blu
         // what is as strong as a black edge should not outweigh the rest
         fine.iter().zip(&coarse).map(|(f, c)| (f - c).clamp(-1.0, 1.0)).collect::<Vec<f32>>()
     };
-    let shown: Vec<f32> =
-        surfaces.triangle.iter().zip(render).map(|(t, r)| if *t != NONE && *r > 0.0 { 1.0 } else { 0.0 }).collect();
+    let shown: Vec<f32> = surfaces.triangle.iter().map(|t| if *t != NONE { 1.0 } else { 0.0 }).collect();
     let enough = |w: &[f32]| w.iter().filter(|w| **w > 0.0).count() > 1000;
     if !enough(&shown) || !enough(usable) {
         return None;

@@ -1,13 +1,14 @@
 //! Where the model is wrong, from photographs.
 //!
 //! Light divided by albedo and multiplied by it again would make a wrong texture cancel out, so there are two tests that
-//! share nothing but the model's shape: [`geometry`] compares the photograph with what each probe saw of the same
-//! surface, without albedo; [`texture`] compares it with albedo under irradiance gathered from all around.
+//! share nothing but the model's shape: `geometry` compares the photograph with what each probe saw of the same
+//! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around.
 
 mod align;
 mod colour;
 mod error;
 mod explain;
+mod files;
 mod findings;
 mod geometry;
 mod joins;
@@ -17,6 +18,7 @@ mod probe_view;
 mod radiometry;
 mod regions;
 mod run;
+mod scores;
 mod soften;
 mod surfaces;
 mod texture;

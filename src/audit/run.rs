@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
-use super::judge::{self, Judged, Scores};
+use super::judge::{self, Judged};
+use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
     Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary, What,
@@ -310,14 +311,14 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
         list.push(f);
     }
     let thresholds = [
-        ("geometry_mismatch_variances", judge::MISMATCH),
-        ("displacement_pixels", judge::PIXELS_OFF),
+        ("geometry_mismatch_variances", scores::MISMATCH),
+        ("displacement_pixels", scores::PIXELS_OFF),
         ("sensitivity", judge::SENSITIVITY),
-        ("structure_lacking", judge::LACKING),
-        ("structure_surety", judge::SURETY),
-        ("colour_delta_e00", judge::COLOUR),
-        ("foreign_chroma", judge::FOREIGN),
-        ("shading", judge::SHADING),
+        ("structure_lacking", scores::LACKING),
+        ("structure_surety", scores::SURETY),
+        ("colour_delta_e00", scores::COLOUR),
+        ("foreign_chroma", scores::FOREIGN),
+        ("shading", scores::SHADING),
     ];
     let method = Method {
         version: env!("CARGO_PKG_VERSION").to_owned(),

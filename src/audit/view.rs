@@ -3,10 +3,11 @@
 use glam::Vec3;
 
 use super::geometry::{self, Geometry};
-use super::judge::{self, Judged, Scores};
+use super::judge::{self, Judged};
 use super::photo::{Blurred, Photo, Reduced};
 use super::probe_view::ProbeView;
 use super::radiometry::{self, Radiometry, Sights};
+use super::scores::Scores;
 use super::soften::soften;
 use super::surfaces::{Surfaces, reduced};
 use super::texture::{self, Texture};

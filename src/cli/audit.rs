@@ -3,6 +3,7 @@
 use anyhow::{Context, bail};
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
+use clerestory::report::write_audit_sheets;
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,8 +12,8 @@ use std::path::PathBuf;
 
 /// Find where the model is wrong, from photographs.
 ///
-/// Compares each view's photograph with the model under the probes' light, and writes findings.json, findings.csv and a
-/// mask PNG per finding into --out.
+/// Compares each view's photograph with the model under the probes' light, and writes a sheet per view (audit-VIEW.svg
+/// and .png), findings.json, findings.csv and a mask PNG per finding into --out.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     clerestory audit sites/chapel/as_modelled.toml\n  \
@@ -83,12 +84,19 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     bar.finish_and_clear();
     audit.warnings.extend(health.warnings);
     audit.write(&folder)?;
+    write_audit_sheets(&site, &scene, &audit, &command_line(), &folder)?;
     if args.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if !args.quiet {
         print(&audit, &folder, out)?;
     }
     Ok(())
+}
+
+/// The command line without the program's folder.
+fn command_line() -> String {
+    let quoted = |a: String| if a.contains(' ') { format!("\"{a}\"") } else { a };
+    std::iter::once("clerestory".to_owned()).chain(std::env::args().skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
 }
 
 /// A bar on a terminal, nothing elsewhere.
