@@ -157,7 +157,8 @@ impl InSun {
     }
 }
 
-/// Renders a view with so many samples a pixel (box filter). Rows of `done` so far and in all are told to `progress`.
+/// Renders a view with so many samples a pixel (box filter); black where its lens shows nothing. Rows of `done` so far
+/// and in all are told to `progress`.
 pub fn render(
     scene: &Scene,
     relit: &dyn Irradiance,

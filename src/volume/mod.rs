@@ -106,10 +106,7 @@ impl<'a> Volume<'a> {
                 break;
             }
         }
-        let mut vectors = vec![None; anchors.list.len()];
-        for (g, last) in gathered.iter().zip(last) {
-            vectors[g.anchor as usize] = Some(last);
-        }
+        let vectors = transport.places.iter().map(|&place| last.get(place as usize).copied()).collect();
         Self { anchors, vectors }
     }
 

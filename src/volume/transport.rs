@@ -34,6 +34,8 @@ pub struct Transport {
     pub(super) sun: Option<Vec3>,
     /// What each gathered anchor sees.
     pub(super) gathered: Vec<Gathered>,
+    /// For each anchor the index of the gathered place that stands for it, or [`NONE`].
+    pub(super) places: Vec<u32>,
 }
 
 /// What the rays from one anchor found. A ray's weight is its direction × its share of the hemisphere: Σ over rays of
@@ -99,7 +101,8 @@ impl Transport {
         let anchors = Anchors::over(scene, Grid::over(low, high, settings.cells));
         let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
         let Some(hits) = lights.first().map(|l| l.records.iter().map(|r| r.hits()).collect::<Vec<_>>()) else {
-            return Self { anchors, sun, gathered: Vec::new() };
+            let places = vec![NONE; anchors.list.len()];
+            return Self { anchors, sun, gathered: Vec::new(), places };
         };
         let first = anchors.near(scene, wanted);
         let guide = guide(scene, &anchors, &first, lights);
@@ -112,7 +115,7 @@ impl Transport {
         let second = caster.second(&gathered, &mut places);
         gathered.extend(caster.wave(&second, settings.rays.div_ceil(FEWER)));
         caster.link(&mut gathered, &mut places);
-        Self { anchors, sun, gathered }
+        Self { anchors, sun, gathered, places }
     }
 }
 
