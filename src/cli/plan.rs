@@ -102,11 +102,9 @@ fn write(
     let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
     let mut names = Vec::new();
     for floor in &plan.floors {
-        let sheets = [
-            (format!("plan-{}", floor.floor.slug), plan_sheet(&site.name, floor, outward, &made_by)),
-            (format!("coverage-{}", floor.floor.slug), coverage_sheet(&site.name, floor, outward, &made_by)),
-        ];
-        for (stem, sheet) in sheets {
+        let sheets =
+            [plan_sheet(&site.name, floor, outward, &made_by), coverage_sheet(&site.name, floor, outward, &made_by)];
+        for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
             names.push(format!("{stem}.svg, .png"));
         }

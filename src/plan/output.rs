@@ -25,6 +25,8 @@ pub struct PlanJson {
 pub struct FloorJson {
     /// `Ground floor`, ….
     pub name: String,
+    /// File names of its sheets, without ending: the plan and the coverage.
+    pub sheets: [String; 2],
     /// Height of most of the floor along the model's up axis, model units.
     pub elevation: f64,
     /// Open floor, m².
@@ -156,10 +158,16 @@ pub fn json(site: &Site, plan: &SitePlan<'_>, out: &Outward) -> PlanJson {
     }
 }
 
+/// File names of a floor's sheets, without ending: the plan and the coverage.
+pub fn sheets(floor: &FloorPlan) -> [String; 2] {
+    ["plan", "coverage"].map(|kind| format!("{kind}-{}", floor.floor.slug))
+}
+
 fn floor(f: &FloorPlan, out: &Outward) -> FloorJson {
     let covered = rounded(f.covered_fraction(), 6);
     FloorJson {
         name: f.floor.name.clone(),
+        sheets: sheets(f),
         elevation: out.elevation(f.floor.elevation),
         area_m2: rounded(f.area_m2, 3),
         stations: f.stations.iter().map(|s| station(s, out)).collect(),
