@@ -5,7 +5,7 @@ use super::swaps::improve;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// What is asked of [`choose`].
+/// What is asked of [`choose()`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
     /// The share of the coverable weight to reach, 0 to 1.

@@ -1,6 +1,6 @@
 //! The fewest candidates that cover what must be covered: set cover, with proof of how good the answer is.
 //!
-//! [`choose`] is fast: lazy greedy, redundant candidates dropped, two replaced by one and three by two. [`minimum`] is
+//! [`choose()`] is fast: lazy greedy, redundant candidates dropped, two replaced by one and three by two. [`minimum`] is
 //! exact: it reduces, splits into parts and branches, and stopped early still gives a valid lower bound.
 //! [`lower_bound`] is the bound alone.
 
