@@ -18,7 +18,7 @@ fn main() -> ExitCode {
         Err(e) if cli::is_broken_pipe(&e) => ExitCode::SUCCESS,
         Err(e) => {
             // nobody is left to tell when stderr is gone too
-            let _ = writeln!(io::stderr(), "error: {e}");
+            let _ = writeln!(io::stderr(), "error: {}", cli::in_words(&e));
             ExitCode::from(1)
         }
     }

@@ -6,8 +6,7 @@ use clerestory::audit::{self, Audit, Finding, Settings};
 use clerestory::report::write_audit_sheets;
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 /// Find where the model is wrong, from photographs.
@@ -74,7 +73,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
         ..Settings::default()
     };
-    let bar = bar(args);
+    let bar = super::progress::bar(!args.quiet && !args.json, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
@@ -84,28 +83,13 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     bar.finish_and_clear();
     audit.warnings.extend(health.warnings);
     audit.write(&folder)?;
-    write_audit_sheets(&site, &scene, &audit, &command_line(), &folder)?;
+    write_audit_sheets(&site, &scene, &audit, &super::own_command(), &folder)?;
     if args.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if !args.quiet {
         print(&audit, &folder, out)?;
     }
     Ok(())
-}
-
-/// The command line without the program's folder.
-fn command_line() -> String {
-    let quoted = |a: String| if a.contains(' ') { format!("\"{a}\"") } else { a };
-    std::iter::once("clerestory".to_owned()).chain(std::env::args().skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn bar(args: &AuditArgs) -> ProgressBar {
-    if args.quiet || args.json || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:16} {wide_bar} {pos} of {len}");
-    ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::Result<()> {

@@ -1,9 +1,9 @@
 //! `clerestory check SITE`.
 
 use clap::Args;
-use clerestory::check::{Check, CheckError, ProbeCheck, ViewCheck, check};
+use clerestory::check::{Check, ProbeCheck, ViewCheck, check};
 use clerestory::scene::Health;
-use clerestory::site::{Site, SiteError};
+use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -18,19 +18,8 @@ pub(crate) struct CheckArgs {
     json: bool,
 }
 
-/// Why `check` did not come to an end.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum Error {
-    #[error(transparent)]
-    Site(#[from] SiteError),
-    #[error(transparent)]
-    Check(#[from] CheckError),
-    #[error("cannot write the result: {0}")]
-    Write(#[from] io::Error),
-}
-
 /// Checks a site and writes the result to `out`.
-pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> Result<(), Error> {
+pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let result = check(&Site::load(&args.site)?)?;
     if args.json {
         serde_json::to_writer_pretty(&mut *out, &result).map_err(io::Error::from)?;

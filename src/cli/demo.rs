@@ -1,5 +1,6 @@
 //! `clerestory demo DIR`.
 
+use anyhow::{Context, bail};
 use clap::Args;
 use clerestory::whole::Unfinished;
 use serde::Serialize;
@@ -25,19 +26,6 @@ pub(crate) struct DemoArgs {
     json: bool,
 }
 
-/// Why `demo` did not come to an end.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum Error {
-    #[error("{}: the folder is not empty; name another one, or add --force to write into it", .0.display())]
-    NotEmpty(PathBuf),
-    #[error("{}: this is a file, not a folder; name a folder to write the sample site into", .0.display())]
-    NotAFolder(PathBuf),
-    #[error("{}: cannot be written: {why}", path.display())]
-    Folder { path: PathBuf, why: io::Error },
-    #[error("cannot write the result: {0}")]
-    Write(#[from] io::Error),
-}
-
 /// The files of the sample site, from the program itself: path inside the site, and bytes.
 ///
 /// Plain `include_bytes!` does it; a crate that embeds folders would save this list, but not its test.
@@ -47,7 +35,7 @@ macro_rules! site {
     };
 }
 
-pub(crate) const FILES: &[(&str, &[u8])] = site![
+const FILES: &[(&str, &[u8])] = site![
     "README.md",
     "site.toml",
     "as_modelled.toml",
@@ -105,13 +93,13 @@ struct Written<'a> {
 }
 
 /// Writes the sample site and tells `out` what to try next.
-pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> Result<(), Error> {
+pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let dir = args.dir.as_path();
     let exists = is_used(dir)?;
     if exists && !args.force {
-        return Err(Error::NotEmpty(dir.to_owned()));
+        bail!("{}: the folder is not empty; name another one, or add --force to write into it", dir.display());
     }
-    write(dir, exists).map_err(|why| Error::Folder { path: dir.to_owned(), why })?;
+    write(dir, exists).with_context(|| format!("{}: cannot be written", dir.display()))?;
     let written = Written {
         folder: dir,
         files: FILES.len(),
@@ -128,7 +116,7 @@ pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> Result<(), Error> {
 }
 
 fn tell(written: &Written, out: &mut impl Write) -> io::Result<()> {
-    let (dir, twin) = (quoted(written.folder), quoted(&written.sites[1]));
+    let [dir, twin] = [written.folder, &written.sites[1]].map(|p| super::quoted(&p.to_string_lossy()));
     let megabytes = written.bytes as f64 / 1e6;
     writeln!(out, "Wrote the chapel, {} files, {megabytes:.1} MB, to {dir}. Try next:\n", written.files)?;
     writeln!(out, "  clerestory check {dir}                      what the site holds and what it is fit for")?;
@@ -137,19 +125,15 @@ fn tell(written: &Written, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "  clerestory render {twin}    the model with its planted faults")
 }
 
-/// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
-}
-
 /// Whether there is a folder with something in it.
-fn is_used(dir: &Path) -> Result<bool, Error> {
+fn is_used(dir: &Path) -> anyhow::Result<bool> {
     match fs::read_dir(dir) {
         Ok(mut entries) => Ok(entries.next().is_some()),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(e) if e.kind() == io::ErrorKind::NotADirectory => Err(Error::NotAFolder(dir.to_owned())),
-        Err(why) => Err(Error::Folder { path: dir.to_owned(), why }),
+        Err(e) if e.kind() == io::ErrorKind::NotADirectory => {
+            bail!("{}: this is a file, not a folder; name a folder to write the sample site into", dir.display())
+        }
+        Err(e) => Err(e).with_context(|| format!("{}: cannot be written", dir.display())),
     }
 }
 

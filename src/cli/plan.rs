@@ -8,8 +8,7 @@ use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
 use clerestory::report::{coverage_sheet, plan_sheet, write_file, write_sheet};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
-use indicatif::ProgressBar;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::render::default_folder;
@@ -52,7 +51,7 @@ pub(crate) struct PlanArgs {
 pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
-    let spinner = spinner(args);
+    let spinner = super::progress::bar(!args.quiet && !args.json, "{spinner} {msg}");
     spinner.set_message("reading the model");
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
@@ -79,16 +78,6 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
         writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
     }
     Ok(())
-}
-
-/// Turns on a terminal, nothing elsewhere.
-fn spinner(args: &PlanArgs) -> ProgressBar {
-    if args.quiet || args.json || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let spinner = ProgressBar::new_spinner();
-    spinner.enable_steady_tick(std::time::Duration::from_millis(120));
-    spinner
 }
 
 /// Writes all files and gives their names.

@@ -11,10 +11,9 @@ use clerestory::site::{Site, View};
 use clerestory::study::{Comparison, compare};
 use clerestory::volume::{self, Volume};
 use clerestory::{paper, photograph, site};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -172,7 +171,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     setup.timings.volume_s += start.elapsed().as_secs_f64();
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
-    let bar = progress(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64, args);
+    let bar = super::progress::bar(!args.quiet && !args.json, "{msg:16} {wide_bar} {percent:>3} %  {eta} left");
+    bar.set_length(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
     for view in &views {
         let mut frame: Option<Frame> = None;
@@ -383,15 +383,6 @@ fn write(frame: &Frame, view: &View, folder: &Path, layers: bool) -> anyhow::Res
     write_exr(&file, width, height, &frame.layers(layers), None)?;
     write_png(&file.with_extension("png"), &frame.radiance, Exposure::of(&frame.radiance))?;
     Ok(file)
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(rows: u64, args: &RenderArgs) -> ProgressBar {
-    if args.quiet || args.json || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
-    ProgressBar::new(rows).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// The most memory that the process has held, where the system tells.

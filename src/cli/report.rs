@@ -7,13 +7,13 @@ use clerestory::report::page::{Archive, Audit, Finding, Run, Study, ViewPictures
 use clerestory::report::{Manifest, Mark, fingerprints, marked, write_file};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Site, View};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::de::DeserializeOwned;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
 use super::render::default_folder;
+use super::{command, in_words, own_command};
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
 ///
@@ -51,7 +51,10 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     let site = Site::load(&args.site)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
     std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
-    let bar = progress(args);
+    let parts = parts(&site, args);
+    let bar =
+        super::progress::bar(!args.quiet && !args.json, "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
+    bar.set_length(1 + parts.iter().filter(|(_, left_out, _)| left_out.is_none()).count() as u64);
 
     let mut archive = Archive {
         site: site.name.clone(),
@@ -60,7 +63,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     };
     let shown = |path: &Path| path.to_string_lossy().into_owned();
     let (file, dir) = (shown(&args.site), shown(&folder));
-    for (verb, left_out, options) in parts(&site, args) {
+    for (verb, left_out, options) in parts {
         let mut line = vec![verb.to_owned(), file.clone()];
         if verb != "check" {
             line.extend(["--out".into(), dir.clone()]);
@@ -81,7 +84,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
             Ok(json) => keep(verb, &json, &folder, &mut archive)?,
             // a model that cannot be read stops everything; a floor that is not found only the plan
             Err(e) if verb == "check" => return Err(e),
-            Err(e) => run.note = format!("{e:#}"),
+            Err(e) => run.note = in_words(&e),
         }
         archive.runs.push(run);
         bar.inc(1);
@@ -104,7 +107,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
         version: env!("CARGO_PKG_VERSION"),
         site: archive.site.clone(),
         made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
-        command: command(&std::env::args().skip(1).collect::<Vec<_>>()),
+        command: own_command(),
         runs: archive.runs.clone(),
         inputs: archive.inputs.clone(),
         outputs: fingerprints(&files_in(&folder)?, &folder)?,
@@ -261,23 +264,4 @@ fn files_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     }
     files.sort();
     Ok(files)
-}
-
-/// The line as it may be typed.
-fn command(line: &[String]) -> String {
-    let plain = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./:,=+@".contains(c));
-    let word = |w: &String| if plain(w) { w.clone() } else { format!("'{}'", w.replace('\'', r"'\''")) };
-    let words: Vec<String> = line.iter().map(word).collect();
-    format!("clerestory {}", words.join(" "))
-}
-
-/// A bar over the parts on a terminal, nothing elsewhere.
-fn progress(args: &ReportArgs) -> ProgressBar {
-    if args.quiet || args.json || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
-    let bar = ProgressBar::new(6).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    bar
 }

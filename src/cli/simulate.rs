@@ -1,16 +1,16 @@
 //! `clerestory simulate SITE`.
 
+use anyhow::{Context, bail};
 use clap::Args;
-use clerestory::panorama::{Layer, PanoramaError, Picture, Projection, write_exr};
-use clerestory::reference::{Estimate, Eye, LightError, Lights, Noise, Settings, Stopped, add_samples};
-use clerestory::scene::{self, Health, Scene, SceneError};
-use clerestory::site::{Environment, Pictures, Site, SiteError, Sun};
+use clerestory::panorama::{Layer, Picture, Projection, write_exr};
+use clerestory::reference::{Estimate, Eye, Lights, Noise, Settings, Stopped, add_samples};
+use clerestory::scene::{self, Health, Scene};
+use clerestory::site::{Environment, Pictures, Site, Sun};
 use glam::{DVec3, Vec3};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Samples a pixel in the first round of `--noise`.
@@ -69,33 +69,6 @@ pub(crate) struct SimulateArgs {
     json: bool,
 }
 
-/// Why `simulate` did not come to an end.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum Error {
-    #[error(transparent)]
-    Site(#[from] SiteError),
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    #[error(transparent)]
-    Light(#[from] LightError),
-    #[error(transparent)]
-    Picture(#[from] PanoramaError),
-    #[error("there is no {what} “{name}”; the site has: {known}")]
-    Unknown { what: &'static str, name: String, known: String },
-    #[error(
-        "probe “{0}” is not latitude/longitude, the only projection that is simulated; set projection = \"latlong\""
-    )]
-    Projection(String),
-    #[error("{}: simulated pictures are OpenEXR; name an .exr file in the site file, or give --out", .0.display())]
-    NotExr(PathBuf),
-    #[error("{}: the folder cannot be made: {source}", path.display())]
-    Folder { path: PathBuf, source: io::Error },
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
-    #[error("cannot write the result: {0}")]
-    Write(#[from] io::Error),
-}
-
 /// A sun as the command line gives it.
 #[derive(Clone, Copy, Debug)]
 enum SunArg {
@@ -151,7 +124,7 @@ struct LeftOut {
 }
 
 /// Simulates a site's pictures and writes what was made to `out`.
-pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> Result<(), Error> {
+pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let start = Instant::now();
     let mut site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
     let mut outcome = Outcome::default();
@@ -186,7 +159,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> Result<(), Error
 }
 
 /// What is to be made; what is not goes to the outcome, with the reason.
-fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> Result<Vec<Job>, Error> {
+fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> anyhow::Result<Vec<Job>> {
     let any = args.probes.is_some() || args.views.is_some();
     let wants_probes = args.probes.is_some() || !any;
     let wants_views = args.views.is_some() || !any && args.lighting.is_none();
@@ -198,7 +171,7 @@ fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> Result<Vec<J
     if let Some(lighting) = &args.lighting
         && !site.lightings().contains(lighting)
     {
-        return Err(unknown("lighting", lighting, &site.lightings()));
+        bail!(unknown("lighting", lighting, &site.lightings()));
     }
     for probe in site.probes.iter().filter(|p| wants_probes && wanted.contains(&p.name.as_str())) {
         let picture = match &args.lighting {
@@ -211,7 +184,10 @@ fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> Result<Vec<J
             continue;
         };
         if probe.projection != Projection::LatLong {
-            return Err(Error::Projection(probe.name.clone()));
+            bail!(
+                "probe “{}” is not latitude/longitude, the only projection that is simulated; set projection = \"latlong\"",
+                probe.name
+            );
         }
         let file = destination(args, "probes", &probe.name, &picture.lighting).unwrap_or_else(|| picture.path.clone());
         let eye = Eye::Panorama { pose: probe.pose, width, height };
@@ -231,22 +207,32 @@ fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> Result<Vec<J
 
     let (old, new): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(|job| job.file.exists() && !args.force);
     outcome.kept = old.into_iter().map(|job| job.file).collect();
-    match new.iter().find(|job| job.file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr"))) {
-        Some(job) => Err(Error::NotExr(job.file.clone())),
-        None => Ok(new),
+    if let Some(job) = new.iter().find(|job| job.file.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr"))) {
+        bail!(
+            "{}: simulated pictures are OpenEXR; name an .exr file in the site file, or give --out",
+            job.file.display()
+        );
     }
+    Ok(new)
 }
 
 /// The names that an option selects: all where it gives none.
-fn selected<'a>(what: &'static str, known: &[&'a str], option: Option<&Option<String>>) -> Result<Vec<&'a str>, Error> {
+fn selected<'a>(
+    what: &'static str,
+    known: &[&'a str],
+    option: Option<&Option<String>>,
+) -> anyhow::Result<Vec<&'a str>> {
     let Some(Some(list)) = option else { return Ok(known.to_vec()) };
-    let find = |name: &str| known.iter().copied().find(|k| *k == name).ok_or_else(|| unknown(what, name, known));
+    let find = |name: &str| {
+        known.iter().copied().find(|k| *k == name).ok_or_else(|| anyhow::anyhow!(unknown(what, name, known)))
+    };
     list.split(',').map(|name| find(name.trim())).collect()
 }
 
-fn unknown(what: &'static str, name: &str, known: &[impl AsRef<str>]) -> Error {
+fn unknown(what: &str, name: &str, known: &[impl AsRef<str>]) -> String {
     let known = known.iter().map(AsRef::as_ref).filter(|k| !k.is_empty()).collect::<Vec<_>>().join(", ");
-    Error::Unknown { what, name: name.to_owned(), known: if known.is_empty() { "none".to_owned() } else { known } }
+    let known = if known.is_empty() { "none" } else { &known };
+    format!("there is no {what} “{name}”; the site has: {known}")
 }
 
 /// The file under `--out`, if that is given.
@@ -271,13 +257,20 @@ fn relight(site: &mut Site, args: &SimulateArgs) {
 }
 
 /// Traces one picture and writes it.
-fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> Result<Made, Error> {
+fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> anyhow::Result<Made> {
     let start = Instant::now();
     let (width, height) = job.eye.size();
     let mut estimate = Estimate::new(width, height);
     let mut round = if args.noise.is_some() { FIRST_ROUND } else { args.samples };
     loop {
-        add(job, scene, lights, &Settings { samples: round, seed: args.seed, ..Settings::default() }, &mut estimate)?;
+        add(
+            job,
+            scene,
+            lights,
+            &Settings { samples: round, seed: args.seed, ..Settings::default() },
+            args,
+            &mut estimate,
+        )?;
         let Some(target) = args.noise else { break };
         let noise = estimate.noise().median;
         if noise <= target || estimate.samples() >= MOST_SAMPLES {
@@ -302,12 +295,17 @@ fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> Resul
     })
 }
 
-/// Adds samples under a progress bar, which shows on a terminal only.
-fn add(job: &Job, scene: &Scene, lights: &Lights, settings: &Settings, to: &mut Estimate) -> Result<(), Stopped> {
-    let bar = ProgressBar::new(0).with_message(format!("{} {}", job.kind, job.name));
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta} left") {
-        bar.set_style(style);
-    }
+/// Adds samples under a progress bar.
+fn add(
+    job: &Job,
+    scene: &Scene,
+    lights: &Lights,
+    settings: &Settings,
+    args: &SimulateArgs,
+    to: &mut Estimate,
+) -> Result<(), Stopped> {
+    let bar = super::progress::bar(!args.json, "{msg} {wide_bar} {percent:>3} %  {eta} left");
+    bar.set_message(format!("{} {}", job.kind, job.name));
     let progress = |done, total| {
         bar.set_length(total);
         bar.set_position(done);
@@ -318,9 +316,9 @@ fn add(job: &Job, scene: &Scene, lights: &Lights, settings: &Settings, to: &mut 
     result
 }
 
-fn save(job: &Job, estimate: &Estimate, noise: &Noise, args: &SimulateArgs) -> Result<(), Error> {
+fn save(job: &Job, estimate: &Estimate, noise: &Noise, args: &SimulateArgs) -> anyhow::Result<()> {
     if let Some(folder) = job.file.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Folder { path: folder.to_owned(), source })?;
+        std::fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     }
     let mean = estimate.mean();
     let pixels = mean.pixels.iter().map(|p| p / job.gain).collect();
@@ -343,12 +341,8 @@ fn print(made: &Made, out: &mut impl Write) -> io::Result<()> {
          noise in the median pixel → {}",
         *rays as f64 / seconds / 1e6,
         100.0 * noise.median,
-        display(file)
+        file.display()
     )
-}
-
-fn display(file: &Path) -> std::path::Display<'_> {
-    file.display()
 }
 
 fn percent(text: &str) -> Result<f64, String> {

@@ -5,9 +5,8 @@ use clap::{Args, ValueHint};
 use clerestory::report::{study_sheet, write_file, write_sheet};
 use clerestory::site::Site;
 use clerestory::study::{self, How, Metric, Options, Progress, Row, Study, Summary, rounded};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::render::default_folder;
@@ -88,7 +87,7 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
         seed: args.seed,
         fresh: args.fresh,
     };
-    let bar = progress(args);
+    let bar = super::progress::bar(!args.quiet && !args.json, "{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
     let tell = |p: &Progress| {
         bar.set_length(p.planned as u64);
         bar.set_position(p.done as u64);
@@ -110,17 +109,6 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
         writeln!(out, "{}", folder.join("study.svg").display())?;
     }
     Ok(())
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(args: &StudyArgs) -> ProgressBar {
-    if args.quiet || args.json || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
-    let bar = ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.enable_steady_tick(std::time::Duration::from_millis(500));
-    bar
 }
 
 /// The table for other programs. Seconds are of a frame on the wall; `cpu_` ones of the processor, all threads.

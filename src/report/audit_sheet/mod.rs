@@ -10,7 +10,7 @@ mod write;
 pub use write::write_audit_sheets;
 
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, Style, VERMILION, WHITE, YELLOW};
-use super::{Anchor, Svg, Text, wrap};
+use super::{Anchor, Fingerprint, Svg, Text, wrap};
 use crate::audit::{Audit, AuditedView, Finding, Kind, Reason, Shares, Verdict};
 use crate::scene::Scene;
 use crate::site::Site;
@@ -45,8 +45,8 @@ pub struct AuditSheet<'a> {
     pub audited: &'a str,
     /// The command line.
     pub command: &'a str,
-    /// Files the audit rests on: name, and SHA-256 in hexadecimal digits.
-    pub inputs: &'a [(String, String)],
+    /// Files the audit rests on.
+    pub inputs: &'a [Fingerprint],
 }
 
 impl AuditSheet<'_> {
@@ -213,13 +213,14 @@ fn foot(svg: &mut Svg, about: &AuditSheet, top: f64) {
         svg.text([x, y], &line, &Text::new(FINE));
         y += 2.5;
     }
-    for (name, hash) in about.inputs {
-        if y > top + FOOT - 3.0 {
+    for (i, Fingerprint { file, sha256, .. }) in about.inputs.iter().enumerate() {
+        if y + 2.5 > top + FOOT - 3.0 && i + 1 < about.inputs.len() {
+            svg.text([x, y], &format!("and {} files more", about.inputs.len() - i), &Text::new(FINE));
             break;
         }
         // the whole fingerprint, whatever that leaves of the name
-        svg.text([x, y], &shortened(name, 26), &Text::new(FINE));
-        svg.text([x + widths[2], y], hash, &Text::new(1.55).anchor(Anchor::End));
+        svg.text([x, y], &shortened(file, 26), &Text::new(FINE));
+        svg.text([x + widths[2], y], sha256, &Text::new(1.55).anchor(Anchor::End));
         y += 2.5;
     }
     svg.line([x - 0.5 * GAP, top], [x - 0.5 * GAP, top + FOOT - 4.0], &Style::line(LIGHT, 0.2));

@@ -105,7 +105,7 @@ fn audit(faults: usize, doubts: usize) -> Audit {
 fn drawn(audit: &Audit) -> String {
     let (_dir, site, scene) = room();
     let hash = "0123456789abcdef".repeat(4);
-    let inputs = [("site.toml".to_owned(), hash.clone()), ("v.jpg".to_owned(), hash)];
+    let inputs = ["site.toml", "v.jpg"].map(|f| Fingerprint { file: f.into(), bytes: 1, sha256: hash.clone() });
     let about = AuditSheet {
         site: &site,
         scene: &scene,
