@@ -155,6 +155,14 @@ fn each_fault_names_line_key_and_cure() {
         ("[environment]\nradiance = [1, -1, 1]\n".into(), 8, "environment.radiance", &["zero or greater"]),
         ("[environment]\nimage = \"square.png\"\n".into(), 8, "environment.image", &["twice as wide"]),
         ("[sun]\ndirection = [0, 0, 0]\nirradiance = [1, 1, 1]\n".into(), 8, "sun.direction", &["no length"]),
+        (
+            "[sun]\ndirection = [0, 0, 1]\nirradiance = [1, 1, 1]\n[sun.under.noon]\ndirection = [0, 0, 1]\n\
+             irradiance = [1, 1, 1]\n"
+                .into(),
+            10,
+            "",
+            &["no probe has a picture of the lighting “noon”"],
+        ),
         // plan
         (plan("probe_height = -1"), 8, "plan.probe_height", &["a height in metres above zero"]),
         (plan("incidence = 91"), 8, "plan.incidence", &["at most 90"]),
@@ -230,6 +238,7 @@ fn orientations_agree_in_every_form() {
 fn a_full_site_file_is_understood() {
     let site = load(&format!(
         "[environment]\nimage = \"p.png\"\nheading = 90\n[sun]\ndirection = [0, 0, 2]\nirradiance = [5, 4, 3]\n\
+         [sun.under.\"10:00\"]\ndirection = [0, 3, 0]\nirradiance = [2, 1, 1]\n\
          {PROBE}gain = 2\nimage = {{ \"14:30\" = \"q.png\", \"10:00\" = \"p.png\" }}\n\
          [[probe]]\nname = \"b\"\nposition = [1, 1, 1]\nprojection = \"perspective\"\nfov_y = 90\nimage = {{ \"10:00\" = \"p.png\" }}\n\
          {VIEW}look_at = [0, 0, 0]\nfx = 30\ncx = 19\nk1 = 0.1\np2 = -0.01\nphoto = \"photo.png\"\n\
@@ -244,7 +253,9 @@ fn a_full_site_file_is_understood() {
     );
     assert!(matches!(&site.environment, Some(Environment::Image { rotation, .. })
         if (*rotation * DVec3::Y).distance(DVec3::X) < 1e-9));
-    assert_eq!(site.sun.unwrap().direction, Vec3::Z);
+    let suns = ["14:30", "10:00"].map(|lighting| site.sun_under(lighting).unwrap());
+    assert_eq!(suns.map(|s| s.direction), [Vec3::Z, Vec3::Y]);
+    assert_eq!(suns.map(|s| s.irradiance.x), [5.0, 2.0]);
     let camera = &site.views[0].camera;
     assert_eq!(
         (camera.width, camera.height, camera.focal, camera.centre),

@@ -3,12 +3,12 @@
 use clerestory::panorama::{Layer, Picture, write_exr};
 use clerestory::reference::{Estimate, Eye, Lights, Settings, add_samples, unwatched};
 use clerestory::scene::{self, Health, Scene};
-use clerestory::site::{Pictures, Site, Sun};
-use glam::{DVec3, Vec3};
+use clerestory::site::{Pictures, Site};
+use glam::Vec3;
 use std::error::Error;
 use std::path::Path;
 
-use crate::chapel::site::{LIGHTINGS, Lighting};
+use crate::chapel::site::LIGHTINGS;
 use crate::denoise::denoise;
 
 /// Size of a probe in pixels.
@@ -23,7 +23,7 @@ pub fn all(folder: &Path, samples: u32) -> Result<(), Box<dyn Error>> {
     let site = Site::load_with(folder, Pictures::MayBeMissing)?;
     let scene = scene::load(&site, &mut Health::default())?;
     for (i, lighting) in LIGHTINGS.iter().enumerate() {
-        let site = lit(&site, lighting);
+        let site = Site { sun: site.sun_under(lighting.name), ..site.clone() };
         let lights = [
             Lights::load(&site, &scene)?,
             Lights::load(&Site { sun: None, ..site.clone() }, &scene)?,
@@ -40,13 +40,6 @@ pub fn all(folder: &Path, samples: u32) -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
-}
-
-/// The site with another sun.
-fn lit(site: &Site, lighting: &Lighting) -> Site {
-    let direction = site.frame.direction_in(lighting.direction()).as_vec3();
-    let sun = Sun { direction, irradiance: DVec3::from(lighting.irradiance).as_vec3() };
-    Site { sun: Some(sun), ..site.clone() }
 }
 
 /// Path-traces a picture, takes its noise out and writes it.

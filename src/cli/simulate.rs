@@ -55,7 +55,7 @@ pub(crate) struct SimulateArgs {
     /// first lighting
     #[arg(long, value_name = "NAME")]
     lighting: Option<String>,
-    /// Another sun: direction towards it in the model's axes, and irradiance on a surface that faces it; or `none`
+    /// Another sun than the lighting's: direction towards it in the model's axes, and irradiance on a surface that faces it; or `none`
     #[arg(long, value_name = "X,Y,Z:R,G,B", value_parser = sun, allow_hyphen_values = true)]
     sun: Option<SunArg>,
     /// A uniform sky of this radiance instead of the site's [environment]
@@ -242,10 +242,11 @@ fn destination(args: &SimulateArgs, folder: &str, name: &str, lighting: &str) ->
     args.out.as_ref().map(|out| out.join(folder).join(format!("{file}.exr")))
 }
 
-/// Puts the command line's sun and sky in the place of the site's.
+/// Puts the lighting's sun, or the command line's sun and sky, in the place of the site's.
 fn relight(site: &mut Site, args: &SimulateArgs) {
+    let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     match args.sun {
-        None => {}
+        None => site.sun = site.sun_under(&lighting),
         Some(SunArg::None) => site.sun = None,
         Some(SunArg::From(direction, irradiance)) => {
             site.sun = Some(Sun { direction: site.frame.direction_in(direction).as_vec3(), irradiance });

@@ -129,7 +129,7 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
         let start = Instant::now();
         let with_hits: Vec<_> =
             lit.iter().filter_map(|(i, picture)| hits[*i].clone().map(|h| (h, picture, probes[*i].gain))).collect();
-        let sun = site.sun.filter(|_| options.sun);
+        let sun = site.sun_under(lighting).filter(|_| options.sun);
         lights.push((lighting.clone(), Light::new(scene, &with_hits, sun, outside.clone())));
         timings.index_s += start.elapsed().as_secs_f64();
         let set: Vec<usize> = lit.iter().map(|l| l.0).collect();

@@ -6,8 +6,8 @@ use std::fmt;
 use toml::Spanned;
 
 type Number = Spanned<f64>;
-type Text = Spanned<String>;
-type Vector = Spanned<[f64; 3]>;
+pub(super) type Text = Spanned<String>;
+pub(super) type Vector = Spanned<[f64; 3]>;
 
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,6 +53,15 @@ pub(super) struct EnvironmentTable {
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SunTable {
+    pub(super) direction: Vector,
+    pub(super) irradiance: Vector,
+    #[serde(default)]
+    pub(super) under: BTreeMap<Text, LightingSunTable>,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LightingSunTable {
     pub(super) direction: Vector,
     pub(super) irradiance: Vector,
 }

@@ -38,6 +38,7 @@ pub use poses::PoseFileError;
 pub use resection::{Resection, ResectionError};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::panorama::Projection;
@@ -55,8 +56,10 @@ pub struct Site {
     pub model: PathBuf,
     /// Outdoor light, for rehearsal and reference.
     pub environment: Option<Environment>,
-    /// The sun, for rehearsal and reference.
+    /// The sun, under every lighting that has none of its own.
     pub sun: Option<Sun>,
+    /// Lightings under another sun. See [`Site::sun_under`].
+    pub suns: BTreeMap<String, Sun>,
     /// The light probes, in the file's order.
     pub probes: Vec<Probe>,
     /// The views, in the file's order; those of a pose file come last.
@@ -118,6 +121,11 @@ impl Site {
         pose_files.dedup();
         files.extend(pose_files.into_iter().flat_map(|path| poses::files(path)));
         files
+    }
+
+    /// The sun that shines under a lighting; `None` where the site names none, or one without light.
+    pub fn sun_under(&self, lighting: &str) -> Option<Sun> {
+        self.suns.get(lighting).copied().or(self.sun).filter(|sun| sun.irradiance.max_element() > 0.0)
     }
 
     /// All lightings that any probe has, in the file's order; `""` is the lone picture's.

@@ -66,7 +66,8 @@ pub fn study(
     let scene = scene::load(site, &mut Health::default())?;
     let load = clock.read();
     let clock = Clock::start();
-    let lights = match Lights::load(site, &scene) {
+    let lit = Site { sun: site.sun_under(&lighting), ..site.clone() };
+    let lights = match Lights::load(&lit, &scene) {
         Ok(lights) => Some(lights),
         Err(LightError::Dark(_)) => None,
         Err(e) => return Err(e.into()),

@@ -103,9 +103,9 @@ pub fn toml(version: Version) -> String {
         out += "# The chapel: a site in every detail that clerestory reads. Positions are in the model's own axes (y up,\n\
                 # east = +x, south = +z) and units. Paths are relative to this file.\n";
     }
-    let sun = &LIGHTINGS[0];
-    let d = sun.direction();
-    let [r, g, b] = sun.irradiance;
+    let [sun, later] = &LIGHTINGS;
+    let [d, d2] = [sun, later].map(Lighting::direction);
+    let ([r, g, b], [r2, g2, b2]) = (sun.irradiance, later.irradiance);
     let _ = write!(
         out,
         r#"
@@ -127,12 +127,20 @@ heading = 0.0                 # where its centre column looks
 direction = [{:.4}, {:.4}, {:.4}]   # towards the sun
 irradiance = [{r:?}, {g:?}, {b:?}]        # on a surface that faces it
 
+[sun.under."{later}"]             # where it stands in the other lighting
+direction = [{:.4}, {:.4}, {:.4}]
+irradiance = [{r2:?}, {g2:?}, {b2:?}]
+
 # Probes: panoramas taken on a tripod, 512 x 256 pixels, in two lightings. The centre column looks east, to the altar.
 "#,
         d.x,
         d.y,
         d.z,
+        d2.x,
+        d2.y,
+        d2.z,
         time = sun.name,
+        later = later.name,
     );
     for (name, at, what) in PROBES {
         let pictures = LIGHTINGS.each_ref().map(|l| format!(r#""{}" = "{}""#, l.name, probe_file(name, l)));

@@ -1,12 +1,13 @@
 //! The light outside: `[environment]` and `[sun]`.
 
 use glam::Vec3;
+use std::collections::BTreeMap;
 use toml::Spanned;
 
 use super::super::fault::SiteError;
-use super::super::file::{EnvironmentTable, SunTable};
+use super::super::file::{EnvironmentTable, LightingSunTable, SunTable, Text, Vector};
 use super::super::pose::{finite, finite_number};
-use super::super::{Environment, Sun};
+use super::super::{Environment, Probe, Sun};
 use super::Resolver;
 use crate::panorama::Projection;
 
@@ -41,16 +42,32 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn sun(&self, table: &SunTable) -> Result<Sun, SiteError> {
-        let towards = self.frame.direction_in(finite(&self.source, &table.direction)?);
-        let direction = towards.try_normalize().ok_or_else(|| {
+    pub(super) fn sun(&self, direction: &Vector, irradiance: &Vector) -> Result<Sun, SiteError> {
+        let towards = self.frame.direction_in(finite(&self.source, direction)?);
+        let towards = towards.try_normalize().ok_or_else(|| {
             self.source.fault(
-                table.direction.span(),
+                direction.span(),
                 "the direction has no length",
                 "Give a vector that points towards the sun",
             )
         })?;
-        Ok(Sun { direction: direction.as_vec3(), irradiance: self.colour(&table.irradiance, "irradiance")? })
+        Ok(Sun { direction: towards.as_vec3(), irradiance: self.colour(irradiance, "irradiance")? })
+    }
+
+    /// The suns of lightings that have their own.
+    pub(super) fn suns(&self, table: &SunTable, probes: &[Probe]) -> Result<BTreeMap<String, Sun>, SiteError> {
+        let known = |name: &str| probes.iter().flat_map(|p| &p.pictures).any(|p| p.lighting == name);
+        let one = |(name, t): (&Text, &LightingSunTable)| {
+            if !known(name.get_ref()) {
+                return Err(self.source.fault(
+                    name.span(),
+                    format!("no probe has a picture of the lighting “{}”", name.get_ref()),
+                    "Name a lighting as the probes' image tables do",
+                ));
+            }
+            Ok((name.get_ref().clone(), self.sun(&t.direction, &t.irradiance)?))
+        };
+        table.under.iter().map(one).collect()
     }
 
     fn colour(&self, rgb: &Spanned<[f64; 3]>, what: &str) -> Result<Vec3, SiteError> {

@@ -8,6 +8,7 @@ mod plan;
 mod probe;
 mod view;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -48,7 +49,8 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
         frame,
         model: resolver.existing(file.model.path.get_ref(), file.model.path.span(), "the model")?,
         environment: file.environment.as_ref().map(|e| resolver.environment(e)).transpose()?,
-        sun: file.sun.as_ref().map(|t| resolver.sun(t)).transpose()?,
+        sun: file.sun.as_ref().map(|t| resolver.sun(&t.direction, &t.irradiance)).transpose()?,
+        suns: file.sun.as_ref().map_or_else(|| Ok(BTreeMap::new()), |t| resolver.suns(t, &probes))?,
         plan: resolver.plan(&file.plan)?,
         probes,
         views,
