@@ -10,13 +10,13 @@ use crate::study::{Interval, Method, Parameter, Row, Summary};
 const LINE: f64 = 3.2;
 const SIZE: f64 = 2.2;
 
-/// Sentences on how error falls, a method and parameter each; order p means error ∝ parameterᵖ.
+/// Sentences on how error falls, a method and parameter each; order p means error ~ parameter to the power p.
 pub(super) fn orders(summary: &Summary) -> Vec<String> {
     let mut by_parameter: BTreeMap<(Method, Parameter), Vec<String>> = BTreeMap::new();
     for c in &summary.convergence {
         let Interval { value, low, high } = c.order;
         let order = format!("{} {} ({} to {})", c.metric.name(), signed(value), signed(low), signed(high));
-        let tail = c.tail.map_or_else(String::new, |t| format!(", what is left to gain {}", signed(t)));
+        let tail = c.tail.map_or_else(String::new, |t| format!(", what is left to gain falls with {}", signed(t)));
         by_parameter.entry((c.method, c.parameter)).or_default().push(order + &tail);
     }
     let one = |((method, parameter), orders): ((Method, Parameter), Vec<String>)| {

@@ -126,7 +126,7 @@ pub fn load_without(
             self::used(&kept, materials.len())
         },
     );
-    let (textures, indices, mut spared) = textures(folder, &maps, &reached, health)?;
+    let Decoded { textures, indices, mut spared } = textures(folder, &maps, &reached, health)?;
     for (material, map) in materials.iter_mut().zip(&maps) {
         material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
         if let (Some(map), None) = (map, material.texture) {
@@ -283,14 +283,16 @@ fn materials(
     names.iter().zip(used).map(one).unzip()
 }
 
+/// Pictures, which of them a name became, and what was not decoded.
+struct Decoded {
+    textures: Vec<Texture>,
+    indices: BTreeMap<String, u32>,
+    spared: Spared,
+}
+
 /// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have
 /// is not decoded: one white texel stands for it.
-fn textures(
-    folder: &Path,
-    maps: &[Option<Map>],
-    reached: &[bool],
-    health: &mut Health,
-) -> Result<(Vec<Texture>, BTreeMap<String, u32>, Spared), SceneError> {
+fn textures(folder: &Path, maps: &[Option<Map>], reached: &[bool], health: &mut Health) -> Result<Decoded, SceneError> {
     let mut paths: Vec<PathBuf> = Vec::new();
     let mut seen: Vec<bool> = Vec::new();
     let mut wanted: BTreeMap<String, usize> = BTreeMap::new();
@@ -335,7 +337,7 @@ fn textures(
     let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
     let read = textures.iter().map(Texture::bytes).sum::<usize>();
     let rate = if spared.textures < seen.len() { seconds / read.max(1) as f64 } else { 0.0 };
-    Ok((textures, indices, Spared { seconds: rate * spared.bytes as f64, ..spared }))
+    Ok(Decoded { textures, indices, spared: Spared { seconds: rate * spared.bytes as f64, ..spared } })
 }
 
 /// The file a material means: beside its MTL file or the model, as written, in other letters, or by its last name.
