@@ -8,7 +8,7 @@ use std::process::Command;
 use super::Outcome;
 
 /// Writes the sites into a folder, takes their probes with the program, and names what it has made.
-pub fn make(program: &str, folder: &Path) -> Outcome<()> {
+pub(crate) fn make(program: &str, folder: &Path) -> Outcome<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let models = root.join("../shared/data/models");
     let chapel = root.join("sites/chapel");
@@ -38,8 +38,7 @@ pub fn make(program: &str, folder: &Path) -> Outcome<()> {
 
     for name in ["ctk_church", "copyroom"] {
         let site = folder.join(name);
-        let done =
-            Command::new(program).arg("simulate").arg(&site).args(["--probes", "--samples", "64", "-q"]).output()?;
+        let done = Command::new(program).arg("simulate").arg(&site).args(["--samples", "64", "--probes"]).output()?;
         if !done.status.success() {
             return Err(format!("{}: {}", site.display(), String::from_utf8_lossy(&done.stderr)).into());
         }
