@@ -38,7 +38,7 @@ pub(crate) fn make(program: &str, folder: &Path) -> Outcome<()> {
 
     for name in ["ctk_church", "copyroom"] {
         let site = folder.join(name);
-        let done = Command::new(program).arg("simulate").arg(&site).args(["--samples", "64", "--probes"]).output()?;
+        let done = Command::new(program).arg("simulate").arg(&site).args(["--samples", "16", "--probes"]).output()?;
         if !done.status.success() {
             return Err(format!("{}: {}", site.display(), String::from_utf8_lossy(&done.stderr)).into());
         }
