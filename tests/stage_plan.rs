@@ -9,16 +9,17 @@ use glam::DVec3;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use support::{Built, Plan, Quad, closed, grey, v};
+use support::{Built, Paint, Plan, Quad, closed, grey, v};
 
-/// A closed room with a panel, a sealed chest with something in it, and a house next door that nobody sees; two lightings.
+/// A closed room with a panel, a sealed chest with something in it, and a house next door that nobody sees, both with the
+/// only picture; two lightings.
 fn crowded() -> Built {
     let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
     quads.push(Quad(v(2.8, 0.8, 0.6), DVec3::Y * 1.2, DVec3::Z * 1.2, 0));
     quads.extend(closed(v(0.5, 2.0, 0.1), v(1.0, 2.5, 0.6), 0));
     quads.push(Quad(v(0.6, 2.1, 0.3), DVec3::X * 0.2, DVec3::Y * 0.2, 1));
     quads.extend(closed(v(9.0, 0.0, 0.0), v(12.0, 3.0, 5.0), 1));
-    let plan = Plan::new(quads, &[grey(0.6), grey(0.3)]).probe(v(1.7, 1.4, 1.3), 64).view(
+    let plan = Plan::new(quads, &[grey(0.6), Paint { checker: true, ..grey(0.3) }]).probe(v(1.7, 1.4, 1.3), 64).view(
         v(3.7, 2.6, 1.75),
         v(1.5, 0.5, 0.75),
         32,
@@ -52,16 +53,24 @@ fn pictures_are_the_same_with_and_without() {
     let (lean, full) = (site.join("lean"), site.join("full"));
     let without = json(&["render", "--out", lean.to_str().unwrap(), "--layers"], site);
     let with = json(&["render", "--out", full.to_str().unwrap(), "--layers", "--all-stages"], site);
-    assert_eq!(stages(&without), ["merge", "textures", "unreached", "lightings"]);
+    assert_eq!(stages(&without), ["merge", "unreached", "lightings"]);
     assert!(!stages(&with).contains(&"unreached") && !stages(&with).contains(&"lightings"), "{with}");
     assert!(without["views"][0]["covered_fraction"].as_f64().unwrap() < 1.0, "the volume has to play a part");
     let of = |stage: &str| {
         without["left_out"].as_array().unwrap().iter().find(|l| l["stage"] == stage).unwrap()["saves"].clone()
     };
     assert!(of("lightings")["bytes"].as_u64() == Some(64 * 32 * 12), "{without}");
-    assert!(of("unreached")["bytes"].as_u64().unwrap() > 0);
+    assert!(of("unreached")["bytes"].as_u64().unwrap() > 64 * 64 * 4, "the picture's texels and the triangles");
     let read = |folder: &Path| fs::read(folder.join("v0.exr")).unwrap();
     assert!(read(&lean) == read(&full), "the same bytes");
+
+    // left out is left out: nobody looks into the picture that nobody sees
+    let checker = site.join("checker.png");
+    let head = fs::read(&checker).unwrap()[..60].to_vec();
+    fs::write(&checker, head).unwrap();
+    json(&["render", "--out", lean.to_str().unwrap()], site);
+    let mut command = Command::cargo_bin("clerestory").unwrap();
+    command.args(["render", "--all-stages", "--out"]).arg(&full).arg(site).assert().failure().code(1);
 }
 
 #[test]

@@ -7,18 +7,25 @@
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-use crate::scene::{Mesh, Ray, Scene, Tracer};
+use crate::scene::{Mesh, Ray, Tracer};
 
 /// Triangles that no ray from `eyes` (local metres) can reach, as a mark for each; `None` where all can be reached, or
 /// where that cannot be ruled out.
-pub fn unreachable(scene: &Scene, eyes: &[Vec3]) -> Option<Vec<bool>> {
-    let mesh = &scene.mesh;
+pub fn unreachable(mesh: &Mesh, eyes: &[Vec3]) -> Option<Vec<bool>> {
     let parts = parts(mesh);
     if parts.len() < 2 || eyes.is_empty() {
         return None;
     }
     let mut marked = vec![false; mesh.triangles.len()];
-    for wall in parts.iter().filter(|p| p.closed) {
+    let boxes: Vec<Bounds> = parts.iter().map(|p| p.bounds(mesh)).collect();
+    for (w, wall) in parts.iter().enumerate().filter(|(_, p)| p.closed) {
+        // most closed things hold nothing and have no eye in them: no ray is needed to know that they part nothing
+        let eye_within = eyes.iter().any(|eye| boxes[w].holds([*eye; 2]));
+        let parted = |p: &usize| *p != w && (eye_within || boxes[w].holds(boxes[*p].0));
+        let others: Vec<usize> = (0..parts.len()).filter(parted).collect();
+        if others.is_empty() {
+            continue;
+        }
         let keep = wall.marks(mesh.triangles.len());
         let tracer = Tracer::over(mesh, &keep);
         let sides: Option<Vec<bool>> = eyes.iter().map(|eye| inside(&tracer, *eye)).collect();
@@ -26,7 +33,7 @@ pub fn unreachable(scene: &Scene, eyes: &[Vec3]) -> Option<Vec<bool>> {
         if sides.iter().any(|s| *s != sides[0]) {
             continue;
         }
-        for part in parts.iter().filter(|p| !std::ptr::eq(*p, wall)) {
+        for part in others.into_iter().map(|p| &parts[p]) {
             let done = part.triangles.iter().all(|&t| marked[t as usize]);
             if !done && apart(mesh, &tracer, wall, part, sides[0]) {
                 part.triangles.iter().for_each(|&t| marked[t as usize] = true);
@@ -34,6 +41,15 @@ pub fn unreachable(scene: &Scene, eyes: &[Vec3]) -> Option<Vec<bool>> {
         }
     }
     marked.contains(&true).then_some(marked)
+}
+
+/// Least and greatest corner.
+struct Bounds([Vec3; 2]);
+
+impl Bounds {
+    fn holds(&self, [low, high]: [Vec3; 2]) -> bool {
+        low.cmpge(self.0[0]).all() && high.cmple(self.0[1]).all()
+    }
 }
 
 /// Triangles that hang together by corners in the same place.
@@ -48,6 +64,12 @@ impl Part {
         let mut marks = vec![false; count];
         self.triangles.iter().for_each(|&t| marks[t as usize] = true);
         marks
+    }
+
+    fn bounds(&self, mesh: &Mesh) -> Bounds {
+        let corners = self.triangles.iter().flat_map(|&t| mesh.corners(t));
+        let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        Bounds(corners.fold(none, |[low, high], p| [low.min(p), high.max(p)]))
     }
 
     fn edges<'a>(&'a self, mesh: &'a Mesh) -> impl Iterator<Item = [Vec3; 2]> + 'a {
@@ -136,8 +158,6 @@ fn apart(mesh: &Mesh, tracer: &Tracer, wall: &Part, part: &Part, eyes_inside: bo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Material;
-    use glam::DVec3;
 
     /// Adds a closed box, or one without its lid.
     fn add(mesh: &mut Mesh, low: Vec3, high: Vec3, lid: bool) {
@@ -151,15 +171,14 @@ mod tests {
         mesh.materials = vec![0; mesh.triangles.len()];
     }
 
-    fn scene(boxes: &[(Vec3, Vec3, bool)]) -> Scene {
+    fn mesh(boxes: &[(Vec3, Vec3, bool)]) -> Mesh {
         let mut mesh = Mesh::default();
         boxes.iter().for_each(|&(low, high, lid)| add(&mut mesh, low, high, lid));
-        let material = Material { name: String::new(), albedo: Vec3::ONE, texture: None, emission: Vec3::ZERO };
-        Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
+        mesh
     }
 
     fn marked(boxes: &[(Vec3, Vec3, bool)], eyes: &[Vec3]) -> Vec<usize> {
-        let marks = unreachable(&scene(boxes), eyes).unwrap_or_default();
+        let marks = unreachable(&mesh(boxes), eyes).unwrap_or_default();
         let mut first = 0;
         let mut found = Vec::new();
         for (i, b) in boxes.iter().enumerate() {

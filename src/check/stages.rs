@@ -13,8 +13,8 @@ use crate::volume::{self, Anchor, Anchors, Grid};
 /// A stage of work, and whether the site needs it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stage {
-    /// `textures`, `unreached`, `shoot`, `lightings`, `merge`, `volume`, `render`, `audit`, `simulate`, `floors` or
-    /// `plan`.
+    /// `textures`, `unreached`, `shoot`, `lightings`, `merge`, `volume`, `subdivision`, `render`, `audit`, `simulate`,
+    /// `floors` or `plan`.
     pub stage: &'static str,
     /// Whether it is needed.
     pub needed: bool,
@@ -68,19 +68,30 @@ pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Result<V
     };
     let (low, high) = scene.mesh.bounds();
     let height = f64::from(high.z - low.z);
-    let floors =
-        (height >= TWO_STOREYS_M, format!("the model is {height:.1} m high; two storeys take {TWO_STOREYS_M} m"));
+    let floors = match height >= TWO_STOREYS_M {
+        true => format!("the model is {height:.1} m high; two storeys take {TWO_STOREYS_M} m"),
+        false => format!(
+            "the model is {height:.1} m high and two storeys take {TWO_STOREYS_M} m: the height of its one floor comes \
+             out of the search for where a tripod can stand"
+        ),
+    };
     let plan = match probes {
         0 => "no probe has been taken yet",
         _ => "probes have been taken; plan again for more",
     };
+    let pictures = match textures {
+        0 => "no material has a picture: none is decoded, none looked up".to_owned(),
+        1 => "the model has one picture on its materials".to_owned(),
+        n => format!("the model has {n} pictures on its materials"),
+    };
     Ok(vec![
-        stage("textures", textures > 0, format!("the model has {textures} pictures on its materials")),
+        stage("textures", textures > 0, pictures),
         unreached_stage(site, scene),
         stage("shoot", probes > 0, count(probes, "probe", "probes")),
         lightings_stage(site, count(lightings, "lighting", "lightings"))?,
         stage("merge", probes > 1, count(probes, "probe", "probes")),
         saving(stage("volume", volume.0, volume.1), (probes > 0).then(|| volume_cost(scene))),
+        stage("subdivision", false, subdivision(scene)),
         stage(
             "render",
             probes > 0 && views > 0,
@@ -88,7 +99,7 @@ pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Result<V
         ),
         stage("audit", probes > 0 && photos > 0, count(photos, "photograph", "photographs")),
         stage("simulate", light, simulate.to_owned()),
-        stage("floors", floors.0, floors.1),
+        stage("floors", height >= TWO_STOREYS_M, floors),
         stage("plan", probes == 0, plan.to_owned()),
     ])
 }
@@ -116,8 +127,8 @@ fn lightings_stage(site: &Site, count: String) -> Result<Stage, PanoramaError> {
 
 /// Whether all of the model can be reached from probes and views.
 fn unreached_stage(site: &Site, scene: &Scene) -> Stage {
-    let eyes = super::eyes(site, scene, None);
-    let Some(marked) = unreachable(scene, &eyes) else {
+    let eyes = super::eyes(site, scene.origin, None);
+    let Some(marked) = unreachable(&scene.mesh, &eyes) else {
         let why = "all triangles may be reached from the probes and views".to_owned();
         return Stage { stage: "unreached", needed: true, why, saves: None };
     };
@@ -126,10 +137,16 @@ fn unreached_stage(site: &Site, scene: &Scene) -> Stage {
     let seconds = start.elapsed().as_secs_f64();
     let keep: Vec<bool> = marked.iter().map(|m| !m).collect();
     let count = marked.iter().filter(|m| **m).count();
-    let bytes = whole.saturating_sub(Tracer::over(&scene.mesh, &keep).bytes()) as u64;
+    let mut bytes = whole.saturating_sub(Tracer::over(&scene.mesh, &keep).bytes());
+    let reached = |texture: usize| {
+        let of = |material: u32| scene.materials[material as usize].texture == Some(texture as u32);
+        scene.mesh.materials.iter().zip(&keep).any(|(m, keep)| *keep && of(*m))
+    };
+    let pictures = (0..scene.textures.len()).filter(|t| !reached(*t));
+    bytes += pictures.map(|t| scene.textures[t].bytes()).sum::<usize>();
     let seconds = seconds * count as f64 / marked.len() as f64;
     let why = format!("{count} triangles lie behind closed walls that part them from all probes and views");
-    Stage { stage: "unreached", needed: false, why, saves: Some(Saving { seconds, bytes }) }
+    Stage { stage: "unreached", needed: false, why, saves: Some(Saving { seconds, bytes: bytes as u64 }) }
 }
 
 /// What the volume takes where nothing wants it: the places that it would put values at.
@@ -140,6 +157,18 @@ fn volume_cost(scene: &Scene) -> Saving {
     let anchors = Anchors::over(scene, grid);
     let bytes = anchors.list.len() * size_of::<Anchor>() + grid.len() * size_of::<u32>();
     Saving { seconds: start.elapsed().as_secs_f64(), bytes: bytes as u64 }
+}
+
+/// Why the volume's cells are not divided further where the scene is fine: whatever its size, its values stand on
+/// surfaces only, and only those that a view asks for are worked out.
+fn subdivision(scene: &Scene) -> String {
+    let (low, high) = scene.mesh.bounds();
+    let grid = Grid::over(low, high, volume::Settings::default().cells);
+    let kib = (grid.len() * size_of::<u32>()) as f64 / 1024.0;
+    let [x, y, z] = grid.size.to_array();
+    format!(
+        "the volume's values stand on surfaces; {x} × {y} × {z} plain cells of {kib:.0} KiB find them in a scene of this size"
+    )
 }
 
 fn emits(material: &crate::scene::Material) -> bool {

@@ -6,7 +6,7 @@ use clerestory::check::{self, Saving};
 use clerestory::panorama::{self, Exposure, Picture, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, prepare, render};
-use clerestory::scene::{self, Health, Scene};
+use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::site::{Site, View};
 use clerestory::study::{Comparison, compare};
 use clerestory::volume::{self, Volume};
@@ -139,8 +139,13 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
 
     let mut health = Health::default();
-    let mut scene = scene::load(&site, &mut health)?;
-    let unreached = if args.all_stages { None } else { leave_unreached(&site, &mut scene, &args.view) };
+    let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
+    let marks = |mesh: &Mesh, origin| {
+        let eyes = check::eyes(&site, origin, (!names.is_empty()).then_some(&names));
+        if args.all_stages { None } else { check::unreachable(mesh, &eyes) }
+    };
+    let (scene, spared) = scene::load_without(&site, &mut health, marks)?;
+    let unreached = spared.map(not_loaded);
     let load_s = start.elapsed().as_secs_f64();
     let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
     let options = Options {
@@ -226,15 +231,17 @@ fn unasked(site: &Site, scene: &Scene, options: &Options) -> anyhow::Result<Opti
     Ok(Some(prepare(site, scene, &[], &options)?))
 }
 
-/// Leaves what no probe and no view can reach out of the ray caster.
-fn leave_unreached(site: &Site, scene: &mut Scene, views: &[String]) -> Option<NotDone> {
-    let views: Vec<&str> = views.iter().map(String::as_str).collect();
-    let eyes = check::eyes(site, scene, (!views.is_empty()).then_some(&views));
-    let marked = check::unreachable(scene, &eyes)?;
-    let (count, bytes) = scene.leave_out(&marked);
-    let why = format!("{count} triangles lie behind closed walls that part them from all probes and views");
-    let saves = Some(Saving { seconds: 0.0, bytes: bytes as u64 });
-    Some(NotDone { what: LeftOut { stage: "unreached", why }, saves })
+/// What no probe and no view can reach, in words.
+fn not_loaded(spared: Spared) -> NotDone {
+    let Spared { triangles, textures, seconds, bytes } = spared;
+    let pictures = match textures {
+        0 => String::new(),
+        1 => ", with a picture that only they have".to_owned(),
+        n => format!(", with {n} pictures that only they have"),
+    };
+    let why =
+        format!("{triangles} triangles lie behind closed walls that part them from all probes and views{pictures}");
+    NotDone { what: LeftOut { stage: "unreached", why }, saves: Some(Saving { seconds, bytes }) }
 }
 
 /// What was not done, and what that saved. `pictures_s` is what reading the pictures took that were read.

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use clerestory::report::{study_sheet, write_file, write_sheet};
 use clerestory::site::Site;
-use clerestory::study::{self, How, Metric, Options, Progress, Row, Study, Summary, rounded};
+use clerestory::study::{self, How, Metric, Options, Progress, Row, Study, Summary, order_said, rounded};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -206,6 +206,9 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
             rounded(e.ratio.low),
             rounded(e.ratio.high)
         )?;
+    }
+    if let Some(order) = order_said(&summary.probe_order) {
+        writeln!(out, "{order}")?;
     }
     for c in &summary.convergence {
         let tail = c.tail.map_or_else(String::new, |t| format!("; what is left to gain falls with order {t:.2}"));

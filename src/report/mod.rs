@@ -14,6 +14,7 @@ pub mod page;
 mod plan_sheet;
 mod png;
 mod study_sheet;
+mod study_table;
 pub mod style;
 mod svg;
 #[cfg(test)]

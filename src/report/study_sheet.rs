@@ -1,10 +1,12 @@
 //! The study sheet: error against time, log–log, with what it says in words and a table.
 
 use super::loglog::{Mark, Plot};
-use super::style::{BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
+use super::study_table::{orders, table};
+use super::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use super::{Anchor, Svg, Text, wrap};
 use crate::study::{
-    EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, pareto, rounded,
+    EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto,
+    rounded,
 };
 
 /// A4 portrait, millimetres.
@@ -43,7 +45,8 @@ pub fn study_sheet(study: &Study, summary: &Summary, outside: &[Outside], made_b
     legend(&mut svg, y, outside);
     y += 4.4 * (3.0 + outside.len() as f64).div_euclid(3.01) + 11.0;
     svg.group("findings", "findings", |svg| y = findings(svg, y, study, summary, outside));
-    svg.group("table", "table", |svg| table(svg, y + 3.0, summary));
+    let (bottom, right) = (SIZE[1] - 9.0, SIZE[0] - MARGIN);
+    svg.group("table", "table", |svg| table(svg, y + 3.0, bottom, MARGIN, right, summary));
     svg.text([MARGIN, SIZE[1] - 7.0], made_by, &Text::new(2.1).colour(GREY));
     svg
 }
@@ -51,8 +54,18 @@ pub fn study_sheet(study: &Study, summary: &Summary, outside: &[Outside], made_b
 /// The one sentence that matters most.
 fn headline(summary: &Summary) -> String {
     let flip: Vec<&SpeedUp> = summary.speed_ups.iter().filter(|s| s.metric == Metric::Flip).collect();
+    let mut equal = summary.equal_time.iter().filter(|e| e.metric == Metric::Flip);
     match flip.first() {
-        None => "Image-based shooting against the truth; there is no path tracing to compare it with.".to_owned(),
+        None => match equal.find(|e| !e.with_setup) {
+            None => "Image-based shooting against the truth; there is no other way to compare it with.".to_owned(),
+            Some(e) => format!(
+                "In the time of one frame, {} shows {}{} × the visible error (FLIP); it was not followed far enough to \
+                 tell when it would show as little.",
+                e.against,
+                if e.how == How::First { "at least " } else { "" },
+                rounded(e.ratio.value)
+            ),
+        },
         Some(s) => format!(
             "At the same visible error (FLIP {:.3}), {} takes {} × as long for a frame, and {} × as long with all \
              set-up counted{}.",
@@ -187,9 +200,10 @@ fn arrows(svg: &mut Svg, plot: &Plot, summary: &Summary, with_setup: bool) {
     if let Some(e) = summary.equal_time.iter().find(same) {
         plot.arrow(svg, (x, y), (x, e.error));
         let at = plot.at(x, (y * e.error).sqrt());
-        let least = if e.how == How::First { "≥ " } else { "" };
+        let least = if e.how == How::First { "at least " } else { "" };
         svg.text([at[0] + 1.5, at[1]], &format!("{least}{} × the error", rounded(e.ratio.value)), &halo.bold());
         svg.text([at[0] + 1.5, at[1] + 3.2], "in the same time", &halo);
+        svg.text([at[0] + 1.5, at[1] + 6.4], &format!("95 %: {}", range(&e.ratio)), &halo);
     }
 }
 
@@ -249,8 +263,22 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
     };
     let flip = summary.speed_ups.iter().filter(|s| s.metric == Metric::Flip);
     say("Time to the same error", &flip.map(one).collect::<Vec<_>>());
+    let one = |e: &EqualTime| {
+        let least = if e.how == How::First { "at least " } else { "" };
+        let when = if e.with_setup { "one frame with all set-up" } else { "a frame" };
+        format!(
+            "{} in the {} s of {when}: {least}{} × the error by FLIP (95 %: {}).",
+            e.against,
+            rounded(e.cpu_s),
+            rounded(e.ratio.value),
+            range(&e.ratio)
+        )
+    };
+    let flip = summary.equal_time.iter().filter(|e| e.metric == Metric::Flip);
+    say("Error in the same time", &flip.map(one).collect::<Vec<_>>());
+    say("Orders p of convergence: error ~ parameter to the power p (95 %)", &orders(summary));
     say("Where image-based shooting loses", &summary.losses);
-    let mut known = Vec::new();
+    let mut known: Vec<String> = order_said(&summary.probe_order).into_iter().collect();
     if let (Some(rmse), Some(flip)) = (study.truth.noise_rmse, study.truth.noise_flip) {
         known.push(format!(
             "The reference's own noise is {rmse:.2e} RMSE, taken off RMSE and relMSE; its halves differ by FLIP {flip:.3}."
@@ -272,52 +300,4 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
         say("Recommended", &[r.why.clone(), r.snippet.clone()]);
     }
     y
-}
-
-fn table(svg: &mut Svg, top: f64, summary: &Summary) {
-    const COLUMNS: [(&str, f64); 8] = [
-        ("method", 12.0),
-        ("setting", 38.0),
-        ("set-up s", 90.0),
-        ("frame s", 106.0),
-        ("RMSE", 124.0),
-        ("relMSE", 143.0),
-        ("FLIP (95 %)", 176.0),
-        ("SSIM", 193.0),
-    ];
-    let room = ((SIZE[1] - 12.0 - top) / 3.2).floor().max(0.0) as usize;
-    if room < 3 {
-        return;
-    }
-    let text = |svg: &mut Svg, y: f64, cells: [String; 8], bold: bool| {
-        for (i, cell) in cells.iter().enumerate() {
-            let look = if bold { Text::new(2.2).bold() } else { Text::new(2.2) };
-            let look = if i < 2 { look } else { look.anchor(Anchor::End) };
-            svg.text([COLUMNS[i].1, y], cell, &look);
-        }
-    };
-    text(svg, top, COLUMNS.map(|c| c.0.to_owned()), true);
-    svg.line([MARGIN, top + 1.0], [SIZE[0] - MARGIN, top + 1.0], &Style::line(BLACK, 0.2));
-    let shown = room - 1;
-    for (i, row) in summary.rows.iter().take(shown).enumerate() {
-        let star = if row.pareto { " *" } else { "" };
-        let flip = format!("{:.4} ({:.3}–{:.3})", row.flip.value, row.flip.low, row.flip.high);
-        let cells = [
-            row.setting.method.name().to_owned(),
-            format!("{}{star}", row.label),
-            format!("{:.2}", row.setup.cpu_s),
-            format!("{:.3}", row.frame.cpu_s),
-            format!("{:.4}", row.rmse.value),
-            format!("{:.4}", row.relmse.value),
-            flip,
-            format!("{:.3}", row.ssim.value),
-        ];
-        text(svg, top + 4.0 + i as f64 * 3.2, cells, false);
-    }
-    let more = summary.rows.len().saturating_sub(shown);
-    let note = match more {
-        0 => "Seconds of the processor, all threads; * nothing else is both quicker in a frame and nearer.".to_owned(),
-        n => format!("Seconds of the processor; * nothing beats it. {n} rows more in study.csv."),
-    };
-    svg.text([MARGIN, top + 4.0 + summary.rows.len().min(shown) as f64 * 3.2], &note, &Text::new(2.1).colour(GREY));
 }

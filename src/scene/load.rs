@@ -1,13 +1,14 @@
 //! From a site's model files to a scene that rays can be cast at.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::health::{self, Health};
 use super::mtl::{self, Map, MtlMaterial};
-use super::{Material, Mesh, Scene, Texture, obj};
+use super::{Material, Mesh, Scene, Texture, Tracer, obj};
 use crate::site::Site;
 use crate::site::files::find_loosely;
 
@@ -72,19 +73,39 @@ impl SceneError {
 /// Unreadable, malformed or empty models, and pictures that are damaged or too large. Missing materials and pictures
 /// are warnings.
 pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
+    load_without(site, health, |_, _| None).map(|(scene, _)| scene)
+}
+
+/// What was left out of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spared {
+    /// Triangles that are in the mesh, so that indices and bounds stay, but not in the ray caster.
+    pub triangles: usize,
+    /// Pictures that only these triangles have; they were not decoded.
+    pub textures: usize,
+    /// About what this saved, by what the rest took: seconds.
+    pub seconds: f64,
+    /// About what this saved, bytes.
+    pub bytes: u64,
+}
+
+/// [`load`], without what nobody can see: `marks` is given the clean mesh and its origin, and marks triangles to leave
+/// out of the ray caster, with the pictures that only they have. `None` where nothing was left out.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn load_without(
+    site: &Site,
+    health: &mut Health,
+    marks: impl FnOnce(&Mesh, DVec3) -> Option<Vec<bool>>,
+) -> Result<(Scene, Option<Spared>), SceneError> {
     let model = obj::read(&site.model, &site.frame)?;
     warn_of_oddities(&model, health);
     let folder = site.model.parent().unwrap_or(Path::new(""));
     let library = library(&site.model, folder, &model, health);
     let used = used(&model.materials, model.material_names.len());
     let (mut materials, maps) = materials(&model.material_names, &used, &library, health);
-    let (textures, indices) = textures(folder, &maps, health)?;
-    for (material, map) in materials.iter_mut().zip(&maps) {
-        material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
-        if let (Some(map), None) = (map, material.texture) {
-            material.albedo = map.plain_albedo;
-        }
-    }
     let mut mesh = Mesh {
         positions: model.positions,
         uvs: model.uvs,
@@ -92,7 +113,27 @@ pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
         triangles: model.triangles,
         materials: model.materials,
     };
+    let told = std::mem::take(&mut health.warnings);
     health::clean(&mut mesh, health);
+    // what cleaning says comes after what is said of pictures
+    let of_cleaning = std::mem::replace(&mut health.warnings, told);
+    let keep: Option<Vec<bool>> =
+        marks(&mesh, model.origin).filter(|m| m.contains(&true)).map(|m| m.iter().map(|m| !m).collect());
+    let reached = keep.as_ref().map_or_else(
+        || vec![true; materials.len()],
+        |keep| {
+            let kept = mesh.materials.iter().zip(keep).filter(|(_, k)| **k).map(|(m, _)| *m).collect::<Vec<_>>();
+            self::used(&kept, materials.len())
+        },
+    );
+    let Decoded { textures, indices, mut spared } = textures(folder, &maps, &reached, health)?;
+    for (material, map) in materials.iter_mut().zip(&maps) {
+        material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
+        if let (Some(map), None) = (map, material.texture) {
+            material.albedo = map.plain_albedo;
+        }
+    }
+    health.warnings.extend(of_cleaning);
     if mesh.triangles.is_empty() {
         let why = format!(
             "{} vertices, {} triangles, {} of them without area, {} not finite",
@@ -101,9 +142,22 @@ pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
         return Err(SceneError::Empty { path: site.model.clone(), why });
     }
     health::settle_uvs(&mut mesh, &mut materials, &textures, health);
-    let scene = Scene::new(mesh, materials, textures, model.origin);
+    let Some(keep) = keep else {
+        let scene = Scene::new(mesh, materials, textures, model.origin);
+        health::measure(&scene, &site.frame, health);
+        return Ok((scene, None));
+    };
+    let start = Instant::now();
+    let tracer = Tracer::over(&mesh, &keep);
+    let seconds = start.elapsed().as_secs_f64();
+    let kept = keep.iter().filter(|k| **k).count();
+    spared.triangles = keep.len() - kept;
+    let ratio = spared.triangles as f64 / kept.max(1) as f64;
+    spared.seconds += ratio * seconds;
+    spared.bytes += (ratio * tracer.bytes() as f64) as u64;
+    let scene = Scene { mesh, materials, textures, origin: model.origin, tracer };
     health::measure(&scene, &site.frame, health);
-    Ok(scene)
+    Ok((scene, Some(spared)))
 }
 
 fn warn_of_oddities(model: &obj::Model, health: &mut Health) {
@@ -229,27 +283,43 @@ fn materials(
     names.iter().zip(used).map(one).unzip()
 }
 
-/// Decodes each picture once; the map tells which texture a name became.
-fn textures(
-    folder: &Path,
-    maps: &[Option<Map>],
-    health: &mut Health,
-) -> Result<(Vec<Texture>, BTreeMap<String, u32>), SceneError> {
+/// Pictures, which of them a name became, and what was not decoded.
+struct Decoded {
+    textures: Vec<Texture>,
+    indices: BTreeMap<String, u32>,
+    spared: Spared,
+}
+
+/// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have
+/// is not decoded: one white texel stands for it.
+fn textures(folder: &Path, maps: &[Option<Map>], reached: &[bool], health: &mut Health) -> Result<Decoded, SceneError> {
     let mut paths: Vec<PathBuf> = Vec::new();
-    let mut wanted = BTreeMap::new();
-    for map in maps.iter().flatten() {
-        if wanted.contains_key(&map.name) {
+    let mut seen: Vec<bool> = Vec::new();
+    let mut wanted: BTreeMap<String, usize> = BTreeMap::new();
+    for (map, reached) in maps.iter().zip(reached).filter_map(|(m, r)| Some((m.as_ref()?, *r))) {
+        if let Some(&index) = wanted.get(&map.name) {
+            seen[index] |= reached;
             continue;
         }
         if let Some(path) = texture_file(folder, map, health) {
             let index = paths.iter().position(|p| *p == path).unwrap_or_else(|| {
                 paths.push(path);
+                seen.push(false);
                 paths.len() - 1
             });
+            seen[index] |= reached;
             wanted.insert(map.name.clone(), index);
         }
     }
-    let decoded = paths.par_iter().map(|p| Texture::load(p)).collect::<Vec<_>>();
+    let start = Instant::now();
+    let load = |(path, seen): (&PathBuf, &bool)| if *seen { Texture::load(path) } else { Ok(Some(Texture::blank())) };
+    let decoded = paths.par_iter().zip(&seen).map(load).collect::<Vec<_>>();
+    let seconds = start.elapsed().as_secs_f64();
+    let spared = Spared {
+        textures: seen.iter().filter(|s| !**s).count(),
+        bytes: paths.iter().zip(&seen).filter(|(_, seen)| !**seen).map(|(p, _)| Texture::bytes_of(p)).sum(),
+        ..Spared::default()
+    };
     let mut textures = Vec::new();
     let mut places = Vec::new();
     for (path, texture) in paths.iter().zip(decoded) {
@@ -265,7 +335,9 @@ fn textures(
     }
     health.files.extend(paths);
     let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
-    Ok((textures, indices))
+    let read = textures.iter().map(Texture::bytes).sum::<usize>();
+    let rate = if spared.textures < seen.len() { seconds / read.max(1) as f64 } else { 0.0 };
+    Ok(Decoded { textures, indices, spared: Spared { seconds: rate * spared.bytes as f64, ..spared } })
 }
 
 /// The file a material means: beside its MTL file or the model, as written, in other letters, or by its last name.

@@ -11,7 +11,7 @@ mod tracer;
 
 pub use face::{Face, Paint};
 pub use health::{Edges, Health, MaterialArea, edges};
-pub use load::{SceneError, load};
+pub use load::{SceneError, Spared, load, load_without};
 pub use mesh::{Material, Mesh};
 pub use texture::Texture;
 pub use tracer::{Hit, Ray, Tracer};
@@ -50,27 +50,6 @@ impl Scene {
     pub fn new(mesh: Mesh, materials: Vec<Material>, textures: Vec<Texture>, origin: DVec3) -> Self {
         let tracer = Tracer::new(&mesh);
         Self { mesh, materials, textures, origin, tracer }
-    }
-
-    /// Leaves the marked triangles out of the ray caster, and frees the pictures that only they have. The mesh keeps
-    /// them, so that indices and bounds stay. Gives the number of triangles and the bytes that this saves.
-    pub fn leave_out(&mut self, marked: &[bool]) -> (usize, usize) {
-        let keep: Vec<bool> = marked.iter().map(|m| !m).collect();
-        let before = self.tracer.bytes();
-        self.tracer = Tracer::over(&self.mesh, &keep);
-        let mut used = vec![false; self.textures.len()];
-        for (t, _) in keep.iter().enumerate().filter(|k| *k.1) {
-            if let Some(texture) = self.materials[self.mesh.materials[t] as usize].texture {
-                used[texture as usize] = true;
-            }
-        }
-        let mut freed = before.saturating_sub(self.tracer.bytes());
-        for (texture, used) in self.textures.iter_mut().zip(used) {
-            if !used {
-                freed += std::mem::replace(texture, Texture::blank()).bytes();
-            }
-        }
-        (marked.iter().filter(|m| **m).count(), freed)
     }
 
     /// A position in metres in the program's axes, local to this scene.

@@ -42,6 +42,14 @@ impl Texture {
         Self::new(String::new(), 1, 1, vec![[255; 4]])
     }
 
+    /// About the bytes that a picture would take, from its head alone; 0 where that says nothing.
+    pub(super) fn bytes_of(path: &Path) -> u64 {
+        let reader = image::ImageReader::open(path).and_then(|r| r.with_guessed_format()).ok();
+        let size = reader.and_then(|r| r.into_dimensions().ok());
+        // the levels add a third
+        size.map_or(0, |(width, height)| u64::from(width) * u64::from(height) * 4 * 4 / 3)
+    }
+
     /// Reads an 8- or 16-bit sRGB picture; alpha is dropped. `None` for a format that is not read.
     ///
     /// # Errors

@@ -8,11 +8,18 @@ use super::sunlight::{self, Sunlit};
 use crate::scene::{Face, Paint, Ray, Scene, Surface};
 use std::sync::{Arc, OnceLock};
 
-/// A point this share of a cell's width behind a surface may be hidden by it.
-pub(super) const HIDDEN: f32 = 0.1;
+/// A point this share of a cell's width behind a facet that faces its way may be hidden by it: facets of a curved surface
+/// are a little behind each other.
+const HIDDEN: f32 = 0.1;
+
+/// The same for a surface that faces another way, as a wall does to a floor: what rounding leaves of a cell's plane.
+const HIDDEN_ACROSS: f32 = 2e-3;
 
 /// Normals whose cosine is less are not of one surface.
 const LEAST_HOLD: f32 = 0.8;
+
+/// A point that is so close to a cell's place, as a share of its height over the surface, is joined to it without a ray.
+const TOGETHER: f32 = 1e-3;
 
 /// Rays shorter than this are taken for the tripod or a probe that touches a wall, metres.
 const NEAREST_M: f32 = 1e-3;
@@ -70,9 +77,11 @@ impl CellHit {
         self.facing(point, normal, tolerance_m)
     }
 
-    /// Whether this cell's surface, taken as a plane, stands between the probe and a point (relative to the probe).
-    pub(super) fn hides(&self, point: Vec3, tolerance_m: f32) -> bool {
-        self.is_hit() && unpack_normal(self.normal).dot(point) - self.plane < -HIDDEN * tolerance_m
+    /// Whether this cell's surface, taken as a plane, may stand between the probe and a point (relative to the probe) of
+    /// a surface with the normal given.
+    pub(super) fn hides(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
+        let n = unpack_normal(self.normal);
+        self.is_hit() && hides(n.dot(point) - self.plane, n.dot(normal), tolerance_m)
     }
 
     /// Whether a point lies on this cell's surface.
@@ -136,7 +145,7 @@ impl Hits {
         let place = self.chart.place(self.to_probe * p)?;
         let tolerance = p.length() * self.chart.cell_angle();
         let around = self.chart.around(place);
-        let behind = around.iter().any(|&(cell, _)| self.cells[cell].hides(p, tolerance));
+        let behind = around.iter().any(|&(cell, _)| self.cells[cell].hides(p, normal, tolerance));
         let mut best = (0.0, None);
         for (cell, kernel) in around {
             let hit = &self.cells[cell];
@@ -162,7 +171,8 @@ impl Hits {
         let from = point + normal * lift;
         let to = self.origin + d * (hit.plane / n.dot(d)) + n * lift;
         let length = from.distance(to);
-        length < lift || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
+        length < TOGETHER * lift
+            || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
     }
 
     /// Which cells the sun shines on. Casts rays for the first direction asked for only.
@@ -250,6 +260,14 @@ impl Hits {
     }
 }
 
+/// Whether a surface may hide a point that is `off_m` before its plane (below zero: behind it); `facing` is the cosine
+/// between their normals.
+#[inline]
+pub(super) fn hides(off_m: f32, facing: f32, tolerance_m: f32) -> bool {
+    let slack = if facing > LEAST_HOLD { HIDDEN } else { HIDDEN_ACROSS };
+    off_m < -slack * tolerance_m
+}
+
 /// The surface nearest to a probe along a direction.
 fn look(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<Surface> {
     let ray = Ray { origin, direction };
@@ -271,9 +289,11 @@ fn see(origin: Vec3, steps: [Vec3; 3], angle: f32, face: &Face, paint: &Paint, s
         albedo += paint.albedo(face.barycentric(q), width);
     }
     let albedo = (albedo * 0.25).clamp(Vec3::ZERO, Vec3::ONE) * 65535.0 + 0.5;
+    let normal = pack_normal(surface.normal);
     CellHit {
-        normal: pack_normal(surface.normal),
-        plane,
+        normal,
+        // through the very place that was hit, whatever packing did to the normal
+        plane: unpack_normal(normal).dot(p),
         albedo: [albedo.x as u16, albedo.y as u16, albedo.z as u16],
         purity: u16::MAX,
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::hits::{CellHit, HIDDEN, Hits, unpack_normal};
+use super::hits::{CellHit, Hits, hides, unpack_normal};
 use super::sunlight::Sunlit;
 use crate::panorama::Picture;
 use crate::scene::Scene;
@@ -159,8 +159,9 @@ impl Records {
                 (packed, n) = (record.normal, unpack_normal(record.normal));
             }
             let off = n.dot(p) - record.plane;
-            behind |= record.plane.is_finite() && off < -HIDDEN * tolerance;
-            if off.abs() < tolerance { kernel * record.agreement(n.dot(normal)) } else { 0.0 }
+            let facing = n.dot(normal);
+            behind |= record.plane.is_finite() && hides(off, facing, tolerance);
+            if off.abs() < tolerance { kernel * record.agreement(facing) } else { 0.0 }
         });
         for ((cell, _), weight) in around.into_iter().zip(weights) {
             let record = &self.records[cell];

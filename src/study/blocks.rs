@@ -38,6 +38,13 @@ impl From<Block> for [f32; 7] {
     }
 }
 
+impl Block {
+    /// Whether all its sums are numbers.
+    fn is_known(&self) -> bool {
+        <[f32; 7]>::from(*self).iter().all(|sum| sum.is_finite())
+    }
+}
+
 /// What error is stated in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -66,10 +73,12 @@ impl Metric {
         }
     }
 
-    /// Its value over blocks that count so often each; 0 where nothing counts.
+    /// Its value over blocks that count so often each; 0 where nothing counts. A block with a sum that is no number does
+    /// not count.
     pub fn over(self, blocks: &[Block], weights: &[f32]) -> f64 {
         let sum = |part: fn(&Block) -> f32| -> f64 {
-            blocks.iter().zip(weights).map(|(b, w)| f64::from(part(b)) * f64::from(*w)).sum()
+            let known = blocks.iter().zip(weights).filter(|(b, _)| b.is_known());
+            known.map(|(b, w)| f64::from(part(b)) * f64::from(*w)).sum()
         };
         let per = |part: f64, all: f64| if all > 0.0 { part / all } else { 0.0 };
         match self {

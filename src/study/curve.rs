@@ -35,29 +35,29 @@ impl Curve {
     /// The time at which the error first falls to `error`; `None` without points, or where the curve ends without
     /// falling, or 10⁴ times its last time would not be enough.
     pub fn time_at(&self, error: f64) -> Option<(f64, How)> {
-        let first = self.points.first()?;
+        let first = self.points.first().filter(|_| !error.is_nan())?;
         if first.1 <= error {
             return Some((first.0, How::First));
         }
         if let Some(pair) = self.points.windows(2).find(|p| p[1].1 <= error) {
-            return Some((between(flipped(pair[0]), flipped(pair[1]), error), How::Measured));
+            return between(flipped(pair[0]), flipped(pair[1]), error).map(|t| (t, How::Measured));
         }
         let [.., a, b] = self.points[..] else { return None };
-        let time = (b.1 < a.1).then(|| between(flipped(a), flipped(b), error));
+        let time = if b.1 < a.1 { between(flipped(a), flipped(b), error) } else { None };
         time.filter(|t| *t <= FURTHEST * b.0).map(|t| (t, How::Extrapolated))
     }
 
     /// The error at a time; before the first point, that point's. `None` without points, or beyond a lone one.
     pub fn error_at(&self, time: f64) -> Option<(f64, How)> {
-        let first = self.points.first()?;
+        let first = self.points.first().filter(|_| !time.is_nan())?;
         if time <= first.0 {
             return Some((first.1, How::First));
         }
         if let Some(pair) = self.points.windows(2).find(|p| time <= p[1].0) {
-            return Some((between(pair[0], pair[1], time), How::Measured));
+            return between(pair[0], pair[1], time).map(|e| (e, How::Measured));
         }
         let [.., a, b] = self.points[..] else { return None };
-        Some((between(a, b, time), How::Extrapolated))
+        between(a, b, time).map(|e| (e, How::Extrapolated))
     }
 }
 
@@ -65,16 +65,17 @@ fn flipped((a, b): (f64, f64)) -> (f64, f64) {
     (b, a)
 }
 
-/// On the line through two points in logarithms.
-fn between(a: (f64, f64), b: (f64, f64), x: f64) -> f64 {
-    let slope = (b.1 / a.1).ln() / (b.0 / a.0).ln();
-    b.1 * ((x / b.0).ln() * slope).exp()
+/// On the line through two points in logarithms; `None` where that is no number.
+fn between(a: (f64, f64), b: (f64, f64), x: f64) -> Option<f64> {
+    let slope = (b.1.ln() - a.1.ln()) / (b.0.ln() - a.0.ln());
+    let y = (b.1.ln() + (x.ln() - b.0.ln()) * slope).exp();
+    y.is_finite().then_some(y)
 }
 
 /// The least-squares slope of ln y against ln x: the order p of y ∝ xᵖ. `None` for fewer than two different x.
 pub fn order(points: &[(f64, f64)]) -> Option<f64> {
     let logs: Vec<(f64, f64)> =
-        points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
+        points.iter().map(|p| (p.0.ln(), p.1.ln())).filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
     let n = logs.len() as f64;
     let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
     let xx: f64 = logs.iter().map(|p| (p.0 - mx).powi(2)).sum();

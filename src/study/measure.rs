@@ -9,7 +9,7 @@ use super::blocks::Block;
 use super::clock::{Clock, Seconds};
 use super::sweep::{Base, Method, Parameter, Setting};
 use super::truth::TruthView;
-use super::{Comparison, StudyError, compare};
+use super::{Comparison, Ranked, StudyError, compare};
 use crate::panorama::{self, Layer, Panorama, Picture, Projection, convert, write_exr};
 use crate::paper::{self, Plain, PlainRelit, ProbeLight};
 use crate::reference::{Estimate, Eye, Lights, Settings, add_samples};
@@ -66,6 +66,7 @@ pub(super) struct Bench<'a> {
     pub(super) lighting: &'a str,
     pub(super) truth: &'a [TruthView],
     pub(super) photos: &'a [Option<Picture>],
+    pub(super) order: &'a [Ranked],
     pub(super) base: Base,
     /// Reading the model.
     pub(super) load: Seconds,
@@ -84,11 +85,12 @@ impl Bench<'_> {
         };
         let site = match setting.parameter {
             Parameter::Width => Cow::Owned(self.narrowed(setting.value as usize, scratch)?),
+            Parameter::Probes => Cow::Owned(self.first(setting.value as usize)),
             _ => Cow::Borrowed(self.site),
         };
         let cameras: Vec<_> = self.truth.iter().map(|t| t.camera).collect();
         let options = Options {
-            probes: value(Parameter::Probes) as usize,
+            probes: site.probes.len(),
             volume: volume::Settings { cells: value(Parameter::Cells), rays: value(Parameter::Rays) },
             ..self.options()
         };
@@ -201,6 +203,14 @@ impl Bench<'_> {
                 return (times[times.len() / 2], frame);
             }
         }
+    }
+
+    /// The site with only the first probes of the plan's order, as they stand in the file.
+    fn first(&self, count: usize) -> Site {
+        let mut taken: Vec<usize> = self.order.iter().take(count).map(|r| r.index).collect();
+        taken.sort_unstable();
+        let probes = taken.into_iter().map(|i| self.site.probes[i].clone()).collect();
+        Site { probes, ..self.site.clone() }
     }
 
     /// The site with its latitude/longitude panoramas narrowed, as if they had been taken so; files go to `scratch`.

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::clock::{Clock, has_processor_time};
 use super::measure::{Bench, Run, base};
+use super::order::plan_order;
 use super::state::{Study, begun, fingerprint};
 use super::sweep::{Method, Setting, ladder, paper_sweep};
 use super::truth::TruthView;
@@ -102,6 +103,7 @@ pub fn study(
         (referenced(&scene, lights, &views, options, folder, known, &doing)?, vec![None; views.len()])
     };
     let base = base(site, &lighting)?;
+    let order = plan_order(site, &scene);
     let mut study = begun.unwrap_or_else(|| Study {
         fingerprint,
         site: site.name.clone(),
@@ -111,6 +113,7 @@ pub fn study(
         share: truth.iter().map(TruthView::share).sum::<f64>() / truth.len().max(1) as f64,
         truth: note(&truth, photographs, options),
         base,
+        order: order.clone(),
         blocks: truth.iter().map(TruthView::blocks).collect(),
         runs: Vec::new(),
         pending: Vec::new(),
@@ -125,6 +128,7 @@ pub fn study(
         lighting: &lighting,
         truth: &truth,
         photos: &photos,
+        order: &order,
         base,
         load,
         light_up,

@@ -7,11 +7,15 @@ use std::path::Path;
 
 use super::StudyError;
 use super::measure::Run;
+use super::order::Ranked;
 use super::run::Options;
 use super::summary::Summary;
 use super::sweep::Base;
 use crate::site::{Environment, Site, View};
 use crate::whole::write_whole;
+
+/// Changes with how runs are made, so that figures of two ways never stand in one study.
+const METHOD: &str = "probes in plan order";
 
 /// What a study has found so far. Serialises to `study.json`, from which it can be taken up again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -32,6 +36,9 @@ pub struct Study {
     pub truth: TruthNote,
     /// The settings as they come.
     pub base: Base,
+    /// The probes in the order in which settings with fewer take them.
+    #[serde(default)]
+    pub order: Vec<Ranked>,
     /// Blocks of each view, in the order of [`ViewRun::blocks`](super::ViewRun).
     pub blocks: Vec<usize>,
     /// All settings that were measured.
@@ -121,7 +128,7 @@ pub(super) fn fingerprint(
     let names: Vec<&str> = views.iter().map(|v| v.name.as_str()).collect();
     let reference = (!photographs).then_some(options.reference_samples);
     let threads = rayon::current_num_threads();
-    let rest = (env!("CARGO_PKG_VERSION"), names, lighting, options.share, options.seed, reference, threads);
+    let rest = (env!("CARGO_PKG_VERSION"), METHOD, names, lighting, options.share, options.seed, reference, threads);
     hash.update(format!("{rest:?}"));
     Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
 }

@@ -6,6 +6,7 @@ use super::blocks::{Block, Interval, Metric, Resamples};
 use super::clock::Seconds;
 use super::curve::{Curve, How, order, pareto};
 use super::measure::Run;
+use super::order::Ranked;
 use super::outside::Outside;
 use super::state::Study;
 use super::sweep::{Method, Parameter, Setting};
@@ -27,6 +28,8 @@ pub struct Summary {
     pub convergence: Vec<Convergence>,
     /// What to render with.
     pub recommended: Option<Recommended>,
+    /// The probes in the order in which settings with fewer take them.
+    pub probe_order: Vec<Ranked>,
     /// Where image-based shooting loses or stops, a sentence each.
     pub losses: Vec<String>,
 }
@@ -164,14 +167,22 @@ pub fn summary(study: &Study, outside: &[Outside], site: &str) -> Summary {
             };
             let pairs = traced.into_iter().map(|t| (t, &tiles)).chain(outside.map(|o| (o, &whole)));
             for (rival, ours) in pairs {
-                speed_ups.extend(rival.speed_up(ours));
-                equal_time.extend([false, true].into_iter().filter_map(|s| rival.equal_time(ours, s)));
+                // a ratio to an error or a time of 0 says nothing
+                speed_ups.extend(rival.speed_up(ours).filter(|s| finite(&s.frame) && finite(&s.with_setup)));
+                let equal = [false, true].into_iter().filter_map(|s| rival.equal_time(ours, s));
+                equal_time.extend(equal.filter(|e| finite(&e.ratio)));
             }
         }
     }
-    let recommended = recommended(&rows, site);
+    let recommended = recommended(&rows, site, &study.order);
     let losses = losses(&whole, &rows, &speed_ups);
-    Summary { convergence: convergence(study, &whole, &resamples), rows, speed_ups, equal_time, recommended, losses }
+    let convergence = convergence(study, &whole, &resamples);
+    let probe_order = study.order.clone();
+    Summary { rows, speed_ups, equal_time, convergence, recommended, probe_order, losses }
+}
+
+fn finite(i: &Interval) -> bool {
+    [i.value, i.low, i.high].iter().all(|v| v.is_finite())
 }
 
 fn rows(whole: &[Whole], resamples: &Resamples) -> Vec<Row> {
@@ -289,6 +300,10 @@ fn convergence(study: &Study, whole: &[Whole], resamples: &Resamples) -> Vec<Con
             let order = resamples.interval(|draw| order(&points(draw)).unwrap_or(f64::NAN));
             let once = vec![1.0; study.blocks.iter().sum()];
             let tail = tail(&points(&once));
+            // an error of 0 has no logarithm
+            if !order.value.is_finite() {
+                continue;
+            }
             all.push(Convergence { method, parameter, metric, order, tail, points: mine.len() });
         }
     }
@@ -351,6 +366,7 @@ mod tests {
             share: 1.0,
             truth,
             base: Base { width: 64, probes: 1, cells: 64, rays: 192, samples: 4 },
+            order: vec![],
             blocks: vec![4],
             runs,
             pending: vec![],

@@ -35,7 +35,7 @@ pub enum Parameter {
     AsItComes,
     /// Width of the panoramas in pixels.
     Width,
-    /// How many probes, the first of the site file's order.
+    /// How many probes, the first of [the plan's order](super::plan_order).
     Probes,
     /// Cells of the volume along the model's longest side.
     Cells,

@@ -2,6 +2,7 @@
 
 use super::blocks::Metric;
 use super::compare::{Comparison, Errors};
+use super::order::Ranked;
 use super::summary::{Recommended, Row, SpeedUp, Whole};
 use super::sweep::{Method, Parameter, Setting};
 
@@ -9,7 +10,7 @@ use super::sweep::{Method, Parameter, Setting};
 const AS_GOOD: f64 = 1.03;
 
 /// The cheapest of the image-based settings that are as good as the best, by set-up and one frame.
-pub(super) fn recommended(rows: &[Row], site: &str) -> Option<Recommended> {
+pub(super) fn recommended(rows: &[Row], site: &str, order: &[Ranked]) -> Option<Recommended> {
     let ours = || rows.iter().filter(|r| r.setting.method == Method::Ibs && r.flip.value.is_finite());
     let best = ours().min_by(|a, b| a.flip.value.total_cmp(&b.flip.value))?;
     let cost = |r: &Row| r.setup.cpu_s + r.frame.cpu_s;
@@ -25,17 +26,27 @@ pub(super) fn recommended(rows: &[Row], site: &str) -> Option<Recommended> {
         chosen.setup.cpu_s,
         chosen.frame.cpu_s
     );
-    Some(Recommended { setting: chosen.setting, why, snippet: snippet(&chosen.setting, site) })
+    Some(Recommended { setting: chosen.setting, why, snippet: snippet(&chosen.setting, site, order) })
 }
 
 /// The command line that renders with a setting.
-fn snippet(setting: &Setting, site: &str) -> String {
+fn snippet(setting: &Setting, site: &str, order: &[Ranked]) -> String {
     let site = if site.contains(' ') { format!("\"{site}\"") } else { site.to_owned() };
     let value = setting.value;
     match setting.parameter {
         Parameter::AsItComes | Parameter::Radius => format!("clerestory render {site}"),
         Parameter::Width => format!("clerestory render {site}   # panoramas {value} pixels wide are enough"),
-        Parameter::Probes => format!("clerestory render {site} --probes {value}"),
+        Parameter::Probes => {
+            // the option takes the first of the site file
+            let taken = &order[..order.len().min(value as usize)];
+            let names = taken.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", ");
+            match taken.iter().all(|r| (r.index as f64) < value) {
+                true => format!("clerestory render {site} --probes {value}"),
+                false => {
+                    format!("clerestory render {site} --probes {value}   # {names} moved to the front of the site file")
+                }
+            }
+        }
         Parameter::Cells => format!("clerestory render {site} --cells {value}"),
         Parameter::Rays => format!("clerestory render {site} --volume-rays {value}"),
         Parameter::Samples => format!("clerestory render {site} --samples {value}"),
@@ -130,7 +141,12 @@ mod tests {
 
     #[test]
     fn snippets_name_the_option() {
-        let of = |parameter, value| snippet(&Setting { method: Method::Ibs, parameter, value }, "a b");
+        let probe =
+            |(place, index): (usize, usize)| Ranked { index, name: format!("p{index}"), seen: 0.5 * place as f64 };
+        let order: Vec<Ranked> = [1, 0, 3, 2].into_iter().enumerate().map(probe).collect();
+        let of = |parameter, value| snippet(&Setting { method: Method::Ibs, parameter, value }, "a b", &order);
+        assert_eq!(of(Parameter::Probes, 2.0), "clerestory render \"a b\" --probes 2");
+        assert!(of(Parameter::Probes, 3.0).ends_with("# p1, p0, p3 moved to the front of the site file"));
         assert_eq!(of(Parameter::Cells, 32.0), "clerestory render \"a b\" --cells 32");
         assert_eq!(of(Parameter::Samples, 1.0), "clerestory render \"a b\" --samples 1");
     }

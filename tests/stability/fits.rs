@@ -1,15 +1,20 @@
 //! Rows about plans and fits: polygons that touch and degenerate, poses from points that nearly do.
 
+use clerestory::audit::{self, audit};
+use clerestory::panorama::{Layer, Picture, write_exr};
 use clerestory::plan::open_space::OpenSpace;
 use clerestory::plan::polygon::Polygon;
-use clerestory::site::{Camera, Match, Pose, Resection};
-use glam::{DVec2, dvec2, dvec3};
+use clerestory::site::{Camera, Match, Pose, Resection, Site};
+use glam::{DVec2, DVec3, Vec3, dvec2, dvec3};
 
 use super::Row;
+use super::support::{Plan, closed, grey, options, v};
+use super::ulp::nudge;
 
 pub(crate) fn rows() -> Vec<Row> {
     let mut rows = polygons();
     rows.push(nearly_coplanar());
+    rows.push(collinear_exposure());
     rows
 }
 
@@ -40,16 +45,24 @@ fn polygons() -> Vec<Row> {
     let mut sliver = plain.clone();
     sliver.holes.push(vec![dvec2(7.0, 4.9), dvec2(9.0, 5.0), dvec2(7.0, 4.9 + 1e-9)]);
     // all corners up or down by one unit in the last place of double precision
-    let mut moved = plain.clone();
-    moved.outer.iter_mut().for_each(|p| *p *= 1.0 + f64::EPSILON);
-    moved.holes[0].iter_mut().for_each(|p| *p *= 1.0 - f64::EPSILON / 2.0);
-    let amplification = (seen(&moved).1 / seen(&plain).1 - 1.0).abs() / f64::EPSILON;
+    let amplified = |p: &Polygon, seen: &dyn Fn(&Polygon) -> (f64, f64)| {
+        let move_ring = |ring: &[DVec2]| -> Vec<DVec2> {
+            let factor = |i: usize| if i.is_multiple_of(3) { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
+            ring.iter().enumerate().map(|(i, p)| *p * factor(i)).collect()
+        };
+        let moved = Polygon { outer: move_ring(&p.outer), holes: p.holes.iter().map(|h| move_ring(h)).collect() };
+        let ((area, sight), (area_moved, sight_moved)) = (seen(p), seen(&moved));
+        ((area_moved / area - 1.0).abs()).max((sight_moved / sight - 1.0).abs()) / f64::EPSILON
+    };
     let shifted = |d: f64| Polygon {
         outer: plain.outer.iter().map(|p| *p + d).collect(),
         holes: plain.holes.iter().map(|h| h.iter().map(|p| *p + d).collect()).collect(),
     };
-    let far = OpenSpace::new(&[shifted(5e6)]).unwrap();
-    let far = (far.area(), far.visibility(from + 5e6).map_or(0.0, |i| i.area()));
+    let far_plan = shifted(5e6);
+    let far = |p: &Polygon| {
+        let space = OpenSpace::new(std::slice::from_ref(p)).unwrap();
+        (space.area(), space.visibility(from + 5e6).map_or(0.0, |i| i.area()))
+    };
     vec![
         Row::new(
             "polygon with repeated and collinear points",
@@ -58,22 +71,32 @@ fn polygons() -> Vec<Row> {
             off(seen(&collinear), 0.0),
             1e-12,
         )
-        .amplified(amplification),
+        .amplified(amplified(&collinear, &seen)),
         Row::new(
             "holes that touch a wall and each other",
             "open area and area in sight",
             "95 and 76",
             off(seen(&touching), 1.0),
             1e-5,
-        ),
+        )
+        .amplified(amplified(&touching, &seen)),
         Row::new(
             "a sliver of a hole, 1 nm wide",
             "open area and area in sight",
             "96 and 76",
             off(seen(&sliver), 0.0),
             1e-5,
-        ),
-        Row::new("a plan at coordinates of 5·10⁶ m", "open area and area in sight", "96 and 76", off(far, 0.0), 1e-8),
+        )
+        .amplified(amplified(&sliver, &seen)),
+        // its coordinates are 5·10⁵ times its size
+        Row::new(
+            "a plan at coordinates of 5·10⁶ m",
+            "open area and area in sight",
+            "96 and 76",
+            off(far(&far_plan), 0.0),
+            1e-8,
+        )
+        .amplified_within(amplified(&far_plan, &far), 5e6),
     ]
 }
 
@@ -103,4 +126,57 @@ fn nearly_coplanar() -> Row {
         1e-6,
     )
     .amplified(moved / ulp)
+}
+
+/// A photograph of which only a thin ring about its middle can be used: there, exposure and vignetting, which grows with
+/// the squared radius, are one column of the fit. Each of them alone is anybody's guess; what both together say of the
+/// ring is not.
+fn collinear_exposure() -> Row {
+    const SIDE: u32 = 128;
+    const GAIN: [f32; 3] = [2.0, 1.25, 0.8];
+    let plan = Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(0.6)]).probe(v(1.7, 1.4, 1.3), 128).view(
+        v(0.3, 0.4, 1.6),
+        v(3.5, 2.5, 0.8),
+        SIDE,
+    );
+    let built = plan.build().paint(&plan, |scene, s| {
+        let low = scene.mesh.bounds().0;
+        s.map_or(Vec3::ZERO, |s| Vec3::splat(1.0 + 0.3 * (s.position - low).element_sum()))
+    });
+    let truth = &built.frames(&options(16))[0].radiance;
+    let from_middle = |i: usize| {
+        let at = |k: usize| (k as f64 + 0.5 - 0.5 * f64::from(SIDE)) / (0.5 * f64::from(SIDE));
+        (at(i % SIDE as usize).powi(2) + at(i / SIDE as usize).powi(2)) / 2.0
+    };
+    let ring = |i: usize| (0.24..0.28).contains(&from_middle(i));
+    let mask =
+        image::GrayImage::from_fn(SIDE, SIDE, |x, y| image::Luma([255 * u8::from(ring((y * SIDE + x) as usize))]));
+    let folder = built.folder.path();
+    mask.save(folder.join("mask.png")).unwrap();
+    let mut site = Site::load(folder).unwrap();
+    site.views[0].photo = Some(folder.join("photo.exr"));
+    site.views[0].mask = Some(folder.join("mask.png"));
+    let settings = audit::Settings { refine_pose: false, cells: 16, ..audit::Settings::default() };
+    // what the fit says of the ring's middle, per channel, over what was done to the photograph
+    let fitted = |factor: &dyn Fn(usize) -> f32| -> Vec<f64> {
+        let mut photo =
+            Picture { pixels: truth.pixels.iter().map(|p| *p / Vec3::from(GAIN)).collect(), ..truth.clone() };
+        photo.pixels.iter_mut().enumerate().for_each(|(i, p)| *p *= factor(i));
+        write_exr(&folder.join("photo.exr"), photo.width, photo.height, &[Layer::rgb("", &photo)], None).unwrap();
+        let found = audit(&site, &built.scene, "", &[], &settings, &|_, _, _| {}).unwrap();
+        let view = &found.views[0].summary;
+        let stops = view.exposure_ev + 0.26 * view.vignetting_ev;
+        (0..3).map(|c| stops.exp2() * view.white_balance[c] / f64::from(GAIN[c])).collect()
+    };
+    let (values, moved) = (fitted(&|_| 1.0), fitted(&nudge));
+    let error = values.iter().map(|g| (g - 1.0).abs()).fold(0.0, f64::max);
+    let change = values.iter().zip(&moved).map(|(a, b)| (b / a - 1.0).abs()).fold(0.0, f64::max);
+    Row::new(
+        "exposure from collinear data: usable on a thin ring only",
+        "gain on the ring from exposure, white balance and vignetting",
+        "what the photograph was divided by",
+        error,
+        0.02,
+    )
+    .amplified(change / f64::from(f32::EPSILON))
 }

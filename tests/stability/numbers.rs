@@ -10,7 +10,8 @@ use clerestory::volume::Grid;
 use glam::{DMat3, DVec3, Vec3};
 use std::f64::consts::PI;
 
-use super::Row;
+use super::ulp::{change, nudge};
+use super::{Row, worst};
 
 pub(crate) fn rows() -> Vec<Row> {
     let mut rows = vec![closed_room(), long_gap(), micrometres(), long_sum()];
@@ -64,20 +65,27 @@ fn closed_room() -> Row {
 fn long_gap() -> Row {
     let grid = Grid::over(Vec3::ZERO, Vec3::new(502.0, 3.0, 3.0), 502);
     let ends = [(0.5, 4.0), (501.5, 8.0)];
-    let records = ends.iter().flat_map(|&(x, e)| {
-        (0..9).map(move |k| (Vec3::new(x, (k % 3) as f32 + 0.5, (k / 3) as f32 + 0.5), Vec3::splat(e)))
-    });
-    let volume = paper::Volume::build(grid, records);
-    let at = |x: usize| f64::from(volume.irradiance(Vec3::new(x as f32 + 0.5, 1.5, 1.5)).unwrap_or(Vec3::NAN).x);
-    let error =
-        (0..502usize).filter(|x| x.abs_diff(251) > 4).map(|x| (at(x) / if x < 251 { 4.0 } else { 8.0 } - 1.0).abs());
+    // the result relative to what is expected, with records as they are or moved
+    let filled = |factor: fn(usize) -> f32| -> Vec<f32> {
+        let records = ends.iter().flat_map(|&(x, e)| {
+            let place = move |k: usize| Vec3::new(x, (k % 3) as f32 + 0.5, (k / 3) as f32 + 0.5);
+            (0..9).map(move |k| (place(k), Vec3::splat(e * factor(k))))
+        });
+        let volume = paper::Volume::build(grid, records);
+        let at = |x: usize| volume.irradiance(Vec3::new(x as f32 + 0.5, 1.5, 1.5)).unwrap_or(Vec3::NAN).x;
+        let away = (0..502usize).filter(|x| x.abs_diff(251) > 4);
+        away.map(|x| at(x) / if x < 251 { 4.0 } else { 8.0 }).collect()
+    };
+    let values = filled(|_| 1.0);
+    let amplification = change(&values, &filled(nudge));
     Row::new(
         "the paper's fill over a 500-cell gap",
         "irradiance away from the seam",
         "the nearer end's value",
-        error.fold(0.0, f64::max),
+        worst(values, 1.0),
         1e-6,
     )
+    .amplified(amplification)
 }
 
 /// A lattice of records 1 µm apart at 3 m from the origin, where single precision has steps of 0.24 µm.
@@ -104,15 +112,19 @@ fn micrometres() -> Row {
         wrong as f64 / 1600.0,
         0.02,
     )
+    .counted()
 }
 
 /// Ten million values whose running sum in single precision would stall at 2²⁴.
 fn long_sum() -> Row {
     let n = 20_000_000;
     let t = Picture { width: 5000, height: n / 5000, pixels: vec![Vec3::ONE; n] };
-    let x: Vec<Vec3> = vec![Vec3::splat(1.0 + 1.0 / 1024.0); n];
-    let error = rmse(&x, &t.pixels) * 1024.0 - 1.0;
-    Row::new("20 million equal errors", "RMSE", "1/1024 exactly", error.abs(), 1e-12)
+    let mut x: Vec<Vec3> = vec![Vec3::splat(1.0 + 1.0 / 1024.0); n];
+    let found = rmse(&x, &t.pixels);
+    x.iter_mut().enumerate().for_each(|(i, x)| *x *= nudge(i));
+    let amplification = (rmse(&x, &t.pixels) / found - 1.0).abs() / f64::from(f32::EPSILON);
+    Row::new("20 million equal errors", "RMSE", "1/1024 exactly", (found * 1024.0 - 1.0).abs(), 1e-12)
+        .amplified(amplification)
 }
 
 /// A sky with 99 % of its energy in one pixel, by the sampler's weights and by path tracing onto a floor.
@@ -125,7 +137,10 @@ fn one_bright_sky_pixel() -> Vec<Row> {
     let (bx, by) = (40, 12);
     let bright = 99.0 * (total - omega(by)) / omega(by);
     picture.pixels[by * w + bx] = Vec3::splat(bright as f32);
-    let panorama = Panorama::new(picture, Projection::LatLong, DMat3::IDENTITY);
+    let mut moved = picture.clone();
+    moved.pixels.iter_mut().enumerate().for_each(|(i, p)| *p *= nudge(i));
+    let panorama = |picture| Panorama::new(picture, Projection::LatLong, DMat3::IDENTITY);
+    let (panorama, moved) = (panorama(picture), panorama(moved));
     // the floor's irradiance by quadrature of the very panorama, bilinear as it is looked up
     let steps = 16;
     let mut expected = 0.0;
@@ -138,10 +153,13 @@ fn one_bright_sky_pixel() -> Vec<Row> {
         expected += f64::from(panorama.radiance(d.as_vec3()).x) * d.z * cell;
     }
     let scene = scene(&[[Vec3::new(-0.5, -0.5, -1.0), Vec3::X, Vec3::Y]], 0.5, 0.0);
-    let sky = Sky::Image(Box::new(EnvironmentSampler::new(panorama)));
-    let lights = Lights::new(&scene, Some(sky), None);
     let settings = Settings { samples: 1 << 14, ..Settings::default() };
-    let (e, noise) = irradiance(&scene, &lights, Vec3::new(0.1, 0.1, -1.0), Vec3::Z, &settings);
+    let under = |panorama| {
+        let sky = Sky::Image(Box::new(EnvironmentSampler::new(panorama)));
+        let lights = Lights::new(&scene, Some(sky), None);
+        irradiance(&scene, &lights, Vec3::new(0.1, 0.1, -1.0), Vec3::Z, &settings)
+    };
+    let ((e, noise), (e_moved, noise_moved)) = (under(panorama), under(moved));
     let error = f64::from(e.x) / expected - 1.0;
     vec![
         Row::new(
@@ -150,8 +168,10 @@ fn one_bright_sky_pixel() -> Vec<Row> {
             "quadrature in double precision",
             error.abs(),
             0.01,
-        ),
-        Row::new("the same sky", "its standard error", "0", noise.x / e.x, 0.01),
+        )
+        .amplified(change(&[e.x], &[e_moved.x])),
+        Row::new("the same sky", "its standard error", "0", noise.x / e.x, 0.01)
+            .amplified(change(&[noise.x], &[noise_moved.x])),
     ]
 }
 
@@ -185,4 +205,5 @@ fn metrics_of_extremes() -> Row {
         bad as f64,
         0.0,
     )
+    .counted()
 }

@@ -139,7 +139,7 @@ impl Plan {
         text
     }
 
-    fn toml(&self) -> String {
+    pub(crate) fn toml(&self) -> String {
         let mut text = format!(
             "[site]\nname = \"Test\"\nunits = {:?}\nup = \"z\"\n[model]\npath = \"model.obj\"\n{}\n",
             self.metres_per_unit, self.more

@@ -15,7 +15,7 @@ use super::super::{CameraSource, Match, View};
 use super::Resolver;
 use super::names::safe_name;
 use super::picture::ASPECT_TOLERANCE;
-use crate::panorama::Exif;
+use crate::panorama::{Exif, MAX_PIXELS};
 
 impl Resolver<'_> {
     pub(super) fn view(&self, table: &Spanned<ViewTable>, warnings: &mut Vec<String>) -> Result<View, SiteError> {
@@ -107,12 +107,19 @@ impl Resolver<'_> {
         let t = table.get_ref();
         let at = |key: &Option<Spanned<String>>| key.as_ref().map_or(table.span(), Spanned::span);
         let photo_size = photo.filter(|p| p.exists()).map(|p| self.size_of(p, at(&t.photo))).transpose()?;
+        let fits = |[w, h]: [u32; 2]| {
+            let side = 1..=65_536;
+            side.contains(&w) && side.contains(&h) && u64::from(w) * u64::from(h) <= MAX_PIXELS
+        };
         let size = match (&t.size, photo_size) {
-            (Some(size), _) if size.get_ref().iter().all(|n| (1..=65_536).contains(n)) => *size.get_ref(),
+            (Some(size), _) if fits(*size.get_ref()) => *size.get_ref(),
             (Some(size), _) => {
                 return Err(self.source.fault(
                     size.span(),
-                    format!("expected width and height from 1 to 65536 pixels, found {:?}", size.get_ref()),
+                    format!(
+                        "expected width and height from 1 to 65536 pixels, {MAX_PIXELS} in all at most, found {:?}",
+                        size.get_ref()
+                    ),
                     "Correct the size",
                 ));
             }
