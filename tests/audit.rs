@@ -109,6 +109,23 @@ fn a_right_model_yields_nothing() {
 }
 
 #[test]
+fn a_moved_wall_is_found_with_sign_and_size() {
+    // the far wall really stands at 5 m
+    for modelled in [4.85, 5.12] {
+        let truth = plan(room(), &[grey(0.5)]);
+        let model = plan(sides(DVec3::ZERO, v(6.0, modelled, 3.0), [0; 6]), &[grey(0.5)]);
+        let audit = audited(&photographed(&truth, &model, patterned));
+        let wall = audit.findings.iter().filter(|f| f.kind == Kind::Geometry);
+        let wall = wall.max_by_key(|f| f.area_px).expect("the wall is found");
+        let d = wall.displacement.expect("its displacement is measured");
+        // positive is towards the camera's side, which lies at lesser y
+        let expected = modelled - 5.0;
+        assert!((d.metres - expected).abs() < 0.2 * expected.abs() + 0.01, "{d:?} for {expected}");
+        assert!(d.metres.signum() == expected.signum());
+    }
+}
+
+#[test]
 fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
     let truth = plan(room(), &[grey(0.5)]);
     let model = plan(sides(DVec3::ZERO, v(6.0, 4.9, 3.0), [0; 6]), &[grey(0.5)]);
@@ -221,6 +238,32 @@ fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
     let wrong = audit("0.8 0.5 0.25");
     let wall = wrong.findings.iter().max_by_key(|f| f.area_px).expect("the wall is found");
     assert_eq!((wall.kind, wall.what, wall.material.as_str()), (Kind::Texture, What::Recoloured, "m3"));
+}
+
+#[test]
+fn a_shifted_pose_is_refined_and_told() {
+    let board = Paint { albedo: 0.8, emission: 0.0, checker: true };
+    let p = Plan::new(room(), &[board]).probe(v(1.5, 1.2, 1.4), PROBE).probe(v(4.6, 1.5, 1.7), PROBE).view(
+        v(3.0, 1.0, 1.5),
+        v(3.2, 5.0, 1.4),
+        SIDE,
+    );
+    let truth = p.build();
+    let radiance = |s: &Surface| truth.scene.albedo(s.triangle, s.barycentric) * 0.5 + Vec3::splat(0.02);
+    let built = photographed(&p, &p, radiance);
+    // the site's camera is turned: five pixels at this focal length
+    let file = built.folder.path().join("site.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let f = truth.site.views[0].camera.focal.x;
+    let shift = 5.0 / f * 4.0;
+    let turned = text.replace("look_at = [3.2, 5.0, 1.4]", &format!("look_at = [{}, 5.0, 1.4]", 3.2 + shift));
+    assert_ne!(text, turned);
+    fs::write(&file, turned).unwrap();
+    let audit = audited(&built);
+    let pose = audit.views[0].summary.pose;
+    println!("refined by {:.2} ± {:.2} px", pose.mean_px, pose.residual_px);
+    assert!(pose.refined && (4.0..7.0).contains(&pose.mean_px), "{pose:?}");
+    assert!(audit.findings.iter().all(|f| f.kind != Kind::Geometry), "{:?}", audit.findings);
 }
 
 #[test]

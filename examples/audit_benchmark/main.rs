@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release --example audit_benchmark -- SITE [faults|nuisances|faultless] [--longest 256] [--seed 1]
-//!     [--per 1] [--every 3] [--cells 32]
+//!     [--per 1] [--every 3] [--cells 32] [--only wall,hole]
 //! ```
 //!
 //! Faults are planted in the model that the auditor is given; photographs and probes stay those of the true one.
@@ -79,7 +79,12 @@ fn main() {
         return;
     }
     let per = number("--per", 1) as usize;
-    let cases = bench.cases(seed, per);
+    let mut cases = bench.cases(seed, per);
+    // kinds whose name holds one of these words
+    if let Some(i) = args.iter().position(|a| a == "--only") {
+        let words: Vec<&str> = args[i + 1].split(',').collect();
+        cases.retain(|c| words.iter().any(|w| c.fault.title().contains(w)));
+    }
     let nuisances: &[Nuisance] = if what == "nuisances" { &Nuisance::EACH } else { &[Nuisance::Clean] };
     let mut by_fault: BTreeMap<String, Row> = BTreeMap::new();
     let mut by_nuisance: Vec<(String, Row)> = nuisances.iter().map(|n| (n.title(), Row::default())).collect();
@@ -97,7 +102,7 @@ fn main() {
         for (k, nuisance) in nuisances.iter().enumerate() {
             let line = bench.run(&model, case, &truth, *nuisance);
             println!(
-                "# {:14} {:12} {:16} AP {:.2} ({:.2} SSIM, {:.2} FLIP) {}",
+                "# {:14} {:12} {:16} {size:>5} px AP {:.2} ({:.2} SSIM, {:.2} FLIP) {}",
                 case.fault.title(),
                 bench.site.views[case.view].name,
                 nuisance.title(),
@@ -263,6 +268,20 @@ impl Bench {
             row.wrongly_ok =
                 vec![(0..w * h).filter(|i| truth[*i] && verdicts[*i] == Verdict::Ok).count() as f64 / size as f64];
             regions(&mut row, case, truth, size, &judged);
+            if std::env::var_os("REGIONS").is_some() {
+                for j in &judged {
+                    println!(
+                        "#     {}/{} {} {} px, {:.2} over union, {:.2}: {}",
+                        j.kind.name(),
+                        j.what.name(),
+                        j.reason.name(),
+                        j.pixels().len(),
+                        overlap(j.pixels(), truth, size),
+                        j.score,
+                        j.displacement.map_or(String::new(), |d| format!("{:.3} m", d.metres)),
+                    );
+                }
+            }
             row
         })
     }

@@ -51,6 +51,9 @@ pub(super) struct Geometry {
     /// Mean squared difference over the window at the model's own place in the probe that agrees best, in units of the
     /// variance that a right model has.
     pub(super) mismatch: Vec<f32>,
+    /// Mean squared difference of logarithms at the model's own place in the probe that agrees best; `None` where none
+    /// sees it.
+    pub(super) rest: Vec<Option<f32>>,
     /// How much less the sum over all probes becomes at the best place.
     pub(super) gain: Vec<f32>,
     /// The same over what is left there.
@@ -73,6 +76,7 @@ struct OfProbe {
     costs: Vec<Vec<f32>>,
     weight: Vec<f32>,
     mismatch: Vec<f32>,
+    rest: Vec<f32>,
     seen: Vec<bool>,
     parallax: Vec<f32>,
 }
@@ -96,12 +100,14 @@ pub(super) fn test(
     let mut able = vec![0u8; n];
     let mut mismatch = vec![f32::INFINITY; n];
     let mut most = vec![0.0f32; n];
+    let mut rest: Vec<Option<f32>> = vec![None; n];
     for p in &each {
         for i in 0..n {
             seen[i] += u8::from(p.seen[i]);
             able[i] += u8::from(p.weight[i] > 0.0);
             if p.weight[i] > 0.0 {
                 mismatch[i] = mismatch[i].min(p.mismatch[i]);
+                rest[i] = Some(rest[i].map_or(p.rest[i], |r| r.min(p.rest[i])));
                 most[i] = most[i].max(10.0 * p.parallax[i]);
             }
         }
@@ -135,7 +141,7 @@ pub(super) fn test(
         let front = windowed[HERE + 6][i].max(windowed[HERE + 7][i]);
         sensitivity[i] = (back.min(front) - least) * window_area;
     }
-    Geometry { mismatch, gain, ratio, best, sensitivity, seen, able, parallax: most, costs }
+    Geometry { mismatch, rest, gain, ratio, best, sensitivity, seen, able, parallax: most, costs }
 }
 
 /// One probe's part.
@@ -230,7 +236,8 @@ fn of_probe(
         }
     });
     let mismatch = surfaces.shape.mean(&costs[HERE], &weight, WINDOW);
-    OfProbe { costs, weight, mismatch, seen, parallax }
+    let rest = costs[HERE].iter().zip(&variance).map(|(c, v)| c * v).collect();
+    OfProbe { costs, weight, mismatch, rest, seen, parallax }
 }
 
 /// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part

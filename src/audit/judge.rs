@@ -23,6 +23,12 @@ const LEAST_SHARE: f64 = 6e-4;
 /// Nor are fewer pixels than this a region.
 const LEAST_PX: usize = 30;
 
+/// A displacement of a region of so many pixels is told although it explains less of the difference.
+const LARGE_PX: usize = 1000;
+
+/// Where one probe alone speaks, the texture test bears it out from so many pixels on.
+const SINGLE_PX: usize = 200;
+
 /// Fewer pixels are too few to tell that a texture's structure is another.
 const STRUCTURE_PX: usize = 400;
 
@@ -135,7 +141,9 @@ fn sweep(maps: &Maps, region: &Region) -> Swept {
     // differences are alike over about 25 pixels; the fit's own error is at least a tenth of a pixel of parallax
     let samples = (pixels.len() as f64 / 25.0).max(1.0);
     let statistical = if curvature > 0.0 { (2.0 * mean[at].max(0.3) / (curvature * samples)).sqrt() } else { 0.25 };
-    let uncertainty_m = statistical.hypot(0.12 / parallax.max(1e-3)).min(0.5);
+    // and neighbours share it: a small region has more
+    let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
+    let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
     let twin = (0..mean.len())
         .filter(|k| k.abs_diff(at) > 3 && *k > 0 && *k + 1 < mean.len())
         .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
@@ -171,12 +179,19 @@ fn judge_one(
     let swept = sweep(maps, &region);
     let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
-    // one probe alone may be at fault itself, unless a displacement or what is behind explains it all
-    let several = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n >= 1.5;
-    let enough = if several { 1.0 } else { 3.0 };
-    let moved = swept.able > 0.3 && swept.here > 1.2 && explains > enough && sure && swept.pixels > PIXELS_OFF;
     let marked = share(&|i| scores.geometry[i] >= LOW);
     let textured = share(&|i| scores.texture[i] >= LOW);
+    // the photograph contradicts the model's picture, too: that is no probe's fault
+    let borne_out = t >= 1.0 && textured >= 0.5 && region.pixels.len() >= SINGLE_PX;
+    let several = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n >= 1.5;
+    // one probe alone may be at fault itself, unless the other test bears it out or a displacement explains all
+    let explained = if several {
+        explains > if region.pixels.len() >= LARGE_PX { 0.6 } else { 1.0 }
+    } else {
+        (explains > 1.5 && borne_out) || explains > 3.0
+    };
+    let moved = swept.able > 0.3 && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF;
+    let bridged = share(&|i| maps.bridged[i] >= 1.0) > 0.4;
     // the probes agree with the photograph on a surface whose picture alone is wrong
     let torn = textured >= 0.25 && swept.here > 1.7;
     let wrong = swept.able > 0.3 && (torn || (marked > 0.3 && swept.here > 3.5 && t > 0.5));
@@ -189,6 +204,23 @@ fn judge_one(
         },
         Evidence { test: "texture".into(), value: f64::from(t), threshold: 1.0, unit: "× threshold".into() },
     ];
+    if bridged && !moved {
+        evidence.push(Evidence {
+            test: "the surface around goes on".into(),
+            value: f64::from(share(&|i| maps.bridged[i] >= 1.0)),
+            threshold: 0.4,
+            unit: "share".into(),
+        });
+        return Some(Judged {
+            score: confidence(f64::from(upper(&maps.bridged)), n),
+            kind: Kind::Geometry,
+            what: What::Missing,
+            displacement: None,
+            reason: Reason::None,
+            evidence,
+            region,
+        });
+    }
     if moved || wrong {
         let behind = beyond(prepared, maps, &region);
         let (covered, whole) = region
@@ -213,7 +245,7 @@ fn judge_one(
         });
         let reason = match swept.twin {
             Some(_) if moved && swept.here < 2.5 => Reason::Periodic,
-            _ if moved || gone || several => Reason::None,
+            _ if moved || gone || several || borne_out => Reason::None,
             _ => Reason::ProbesDisagree,
         };
         let strength = f64::from(g.max(swept.here / 2.5).max(t));

@@ -17,6 +17,7 @@ mod photo;
 mod probe_view;
 mod radiometry;
 mod regions;
+mod rim;
 mod run;
 mod scores;
 mod soften;

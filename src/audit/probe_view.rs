@@ -89,6 +89,15 @@ impl ProbeView {
         level.bilinear(at)
     }
 
+    /// Whether the model has nothing between the probe and a point, which need not be on a surface.
+    pub(super) fn open(&self, point: Vec3) -> bool {
+        let p = point - self.origin;
+        let (w, h) = (self.levels[0].width, self.levels[0].height);
+        let at = latlong_pixel_fast(self.to_probe * p, w as f32, h as f32);
+        let (x, y) = ((at.x.max(0.0) as usize).min(w - 1), (at.y.max(0.0) as usize).min(h - 1));
+        self.depth[y * w + x] > 0.98 * p.length()
+    }
+
     /// How the probe sees a point with this normal, if the model puts nothing else in front of or beside it within a
     /// pixel and a half.
     pub(super) fn sight(&self, point: Vec3, normal: Vec3) -> Option<Sight> {

@@ -55,8 +55,9 @@ impl Scores {
         let texture: Vec<f32> = (0..n).map(|i| if t.tested[i] { colour[i].max(structure(i)) } else { 0.0 }).collect();
         let geometry = (0..n)
             .map(|i| {
+                let bridged = maps.bridged[i];
                 if g.able[i] == 0 {
-                    return 0.0;
+                    return bridged;
                 }
                 let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins[i]]);
                 // a probe that differs where the photograph is as the model predicts has another fault
@@ -65,7 +66,7 @@ impl Scores {
                 let borne_out = if t.tested[i] { texture[i].max(shaded) } else { 1.0 };
                 let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
                 let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
-                wrong.min(borne_out).max(moved)
+                wrong.min(borne_out).max(moved).max(bridged)
             })
             .collect();
         Self { texture, geometry, colour }

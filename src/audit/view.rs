@@ -11,7 +11,7 @@ use super::scores::Scores;
 use super::soften::soften;
 use super::surfaces::{Surfaces, reduced};
 use super::texture::{self, Texture};
-use super::{PoseCorrection, Reason, Verdict, align};
+use super::{PoseCorrection, Reason, Verdict, align, rim};
 use crate::panorama::{Picture, luminance};
 use crate::render::{Relit, render};
 use crate::scene::Scene;
@@ -73,6 +73,8 @@ pub struct Maps {
     pub(super) log_photo: Vec<Vec3>,
     pub(super) usable: Vec<f32>,
     pub(super) geometry: Geometry,
+    /// How surely a surface beside goes on where the model has an opening; 1 is the threshold.
+    pub(super) bridged: Vec<f32>,
     pub(super) texture: Texture,
     pub(super) pose: PoseCorrection,
     pub(super) refine_asked: bool,
@@ -93,10 +95,17 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
     let mut surfaces = Surfaces::look(scene, &camera);
     let mut frame = render(scene, &relit, &camera, 4, &|_, _| {});
     if settings.refine_pose {
+        // a clipped pixel is still as bright as that: its edges tell of the pose
+        let to_align: Vec<f32> = photo
+            .unusable
+            .iter()
+            .zip(&photo.pixels)
+            .map(|(r, p)| if matches!(r, Reason::None | Reason::Clipped) && Picture::valid(*p) { 1.0 } else { 0.0 })
+            .collect();
         let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
         for _ in 0..2 {
             let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
-            let aligned = align::align(scene, &surfaces, &camera, &first, &shown, &brightness, &usable);
+            let aligned = align::align(scene, &surfaces, &camera, &first, &shown, &brightness, &to_align);
             let before = pose.mean_px;
             (camera, pose) = (aligned.camera, aligned.correction);
             if !pose.refined {
@@ -122,6 +131,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
+    let bridged = rim::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &geometry.rest);
     let e = texture::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = texture::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
     Maps {
@@ -136,6 +146,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         log_photo,
         usable,
         geometry,
+        bridged,
         texture,
         pose,
         refine_asked: settings.refine_pose,
