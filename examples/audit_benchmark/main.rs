@@ -296,8 +296,9 @@ impl Bench {
             scene.tracer.closest(&ray, 1e-3).map(|hit| {
                 let face = scene.face(hit.triangle);
                 let surface = face.surface(&ray, hit.t);
-                let width_m = hit.t * rays.spread();
-                (hit.t, scene.paint(&face, true).pencil(&face, &surface, ray.direction, width_m))
+                let (direction, sides) = rays.middle(i % w, i / w);
+                let covered = face.covered(direction, sides, hit.t);
+                (hit.t, scene.paint(&face, true).patch(&face, surface.barycentric, covered))
             })
         };
         let mut depth = vec![false; w * h];

@@ -8,7 +8,7 @@ use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, prepare, render};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::site::{Site, View};
-use clerestory::study::{Comparison, compare};
+use clerestory::study::{Comparison, compare, median};
 use clerestory::volume::{self, Volume};
 use clerestory::{paper, photograph, site};
 use serde::Serialize;
@@ -446,6 +446,11 @@ fn print(outcome: &Outcome, out: &mut impl Write) -> io::Result<()> {
         let flip = errors.iter().map(|e| e.all.flip).sum::<f64>() / n;
         let relmse = errors.iter().map(|e| e.all.relmse).sum::<f64>() / n;
         writeln!(out, "mean over {} views: FLIP {flip:.4}, relMSE {relmse:.4}", errors.len())?;
+        let unseen: Vec<f64> = errors.iter().flat_map(|e| e.unseen_errors.iter().copied()).collect();
+        if !unseen.is_empty() {
+            let (count, error) = (unseen.len(), 100.0 * median(unseen));
+            writeln!(out, "all {count} pixels where no probe sees: median error {error:.1} %")?;
+        }
     }
     Ok(())
 }

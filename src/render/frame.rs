@@ -1,6 +1,7 @@
 //! A rendered view.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::panorama::{Layer, Picture};
 
@@ -23,7 +24,7 @@ pub struct Frame {
     pub radiance: Picture,
     /// Mean albedo, 0..=1.
     pub albedo: Picture,
-    /// Unit normal of the first sample's surface, the program's axes; zero for the sky.
+    /// Unit normal of the surface that most samples show, the program's axes; zero for the sky.
     pub normal: Picture,
     /// Mean distance from the camera in metres; infinite for the sky.
     pub depth: Vec<f32>,
@@ -55,7 +56,7 @@ pub(super) struct Pixel {
 
 impl Frame {
     pub(super) fn from_pixels(width: usize, height: usize, pixels: &[Pixel], rays_s: f64, shade_s: f64) -> Self {
-        let picture = |f: fn(&Pixel) -> Vec3| Picture { width, height, pixels: pixels.iter().map(f).collect() };
+        let picture = |f: fn(&Pixel) -> Vec3| Picture { width, height, pixels: pixels.par_iter().map(f).collect() };
         let (surface, recorded) =
             pixels.iter().fold((0u64, 0u64), |sum, p| (sum.0 + u64::from(p.surface), sum.1 + u64::from(p.recorded)));
         let source = |p: &Pixel| match p {

@@ -38,7 +38,30 @@ impl PrimaryRays {
     /// Unit direction of a sample of a pixel.
     #[inline]
     pub fn direction(&self, x: usize, y: usize, sample: usize) -> Vec3 {
-        let at = Vec2::new(x as f32, y as f32) + self.offsets[sample];
+        self.towards(Vec2::new(x as f32, y as f32) + self.offsets[sample])
+    }
+
+    /// Unit direction of the middle of a pixel, and how it changes over one pixel to the right and down, but for what
+    /// is along it.
+    #[inline]
+    pub fn middle(&self, x: usize, y: usize) -> (Vec3, [Vec3; 2]) {
+        let at = Vec2::new(x as f32, y as f32) + 0.5;
+        match &self.pinhole {
+            Some([corner, right, down]) => {
+                let d = *corner + *right * at.x + *down * at.y;
+                let scale = d.length_recip();
+                (d * scale, [*right * scale, *down * scale])
+            }
+            None => {
+                let half = 0.5;
+                let change = |way: Vec2| self.towards(at + way) - self.towards(at - way);
+                (self.towards(at), [change(Vec2::X * half), change(Vec2::Y * half)])
+            }
+        }
+    }
+
+    #[inline]
+    fn towards(&self, at: Vec2) -> Vec3 {
         match &self.pinhole {
             Some([corner, right, down]) => (*corner + *right * at.x + *down * at.y).normalize(),
             None => {
@@ -46,10 +69,5 @@ impl PrimaryRays {
                 self.camera.direction(at.x, at.y).as_vec3()
             }
         }
-    }
-
-    /// Width of one sample's pencil of rays per metre.
-    pub fn spread(&self) -> f32 {
-        (1.0 / (self.camera.focal.y * (self.offsets.len() as f64).sqrt())) as f32
     }
 }

@@ -60,6 +60,20 @@ impl Face {
         Surface { position, normal, triangle: self.triangle, barycentric: self.barycentric(position) }
     }
 
+    /// How far along a ray the triangle's plane lies, metres; not finite where they are parallel.
+    #[inline]
+    pub fn meet(&self, ray: &Ray) -> f32 {
+        self.normal.dot(self.corner - ray.origin) / self.normal.dot(ray.direction)
+    }
+
+    /// What a pencil of rays covers of the triangle's plane at a distance: its sides, given in metres a metre, stretched
+    /// along the plane by the angle it is seen at (up to 8 times).
+    pub fn covered(&self, direction: Vec3, sides: [Vec3; 2], distance: f32) -> [Vec3; 2] {
+        let along = self.normal.dot(direction);
+        let along = along.abs().max(0.125).copysign(along);
+        sides.map(|side| (side - direction * (self.normal.dot(side) / along)) * distance)
+    }
+
     /// Barycentric coordinates of a point on the triangle's plane; may be outside the triangle.
     #[inline]
     pub fn barycentric(&self, point: Vec3) -> Vec2 {
@@ -96,37 +110,47 @@ impl Paint<'_> {
     /// width in metres on the surface.
     #[inline]
     pub fn albedo(&self, barycentric: Vec2, width_m: f32) -> Vec3 {
-        self.albedo_along(barycentric, Vec2::ZERO, 1, width_m)
-    }
-
-    /// Albedo averaged over what a thin pencil of rays sees of a surface: `width_m` wide across the ray, and stretched
-    /// along the surface by the angle it is seen at (up to 8 times).
-    pub fn pencil(&self, face: &Face, surface: &Surface, direction: Vec3, width_m: f32) -> Vec3 {
-        let cos = -surface.normal.dot(direction);
-        let taps = (1.0 / cos.max(0.125) + 0.75) as u32;
-        if taps <= 1 || self.texture.is_none() {
-            return self.albedo(surface.barycentric, width_m);
-        }
-        let along = (direction + surface.normal * cos).normalize_or_zero() * (width_m / cos.max(0.125));
-        self.albedo_along(surface.barycentric, face.change(along), taps, width_m)
-    }
-
-    /// Albedo averaged over `taps` places spread evenly over `length` (in barycentric coordinates) about a point.
-    #[inline]
-    fn albedo_along(&self, middle: Vec2, length: Vec2, taps: u32, width_m: f32) -> Vec3 {
-        let mut albedo = self.plain;
-        if let Some([a, b, c]) = self.colours {
-            albedo *= a + b * middle.x + c * middle.y;
-        }
+        let albedo = self.shade(barycentric);
         let Some(Cloth { texture, uv: [a, b, c], scale }) = &self.texture else { return albedo };
-        let uv = *a + *b * middle.x + *c * middle.y;
-        let level = Texture::level_of(width_m * scale);
-        if taps <= 1 {
-            return albedo * texture.sample(uv, level);
+        let uv = *a + *b * barycentric.x + *c * barycentric.y;
+        albedo * texture.sample(uv, Texture::level_of(width_m * scale))
+    }
+
+    /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: over places half its
+    /// shorter side apart, bilinear in the texture's level of about that width.
+    pub fn patch(&self, face: &Face, barycentric: Vec2, sides: [Vec3; 2]) -> Vec3 {
+        /// Most places along a side.
+        const MOST: f32 = 16.0;
+        let albedo = self.shade(barycentric);
+        let Some(Cloth { texture, uv: [a, b, c], .. }) = &self.texture else { return albedo };
+        let uv = *a + *b * barycentric.x + *c * barycentric.y;
+        let [right, down] = sides.map(|side| {
+            let change = face.change(side);
+            *b * change.x + *c * change.y
+        });
+        let (across, along) = (texture.texels(right), texture.texels(down));
+        let (short, long) = (across.min(along), across.max(along));
+        let level = Texture::whole_level((0.5 * short).max(long / MOST));
+        let texel = (1u32 << level.min(31)) as f32;
+        let count = |length: f32| (length / texel + 0.5).clamp(1.0, MOST) as u32;
+        let (columns, rows) = (count(across), count(along));
+        let place = |k: u32, n: u32| (k as f32 + 0.5) / n as f32 - 0.5;
+        let mut sum = Vec3::ZERO;
+        for j in 0..rows {
+            let row = uv + down * place(j, rows);
+            for i in 0..columns {
+                sum += texture.sample_level(row + right * place(i, columns), level);
+            }
         }
-        let ends = *b * length.x + *c * length.y;
-        let share = 1.0 / taps as f32;
-        let at = |k: u32| uv + ends * ((k as f32 + 0.5) * share - 0.5);
-        albedo * ((0..taps).map(|k| texture.sample(at(k), level)).sum::<Vec3>() * share)
+        albedo * sum * (1.0 / (columns * rows) as f32)
+    }
+
+    /// Kd × vertex colour.
+    #[inline]
+    fn shade(&self, at: Vec2) -> Vec3 {
+        match self.colours {
+            Some([a, b, c]) => self.plain * (a + b * at.x + c * at.y),
+            None => self.plain,
+        }
     }
 }

@@ -113,6 +113,27 @@ impl Texture {
         if texels > 1.0 { texels.log2() } else { 0.0 }
     }
 
+    /// The pyramid level whose texels are nearest to so many of the picture's own wide.
+    #[inline]
+    pub fn whole_level(texels: f32) -> usize {
+        // the exponent of a float, rounded at √2: no call into the C library
+        let rounded = (texels * std::f32::consts::SQRT_2).max(1.0);
+        ((rounded.to_bits() >> 23) & 0xff) as usize - 127
+    }
+
+    /// How many texels long a way in texture coordinates is.
+    #[inline]
+    pub fn texels(&self, way: Vec2) -> f32 {
+        let (w, h) = self.size();
+        (way * Vec2::new(w as f32, h as f32)).length()
+    }
+
+    /// Linear RGB at texture coordinates `uv`, bilinear in one level.
+    #[inline]
+    pub fn sample_level(&self, uv: Vec2, level: usize) -> Vec3 {
+        self.levels[level.min(self.levels.len() - 1)].bilinear(uv)
+    }
+
     /// Linear RGB at texture coordinates `uv`, bilinear, between pyramid levels linear.
     pub fn sample(&self, uv: Vec2, level: f32) -> Vec3 {
         let top = self.levels.len() - 1;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::hits::{CellHit, Hits, hides, unpack_normal};
 use super::sunlight::Sunlit;
 use crate::panorama::Picture;
-use crate::scene::Scene;
+use crate::scene::{Ray, Scene};
 
 /// The irradiance records of one probe under one lighting.
 ///
@@ -163,9 +163,11 @@ impl Records {
             behind |= record.plane.is_finite() && hides(off, facing, tolerance);
             if off.abs() < tolerance { kernel * record.agreement(facing) } else { 0.0 }
         });
+        // a point that the probe itself sees is joined to what it sees beside it: one ray instead of one a cell
+        let clear = !behind || weights.iter().all(|w| *w == 0.0) || self.sees(scene, point, normal, tolerance);
         for ((cell, _), weight) in around.into_iter().zip(weights) {
             let record = &self.records[cell];
-            if weight > 0.0 && (!behind || self.hits.joined(scene, cell, point, normal, tolerance)) {
+            if weight > 0.0 && (clear || self.hits.joined(scene, cell, point, normal, tolerance)) {
                 let mean = match record.sunlit {
                     Sunlit::No => &mut sums.shade,
                     Sunlit::Yes => &mut sums.sun,
@@ -175,6 +177,14 @@ impl Records {
             }
         }
         sums
+    }
+
+    /// Whether nothing stands between the probe and a point, seen from just above its surface.
+    fn sees(&self, scene: &Scene, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
+        let from = point + normal * (0.5 * tolerance_m);
+        let way = self.hits.origin - from;
+        let length = way.length();
+        !scene.tracer.occluded(&Ray { origin: from, direction: way / length }, 0.0, length)
     }
 
     /// The sky's radiance in a direction, where all four cells around it see the sky.

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::metrics::relative_errors;
 use super::{flip_map, mean_where, median_relative_error, relmse_where};
 use crate::panorama::Picture;
 use crate::render::{Frame, PrimaryRays, Source};
@@ -21,6 +22,9 @@ pub struct Comparison {
     pub volume: Errors,
     /// Pixels whose middle no probe has in its line of sight.
     pub unseen: Errors,
+    /// The relative errors of these last, to take a median over several views.
+    #[serde(skip)]
+    pub unseen_errors: Vec<f64>,
 }
 
 /// Errors over some pixels.
@@ -81,6 +85,7 @@ pub fn compare(
         records: over(&|i| frame.source[i] != Source::Volume),
         volume: over(&|i| frame.source[i] == Source::Volume),
         unseen: over(&|i| hidden[i]),
+        unseen_errors: relative_errors(x, t, |i| counts[i] && hidden[i]),
     })
 }
 

@@ -46,12 +46,21 @@ pub fn relmse_where(x: &[Vec3], t: &[Vec3], chosen: impl Fn(usize) -> bool) -> f
 /// Median over pixels of Σ|x − t| / Σt, sums over channels; pixels whose truth is black are left out; 0 where none is
 /// left.
 pub fn median_relative_error(x: &[Vec3], t: &[Vec3], chosen: impl Fn(usize) -> bool) -> f64 {
+    median(relative_errors(x, t, chosen))
+}
+
+/// Per pixel that `chosen` picks Σ|x − t| / Σt, sums over channels; pixels whose truth is black are left out.
+pub(super) fn relative_errors(x: &[Vec3], t: &[Vec3], chosen: impl Fn(usize) -> bool) -> Vec<f64> {
     let indexed = x.iter().zip(t).enumerate().filter(|(i, _)| chosen(*i));
-    let mut errors: Vec<f64> = indexed
+    indexed
         .filter_map(|(_, (x, t))| usable(*x, *t))
         .filter(|(_, t)| *t != DVec3::ZERO)
         .map(|(x, t)| sum3((x - t).abs()) / sum3(t))
-        .collect();
+        .collect()
+}
+
+/// The median of errors, in any order; 0 where there is none.
+pub fn median(mut errors: Vec<f64>) -> f64 {
     errors.sort_unstable_by(f64::total_cmp);
     match errors.len() {
         0 => 0.0,

@@ -30,7 +30,7 @@ pub use curve::{Curve, How, order, pareto};
 pub use error::StudyError;
 pub use flip::{flip, flip_ldr, flip_map};
 pub use measure::{Run, ViewRun};
-pub use metrics::{exposure, mean_where, median_relative_error, relmse, relmse_where, rmse, ssim};
+pub use metrics::{exposure, mean_where, median, median_relative_error, relmse, relmse_where, rmse, ssim};
 pub use order::{Ranked, order_said, plan_order};
 pub use outside::{Outside, OutsidePoint, read as read_outside};
 pub use run::{Options, Progress, study};

@@ -267,9 +267,8 @@ impl Built {
 
 /// Irradiance that a relit scene has at a point.
 pub(crate) fn irradiance(relit: &Relit, point: Vec3, normal: Vec3) -> Vec3 {
-    let mut e = Vec3::NAN;
-    relit.irradiance(normal, &[point], &mut Default::default(), &mut |_, value| e = value);
-    e
+    let lit = relit.lit(point, normal, &mut Default::default());
+    if lit.asks && relit.in_sun(point, normal) { lit.sun } else { lit.shade }
 }
 
 /// No NaN, no infinity but the sky's depth, no negative light, albedo and agreement within 0..=1.
