@@ -11,8 +11,14 @@ use super::surfaces::Surfaces;
 /// quadratic B-spline.
 const TAPS: [(f32, f32); 4] = [(-1.0, 0.125), (-0.375, 0.609), (0.375, 0.609), (1.0, 0.125)];
 
-/// Patches longer than this many pixels of the photograph are cut: the surface is seen too flatly by the probe.
+/// Patches longer than this many pixels of the photograph are cut …
 const LONGEST: f32 = 24.0;
+
+/// … and left out if they are also this many times as long as wide: the probe sees the surface too flatly.
+const FLATTEST: f32 = 4.0;
+
+/// A patch with more than this share of itself on another surface or clipped cannot be compared.
+const BESIDE: f32 = 0.15;
 
 /// The logarithm of the photograph, per pixel averaged over what a probe's pixel would see around it; NaN where the
 /// probe does not see it.
@@ -36,7 +42,7 @@ fn at(surfaces: &Surfaces, probe: &ProbeView, photo: &Blurred, usable: &[f32], i
     let (w, h) = (surfaces.width as f32, surfaces.height as f32);
     let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
     let d = point - probe.origin;
-    let (right, up) = d.normalize().any_orthonormal_pair();
+    let (right, up) = probe.pixel_sides(d.normalize());
     let plane = normal.dot(d);
     let angle = probe.pixel_angle() * d.length();
     // how far the patch's sides reach in the photograph
@@ -48,20 +54,22 @@ fn at(surfaces: &Surfaces, probe: &ProbeView, photo: &Blurred, usable: &[f32], i
         }
         let at = surfaces.project(probe.origin + ray * (plane / across))?;
         let from = surfaces.project(point)?;
-        let side = at - from;
-        let length = side.length();
-        Some(if length > LONGEST { side * (LONGEST / length) } else { side })
+        Some(at - from)
     };
     let (Some(u), Some(v)) = (side(right), side(up)) else { return Vec3::NAN };
-    // the finest structure that the taps may step over: their spacing across the patch
-    let narrow = (u.perp_dot(v).abs() / u.length().max(v.length()).max(1e-6)).max(0.0);
-    let blur = 0.22 * narrow;
-    if u.length().max(v.length()) < 0.5 {
+    let long = u.length().max(v.length());
+    if long < 0.5 {
         return photo.at(i, 0.0);
     }
+    if long > LONGEST && long * long > FLATTEST * u.perp_dot(v).abs() {
+        return Vec3::NAN;
+    }
+    let [u, v] = [u, v].map(|side| side.clamp_length_max(LONGEST));
+    // the finest structure that the taps may step over: their spacing across the patch
+    let blur = 0.22 * u.perp_dot(v).abs() / u.length().max(v.length()).max(1e-6);
     let middle = Vec2::new((i % surfaces.width) as f32, (i / surfaces.width) as f32);
     let tolerance = 1.5 * surfaces.distance[i] / surfaces.focal + 2e-3;
-    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+    let (mut sum, mut total, mut beside) = (Vec3::ZERO, 0.0, 0.0);
     for (a, wa) in TAPS {
         for (b, wb) in TAPS {
             let p = middle + u * a + v * b;
@@ -71,11 +79,16 @@ fn at(surfaces: &Surfaces, probe: &ProbeView, photo: &Blurred, usable: &[f32], i
             let j = p.y.round() as usize * surfaces.width + p.x.round() as usize;
             let apart = normal.dot(surfaces.position[j] - point).abs();
             if usable[j] == 0.0 || apart > tolerance || surfaces.normal[j].dot(normal) < 0.8 {
+                beside += wa * wb;
                 continue;
             }
             sum += photo.between(p, surfaces.width, blur) * (wa * wb);
             total += wa * wb;
         }
+    }
+    // the probe's pixel holds what is clipped or lies beside an edge, too, and from its own place more or less of it
+    if beside > BESIDE {
+        return Vec3::NAN;
     }
     // light is averaged, not its logarithm, but within a pixel the two differ by little
     if total > 0.5 { sum / total } else { Vec3::NAN }
