@@ -262,7 +262,9 @@ fn judge_one(
     let (sum, tested) = seen.fold((0.0, 0.0f32), |(s, n), i| (s + maps.texture.colour[*i], n + 1.0));
     let mean = sum / tested.max(1.0);
     let strength = mean * (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
-    let coloured = tinted && strength >= COLOUR_STRENGTH;
+    // where structure says nothing, coding or darkness may have spoilt colour, too
+    let told = structural || odds <= -REGION_ODDS || explained.as_is > 0.6;
+    let coloured = tinted && strength >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > 0.6 || odds <= -REGION_ODDS);
