@@ -299,7 +299,7 @@ mod tests {
 
     /// Blotches of a few pixels, another picture for each seed.
     fn blotches(seed: usize) -> Vec<f32> {
-        let hash = |x: usize, y: usize| ((x * 7919 + y * 104_729 + seed * 15_485_863) * 2_654_435_761 >> 7) % 1000;
+        let hash = |x: usize, y: usize| (((x * 7919 + y * 104_729 + seed * 15_485_863) * 2_654_435_761) >> 7) % 1000;
         (0..SIDE * SIDE).map(|i| 0.3 + 0.2 * hash(i % SIDE / 3, i / SIDE / 3) as f32 / 1000.0).collect()
     }
 
