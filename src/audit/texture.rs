@@ -186,11 +186,12 @@ fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> 
     };
     let structured: Vec<bool> =
         (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > LEAST_CONTRAST * LEAST_CONTRAST).collect();
-    // most of the picture is right: what it shows of its texture, and what besides, is what a right texture has
+    // what the picture shows of its texture, and what besides, is what a right texture has; a wrong floor may fill more
+    // than half of it, so that a quarter must do
     let bins = Bins::new(photo);
     let slope: Vec<f32> = sums.iter().map(Sums::slope).collect();
     let rest: Vec<f32> = sums.iter().map(Sums::rest).collect();
-    let slope = bins.quantile(&slope, 0.5, |i| structured[i]).map(|s| s.clamp(SOFTEST, 1.0));
+    let slope = bins.quantile(&slope, 0.75, |i| structured[i]).map(|s| s.clamp(SOFTEST, 1.0));
     let rest = bins.quantile(&rest, 0.75, |i| structured[i]);
     let usual: Vec<[f32; 2]> = bins.of.iter().map(|k| [slope[*k], rest[*k]]).collect();
     // a piece smaller than the window tells no more than its pixels
