@@ -4,7 +4,7 @@
 use assert_cmd::Command;
 use clerestory::panorama::{self, Layer, Picture, write_exr};
 use clerestory::photograph::{Fitness, Photograph};
-use clerestory::render::{Irradiance, Source, render};
+use clerestory::render::{Irradiance, Lit, Source, render};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Camera, CameraSource, Lens, Site};
 use clerestory::study::compare;
@@ -131,15 +131,8 @@ fn a_portrait_photograph_is_set_upright_and_its_focal_length_heeded() {
 struct Even;
 
 impl Irradiance for Even {
-    fn irradiance(
-        &self,
-        _: Vec3,
-        positions: &[Vec3],
-        _: &mut Nearby,
-        put: &mut dyn FnMut(usize, Vec3),
-    ) -> (Source, f32) {
-        (0..positions.len()).for_each(|i| put(i, Vec3::splat(std::f32::consts::PI)));
-        (Source::Record, 1.0)
+    fn lit(&self, _: Vec3, _: Vec3, _: &mut Nearby) -> Lit {
+        Lit::known(Vec3::splat(std::f32::consts::PI), Source::Record, 1.0)
     }
 
     fn sky(&self, _: Vec3) -> Vec3 {

@@ -47,6 +47,13 @@ struct Case {
     view: usize,
 }
 
+/// What a fault does to a view's pixels.
+struct Truth {
+    wrong: Vec<bool>,
+    /// In the part that is wrong, with nothing to see of it: neither right nor wrong to mark.
+    alike: Vec<bool>,
+}
+
 /// What a view gave.
 #[derive(Default)]
 struct Row {
@@ -94,10 +101,23 @@ fn main() {
         }
         let model = plant(&bench.scene, case.fault, &case.place, case.object.as_deref());
         let truth = bench.truth(&model, case);
-        let size = truth.iter().filter(|t| **t).count();
+        let size = truth.wrong.iter().filter(|t| **t).count();
+        let alike = truth.alike.iter().filter(|t| **t).count();
         if size < 60 {
             println!("# {} in {}: too small ({size} pixels)", case.fault.title(), bench.site.views[case.view].name);
             continue;
+        }
+        if size * 5 < alike {
+            println!(
+                "# {} in {}: hardly to be seen ({size} of {} pixels look otherwise), not counted",
+                case.fault.title(),
+                bench.site.views[case.view].name,
+                alike + size
+            );
+            continue;
+        }
+        if alike > 0 {
+            println!("# {}: {alike} of {} pixels look the same all the same", case.fault.title(), alike + size);
         }
         for (k, nuisance) in nuisances.iter().enumerate() {
             let line = bench.run(&model, case, &truth, *nuisance);
@@ -240,7 +260,7 @@ impl Bench {
     }
 
     /// Audits a case under a nuisance.
-    fn run(&self, model: &Scene, case: &Case, truth: &[bool], nuisance: Nuisance) -> Row {
+    fn run(&self, model: &Scene, case: &Case, Truth { wrong: truth, alike }: &Truth, nuisance: Nuisance) -> Row {
         let photo = nuisance.photograph(&self.photos[case.view]);
         let camera = nuisance.camera(&self.cameras[case.view], 5.0);
         let (w, h) = (photo.width, photo.height);
@@ -251,7 +271,7 @@ impl Bench {
             let (judged, verdicts) = maps.judged(prepared);
             let both = maps.suspicion(&judged);
             // what touches the mask's border by a pixel or two is neither
-            let counted = counted(truth, w, h);
+            let counted: Vec<bool> = counted(truth, w, h).iter().zip(alike).map(|(c, a)| *c && !a).collect();
             let relit = Relit { scene: model, light, volume, volume_only: false };
             let frame = render(model, &relit, &camera, 4, &|_, _| {});
             let [difference, ssim, flip] = baselines(&frame.radiance, &photo);
@@ -267,7 +287,7 @@ impl Bench {
             let size = truth.iter().filter(|t| **t).count();
             row.wrongly_ok =
                 vec![(0..w * h).filter(|i| truth[*i] && verdicts[*i] == Verdict::Ok).count() as f64 / size as f64];
-            regions(&mut row, case, truth, size, &judged);
+            regions(&mut row, case, truth, alike, &judged);
             if std::env::var_os("REGIONS").is_some() {
                 for j in &judged {
                     println!(
@@ -286,8 +306,9 @@ impl Bench {
         })
     }
 
-    /// Which pixels a fault changes: where the two models' surfaces part, or show another albedo.
-    fn truth(&self, model: &Scene, case: &Case) -> Vec<bool> {
+    /// Which pixels a fault changes: where the two models' surfaces part, or show another albedo; and which lie in the
+    /// part that is wrong but look the same all the same, so that nothing could tell.
+    fn truth(&self, model: &Scene, case: &Case) -> Truth {
         let camera = &self.cameras[case.view];
         let (w, h) = (camera.width as usize, camera.height as usize);
         let rays = PrimaryRays::new(camera, 1);
@@ -302,11 +323,15 @@ impl Bench {
             })
         };
         let mut depth = vec![false; w * h];
+        let mut planted = vec![false; w * h];
         let mut albedo = vec![0.0f32; w * h];
         for i in 0..w * h {
             match (look(&self.scene, i), look(model, i)) {
                 (Some(a), Some(b)) => {
                     depth[i] = (a.0 - b.0).abs() > 2e-3 + 5e-4 * a.0;
+                    let direction = rays.direction(i % w, i / w, 0);
+                    let point = self.scene.local(camera.pose.position) + direction * a.0;
+                    planted[i] = case.fault.is_texture() && case.place.holds(point, 1e-3 * a.0);
                     let ln = |v: Vec3| v.max(Vec3::splat(0.01)).map(f32::ln);
                     albedo[i] = (ln(a.1) - ln(b.1)).abs().element_sum() / 3.0;
                 }
@@ -314,11 +339,14 @@ impl Bench {
             }
         }
         if !case.fault.is_texture() {
-            return depth;
+            return Truth { alike: vec![false; w * h], wrong: depth };
         }
         // a texture is wrong over an area, not only where two texels differ
-        (0..w * h)
+        let wrong: Vec<bool> = (0..w * h)
             .map(|i| {
+                if !planted[i] {
+                    return false;
+                }
                 let (x, y) = ((i % w) as isize, (i / w) as isize);
                 let (mut sum, mut count) = (0.0, 0.0);
                 for dy in -3..=3 {
@@ -332,7 +360,9 @@ impl Bench {
                 }
                 sum / count > 0.06
             })
-            .collect()
+            .collect();
+        let alike = (0..w * h).map(|i| planted[i] && !wrong[i]).collect();
+        Truth { wrong, alike }
     }
 
     /// Places on flat, textured surfaces that two probes see, and what to plant there.
@@ -474,20 +504,22 @@ impl Bench {
 }
 
 /// Fills a row's figures about regions.
-fn regions(row: &mut Row, case: &Case, truth: &[bool], size: usize, judged: &[Judged]) {
-    let sure: Vec<&Judged> = judged.iter().filter(|j| j.reason == Reason::None).collect();
-    let inside = |j: &Judged| j.pixels().iter().filter(|i| truth[**i]).count() * 2 >= j.pixels().len();
-    // a fault that came out in several pieces is found if the pieces together cover it
-    let pieces: Vec<usize> = sure.iter().filter(|j| inside(j)).flat_map(|j| j.pixels().iter().copied()).collect();
-    let one = sure
+fn regions(row: &mut Row, case: &Case, truth: &[bool], alike: &[bool], judged: &[Judged]) {
+    let size = truth.iter().filter(|t| **t).count();
+    let sure: Vec<(&Judged, Vec<usize>)> = judged
         .iter()
-        .copied()
-        .max_by(|a, b| overlap(a.pixels(), truth, size).total_cmp(&overlap(b.pixels(), truth, size)));
-    let best = one.map_or(0.0, |j| overlap(j.pixels(), truth, size));
+        .filter(|j| j.reason == Reason::None)
+        .map(|j| (j, j.pixels().iter().copied().filter(|i| !alike[*i]).collect()))
+        .collect();
+    let inside = |pixels: &[usize]| pixels.iter().filter(|i| truth[**i]).count() * 2 >= pixels.len();
+    // a fault that came out in several pieces is found if the pieces together cover it
+    let pieces: Vec<usize> = sure.iter().filter(|j| inside(&j.1)).flat_map(|j| j.1.iter().copied()).collect();
+    let one = sure.iter().max_by(|a, b| overlap(&a.1, truth, size).total_cmp(&overlap(&b.1, truth, size))).map(|j| j.0);
+    let best = sure.iter().map(|j| overlap(&j.1, truth, size)).fold(0.0, f64::max);
     let found = best.max(overlap(&pieces, truth, size)) >= 0.3;
+    row.false_regions = sure.iter().filter(|j| !inside(&j.1) && overlap(&j.1, truth, size) < 0.3).count();
     row.found = usize::from(found);
     row.missed = usize::from(!found);
-    row.false_regions = sure.iter().filter(|j| !inside(j) && overlap(j.pixels(), truth, size) < 0.3).count();
     if let (true, Some(j)) = (found, one) {
         let kind = if case.fault.is_texture() { Kind::Texture } else { Kind::Geometry };
         row.kind_right = usize::from(j.kind == kind);

@@ -72,6 +72,12 @@ pub struct Place {
 }
 
 impl Place {
+    /// Whether a point lies in the box, but for `slack` metres.
+    pub fn holds(&self, point: Vec3, slack: f32) -> bool {
+        let [u, v, n] = self.axes().map(|a| a.dot(point - self.middle).abs());
+        u.max(v) <= self.half + slack && n <= self.depth + slack
+    }
+
     fn axes(&self) -> [Vec3; 3] {
         let up = if self.normal.z.abs() > 0.9 { Vec3::Y } else { Vec3::Z };
         let u = up.cross(self.normal).normalize();

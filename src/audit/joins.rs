@@ -34,6 +34,46 @@ impl Joins {
         Self::new(width, height, |_, _| true)
     }
 
+    /// Whether two neighbours, given by their indices, are joined.
+    pub(super) fn joined(&self, i: usize, j: usize) -> bool {
+        let (low, high) = (i.min(j), i.max(j));
+        match high - low {
+            d if d == self.width => self.down[low],
+            1 => self.right[low],
+            _ => false,
+        }
+    }
+
+    /// A number for each pixel, the same for all that joins connect, from 0 in the order of their first pixel.
+    pub(super) fn labels(&self) -> Vec<u32> {
+        let n = self.width * self.height;
+        let mut labels = vec![u32::MAX; n];
+        let (mut next, mut stack) = (0, Vec::new());
+        for start in 0..n {
+            if labels[start] != u32::MAX {
+                continue;
+            }
+            labels[start] = next;
+            stack.push(start);
+            while let Some(i) = stack.pop() {
+                let around = [
+                    (self.right[i], i + 1),
+                    (self.down[i], i + self.width),
+                    (i % self.width > 0 && self.right[i.saturating_sub(1)], i.saturating_sub(1)),
+                    (i >= self.width && self.down[i.saturating_sub(self.width)], i.saturating_sub(self.width)),
+                ];
+                for (joined, j) in around {
+                    if joined && labels[j] == u32::MAX {
+                        labels[j] = next;
+                        stack.push(j);
+                    }
+                }
+            }
+            next += 1;
+        }
+        labels
+    }
+
     /// Smooths in place with a kernel of standard deviation `sigma` pixels; sums over a joined region are kept about.
     pub(super) fn smooth(&self, plane: &mut [f32], sigma: f32) {
         if sigma <= 0.0 {

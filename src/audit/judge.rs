@@ -4,10 +4,10 @@ use glam::Vec3;
 
 use super::explain::explain;
 use super::geometry::{HERE, SWEEP_M};
-use super::regions::{Region, closed, components, dilated, opened, surface_shares};
-use super::scores::{COLOUR, PIXELS_OFF, SHADING, Scores};
+use super::regions::{Region, closed, components, dilated, opened};
+use super::scores::{COLOUR, LOW, PIXELS_OFF, SHADING, Scores};
 use super::surfaces::NONE;
-use super::texture::BLACK;
+use super::texture::{BLACK, odds_of};
 use super::view::{Maps, Prepared};
 use super::{Displacement, Evidence, Kind, Reason, Verdict, What};
 use crate::scene::Ray;
@@ -16,8 +16,6 @@ use crate::scene::Ray;
 pub(super) const SENSITIVITY: f32 = 120.0;
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(super) const WHITE: f32 = 8.0;
-/// A neighbour of a marked pixel is marked from this share of the threshold on.
-const LOW: f32 = 0.75;
 /// Regions smaller than this share of the picture are left out.
 const LEAST_SHARE: f64 = 6e-4;
 /// Nor are fewer pixels than this a region.
@@ -26,11 +24,16 @@ const LEAST_PX: usize = 30;
 /// A displacement of a region of so many pixels is told although it explains less of the difference.
 const LARGE_PX: usize = 1000;
 
-/// Where one probe alone speaks, the texture test bears it out from so many pixels on.
-const SINGLE_PX: usize = 200;
-
-/// Fewer pixels are too few to tell that a texture's structure is another.
-const STRUCTURE_PX: usize = 400;
+/// Odds from which on a region's structure is another than the model's.
+const REGION_ODDS: f32 = 6.0;
+/// A colour's strength: its mean ΔE00 times the root of its area over this share of the picture. The light that surfaces
+/// throw on each other is known coarsely, and errors of its colour are strong only where they are small.
+const COLOUR_SHARE: f32 = 6e-3;
+const COLOUR_STRENGTH: f32 = 12.0;
+/// Less is a doubt only with this ΔE00.
+const COLOUR_DOUBT: f32 = 9.0;
+/// Odds below which a pixel's structure bears the model out.
+const BORNE_OUT: f32 = -1.0;
 
 /// A region that both tests have had their say on.
 pub struct Judged {
@@ -69,7 +72,7 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
     let high = opened(&high, w, h, 2);
     let low = closed(&opened(&low, w, h, 1), w, h, 2);
     let s = &maps.surfaces;
-    let shares = surface_shares(&s.paint, &low);
+    let shares = scores.pieces.shares(&low);
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     for region in components(&low, &high, w, least, same) {
         if let Some(j) = judge_one(prepared, maps, scores, &shares, region) {
@@ -179,22 +182,24 @@ fn judge_one(
     let swept = sweep(maps, &region);
     let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
+    // a part that is large enough speaks for all of it
+    let able = swept.able >= 0.3 || swept.able * n >= 5.0 * least(maps) as f32;
+    let (odds, slope) = odds_of(&maps.texture, maps.surfaces.width, &region.pixels);
+    let structural = odds >= REGION_ODDS && slope < 0.5;
     let marked = share(&|i| scores.geometry[i] >= LOW);
     let textured = share(&|i| scores.texture[i] >= LOW);
-    // the photograph contradicts the model's picture, too: that is no probe's fault
-    let borne_out = t >= 1.0 && textured >= 0.5 && region.pixels.len() >= SINGLE_PX;
     let several = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n >= 1.5;
     // one probe alone may be at fault itself, unless the other test bears it out or a displacement explains all
     let explained = if several {
         explains > if region.pixels.len() >= LARGE_PX { 0.6 } else { 1.0 }
     } else {
-        (explains > 1.5 && borne_out) || explains > 3.0
+        (explains > 1.5 && structural) || explains > 3.0
     };
-    let moved = swept.able > 0.3 && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF;
+    let moved = able && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF;
     let bridged = share(&|i| maps.bridged[i] >= 1.0) > 0.4;
     // the probes agree with the photograph on a surface whose picture alone is wrong
     let torn = textured >= 0.25 && swept.here > 1.7;
-    let wrong = swept.able > 0.3 && (torn || (marked > 0.3 && swept.here > 3.5 && t > 0.5));
+    let wrong = able && (torn || (marked > 0.3 && swept.here > 3.5 && t > 0.5));
     let mut evidence = vec![
         Evidence {
             test: "geometry mismatch".into(),
@@ -245,7 +250,8 @@ fn judge_one(
         });
         let reason = match swept.twin {
             Some(_) if moved && swept.here < 2.5 => Reason::Periodic,
-            _ if moved || gone || several || borne_out => Reason::None,
+            // a picture that is not the model's, either, cannot be the probe's fault
+            _ if moved || gone || several || structural => Reason::None,
             _ => Reason::ProbesDisagree,
         };
         let strength = f64::from(g.max(swept.here / 2.5).max(t));
@@ -274,21 +280,40 @@ fn judge_one(
     evidence.push(Evidence {
         test: "colour difference".into(),
         value: f64::from(upper(&maps.texture.colour)),
-        threshold: f64::from(COLOUR),
+        threshold: f64::from(COLOUR_STRENGTH / (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt()),
         unit: "ΔE00".into(),
     });
     let unseen = share(&|i| maps.geometry.seen[i] == 0) > 0.5;
-    let coloured = share(&|i| scores.colour[i] >= 1.0);
+    let foreign = share(&|i| scores.foreign[i] >= 1.0) >= 0.3;
+    let tinted = share(&|i| scores.colour[i] >= 1.0) >= 0.3;
+    let seen = region.pixels.iter().filter(|i| maps.texture.tested[**i]);
+    let (sum, tested) = seen.fold((0.0, 0.0f32), |(s, n), i| (s + maps.texture.colour[*i], n + 1.0));
+    let mean = sum / tested.max(1.0);
+    let strength = mean * (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
+    // where structure says nothing, coding or darkness may have spoilt colour, too
+    let told = structural || odds <= -REGION_ODDS || explained.as_is > 0.6;
+    let coloured = tinted && strength >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
-    // a correlation over few pixels is chance, and a shadow hides a texture that is there
-    let large = region.pixels.len() >= STRUCTURE_PX.max(least(maps) * 3);
-    let structural = large && (found || explained.as_is < 0.25);
-    let reason = match swept.able {
-        _ if coloured < 0.3 && !structural => Reason::Undecided,
+    // a surface that is off its place would not show the model's structure in another colour
+    let recoloured = coloured && (explained.as_is > 0.6 || odds <= -REGION_ODDS);
+    if !coloured && !foreign && !structural && odds < 0.5 * REGION_ODDS && mean < COLOUR_DOUBT {
+        return None;
+    }
+    evidence.push(Evidence {
+        test: "odds of another structure".into(),
+        value: f64::from(odds),
+        threshold: f64::from(REGION_ODDS),
+        unit: "logarithm".into(),
+    });
+    let reason = if !coloured && !foreign && !structural {
+        Reason::Undecided
+    } else if able || recoloured || (found && structural) {
         // a texture that fits when turned is a texture's fault, wherever the surface may be
-        a if a >= 0.3 || (found && large) => Reason::None,
-        _ if unseen => Reason::Unseen,
-        _ => Reason::NoParallax,
+        Reason::None
+    } else if unseen {
+        Reason::Unseen
+    } else {
+        Reason::NoParallax
     };
     Some(Judged {
         score: confidence(f64::from(t), n),
@@ -369,7 +394,7 @@ pub(super) fn verdicts(maps: &Maps, judged: &[Judged]) -> (Vec<Verdict>, Vec<Rea
             Reason::BlackAlbedo
         } else if !t.tested[i] {
             Reason::Grazing
-        } else if g.sensitivity[i] < SENSITIVITY {
+        } else if g.sensitivity[i] < SENSITIVITY || (t.structured[i] && t.odds[i] > BORNE_OUT) {
             Reason::NoTexture
         } else {
             Reason::None

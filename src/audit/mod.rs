@@ -5,6 +5,7 @@
 //! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around.
 
 mod align;
+mod bins;
 mod colour;
 mod error;
 mod explain;
@@ -13,6 +14,7 @@ mod findings;
 mod geometry;
 mod joins;
 mod judge;
+mod mapping;
 mod photo;
 mod probe_view;
 mod radiometry;

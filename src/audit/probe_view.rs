@@ -11,6 +11,9 @@ use crate::site::Probe;
 /// Radiance below this share of a probe's mean counts as this much: the logarithm must not run away.
 const DARKEST: f32 = 1e-4;
 
+/// A pixel counts as at least this share of its height wide.
+const NARROWEST: f32 = 0.05;
+
 /// A probe's picture and what the model has in front of it.
 pub(super) struct ProbeView {
     pub(super) name: String,
@@ -78,6 +81,18 @@ impl ProbeView {
     /// Angle of a pixel, radians.
     pub(super) fn pixel_angle(&self) -> f32 {
         PI / self.levels[0].height as f32
+    }
+
+    /// Along which directions a pixel around this unit direction is wide and high, as lengths of its height: rows near a
+    /// pole have narrow pixels.
+    pub(super) fn pixel_sides(&self, direction: Vec3) -> (Vec3, Vec3) {
+        let across = (self.to_probe.transpose() * Vec3::Z).cross(direction);
+        let sin = across.length();
+        if sin < NARROWEST {
+            let (right, up) = direction.any_orthonormal_pair();
+            return (right * NARROWEST, up);
+        }
+        (across, direction.cross(across) / sin)
     }
 
     /// Logarithm of the radiance that came from a point, averaged over 2ˡ pixels; NaN where the picture shows none.

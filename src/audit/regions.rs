@@ -85,27 +85,28 @@ pub(super) fn components(
     regions
 }
 
-/// The whole joined surfaces that cover most of themselves with a mask: for each pixel the size of its surface in the
-/// picture and how much of it the mask covers.
-pub(super) fn surface_shares(joins: &Joins, mask: &[bool]) -> Vec<(u32, u32)> {
-    let (w, n) = (joins.width, mask.len());
-    let all = vec![true; n];
-    let connected = |i: usize, j: usize| {
-        let (low, high) = (i.min(j), i.max(j));
-        match high - low {
-            1 => joins.right[low],
-            d if d == w => joins.down[low],
-            _ => false,
-        }
-    };
-    let mut shares = vec![(0, 0); n];
-    for region in components(&all, &all, w, 1, connected) {
-        let covered = region.pixels.iter().filter(|i| mask[**i]).count() as u32;
-        for &i in &region.pixels {
-            shares[i] = (region.pixels.len() as u32, covered);
-        }
+/// The pieces of a picture that joins connect.
+pub(super) struct Pieces {
+    /// The piece that each pixel is in.
+    pub(super) of: Vec<u32>,
+    /// Per piece, its pixels in order.
+    pub(super) pixels: Vec<Vec<usize>>,
+}
+
+impl Pieces {
+    pub(super) fn new(joins: &Joins) -> Self {
+        let of = joins.labels();
+        let mut pixels = vec![Vec::new(); of.iter().max().map_or(0, |m| *m as usize + 1)];
+        of.iter().enumerate().for_each(|(i, k)| pixels[*k as usize].push(i));
+        Self { of, pixels }
     }
-    shares
+
+    /// For each pixel the size of its piece and how much of it a mask covers.
+    pub(super) fn shares(&self, mask: &[bool]) -> Vec<(u32, u32)> {
+        let of_piece: Vec<(u32, u32)> =
+            self.pixels.iter().map(|p| (p.len() as u32, p.iter().filter(|i| mask[**i]).count() as u32)).collect();
+        self.of.iter().map(|k| of_piece[*k as usize]).collect()
+    }
 }
 
 #[cfg(test)]
@@ -143,7 +144,7 @@ mod tests {
     #[test]
     fn a_surface_knows_how_much_of_it_is_covered() {
         let joins = Joins::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
-        let shares = surface_shares(&joins, &mask(&["#...", "...."]));
+        let shares = Pieces::new(&joins).shares(&mask(&["#...", "...."]));
         assert_eq!((shares[0], shares[7]), ((4, 1), (4, 0)));
     }
 }

@@ -1,13 +1,15 @@
 //! How much each test suspects each pixel.
 
+use super::bins::{BINS, Bins};
 use super::geometry::SWEEP_M;
+use super::regions::Pieces;
+use super::texture::{Texture, odds_of};
 use super::view::Maps;
 
 /// Above these a pixel is marked. Each is some way above the greatest value that faultless models give but for a few
 /// pixels at edges, which are too thin to become regions.
-pub(super) const LACKING: f32 = 0.6;
-pub(super) const SURETY: f32 = 2.2;
-pub(super) const COLOUR: f32 = 9.0;
+pub(super) const ODDS: f32 = 3.0;
+pub(super) const COLOUR: f32 = 6.5;
 pub(super) const FOREIGN: f32 = 0.16;
 pub(super) const MISMATCH: f32 = 5.0;
 pub(super) const PIXELS_OFF: f32 = 0.7;
@@ -16,17 +18,34 @@ pub(super) const GAIN: f32 = 250.0;
 pub(super) const RATIO: f32 = 1.5;
 /// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
 const NOISE: f32 = 5.0;
+/// The same for colour that is not smooth, over three quarters of the picture: coding leaves much of it in few places.
+const FOREIGN_NOISE: f32 = 4.0;
+/// A difference of colour that bears out what the geometry test marks, ΔE00.
+const STRONG_COLOUR: f32 = 12.0;
 /// Logarithm of brightness over the smooth prediction that is no error of the prediction.
 const BRIGHTNESS: f32 = 0.4;
 /// Brightness that the albedo does not have, from which on it may be a shadow.
 pub(super) const SHADING: f32 = 0.25;
+/// A piece of a texture is wrong as a whole from these odds on, with less than half of its structure there, if half of
+/// what has structure is marked …
+const PIECE_ODDS: f32 = 8.0;
+const STRUCTURED_SHARE: f32 = 0.5;
+/// … or if this share of all of it is marked.
+const MARKED_SHARE: f32 = 0.6;
+/// Fewer tested pixels tell nothing of a piece.
+const PIECE_PX: usize = 60;
+/// A pixel counts as marked from this share of the threshold on.
+pub(super) const LOW: f32 = 0.75;
 
 /// Scores per pixel; 1 is the threshold.
 pub(super) struct Scores {
     pub(super) texture: Vec<f32>,
     pub(super) geometry: Vec<f32>,
-    /// The part of the texture's score that is colour, and not structure.
+    /// The parts of the texture's score that are colour, and not structure: smooth, and not smooth.
     pub(super) colour: Vec<f32>,
+    pub(super) foreign: Vec<f32>,
+    /// What is mapped in one piece.
+    pub(super) pieces: Pieces,
 }
 
 impl Scores {
@@ -34,42 +53,44 @@ impl Scores {
         let (t, g) = (&maps.texture, &maps.geometry);
         let n = t.tested.len();
         // what most of the picture has at a brightness is the picture's noise there, and not the model's fault
-        let bins = bins(maps);
-        let level = |values: &[f32], counts: &dyn Fn(usize) -> bool| usual(values, &bins, counts);
+        let bins = Bins::new(&maps.log_photo);
+        let level = |values: &[f32], counts: &dyn Fn(usize) -> bool| bins.quantile(values, 0.5, counts);
         let tested = |i: usize| t.tested[i];
         let able = |i: usize| g.able[i] > 0;
-        let (colour, foreign) = (level(&t.colour, &tested), level(&t.foreign, &tested));
+        let over = |values: &[f32], least: f32, times: f32, usual: [f32; BINS]| -> Vec<f32> {
+            let of = |i: usize| values[i] / least.max(times * usual[bins.of[i]]);
+            (0..n).map(|i| if t.tested[i] { of(i) } else { 0.0 }).collect()
+        };
+        let colour = over(&t.colour, COLOUR, NOISE, level(&t.colour, &tested));
+        let foreign = over(&t.foreign, FOREIGN, FOREIGN_NOISE, bins.quantile(&t.foreign, 0.75, tested));
         let shading = level(&t.shading, &tested);
-        let lacking = level(&t.lacking, &|i| t.tested[i] && t.structured[i]);
         let mismatch = level(&g.mismatch, &able);
-        let colour: Vec<f32> = (0..n)
-            .map(|i| {
-                if !t.tested[i] {
-                    return 0.0;
-                }
-                let colour = t.colour[i] / COLOUR.max(NOISE * colour[bins[i]]);
-                colour.max(t.foreign[i] / FOREIGN.max(NOISE * foreign[bins[i]]))
-            })
-            .collect();
-        let structure = |i: usize| (t.lacking[i] / LACKING.max(lacking[bins[i]] + 0.45)).min(t.surety[i] / SURETY);
-        let texture: Vec<f32> = (0..n).map(|i| if t.tested[i] { colour[i].max(structure(i)) } else { 0.0 }).collect();
+        let structure = |i: usize| if t.tested[i] { t.odds[i] / ODDS } else { 0.0 };
+        let mut texture: Vec<f32> = (0..n).map(|i| colour[i].max(foreign[i]).max(structure(i))).collect();
         let geometry = (0..n)
             .map(|i| {
                 let bridged = maps.bridged[i];
                 if g.able[i] == 0 {
                     return bridged;
                 }
-                let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins[i]]);
+                let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins.of[i]]);
                 // a probe that differs where the photograph is as the model predicts has another fault
                 let shaded =
-                    (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins[i]])).max(t.brightness[i] / BRIGHTNESS);
-                let borne_out = if t.tested[i] { texture[i].max(shaded) } else { 1.0 };
+                    (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins.of[i]])).max(t.brightness[i] / BRIGHTNESS);
+                let other = (colour[i] * COLOUR / STRONG_COLOUR).max(foreign[i]).max(structure(i));
+                let borne_out = if t.tested[i] { other.max(shaded) } else { 1.0 };
                 let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
                 let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
                 wrong.min(borne_out).max(moved).max(bridged)
             })
             .collect();
-        Self { texture, geometry, colour }
+        let pieces = Pieces::new(&maps.surfaces.paint);
+        for piece in &pieces.pixels {
+            if let Some(score) = whole(t, &texture, maps.surfaces.width, piece) {
+                piece.iter().for_each(|&i| texture[i] = texture[i].max(score));
+            }
+        }
+        Self { texture, geometry, colour, foreign, pieces }
     }
 
     /// The greater of both, to rank pixels by.
@@ -78,22 +99,20 @@ impl Scores {
     }
 }
 
-/// Bins of brightness.
-const BINS: usize = 8;
-
-/// Which eighth of the picture, by brightness, each pixel is in.
-fn bins(maps: &Maps) -> Vec<usize> {
-    let bright: Vec<f32> = maps.log_photo.iter().map(|p| p.element_sum()).collect();
-    let mut sorted: Vec<f32> = bright.iter().copied().filter(|b| b.is_finite()).collect();
-    sorted.sort_unstable_by(f32::total_cmp);
-    let limits: Vec<f32> = (1..BINS).filter_map(|k| sorted.get(k * sorted.len() / BINS).copied()).collect();
-    bright.iter().map(|b| limits.partition_point(|l| l < b)).collect()
-}
-
-/// The median of values per bin.
-fn usual(values: &[f32], bins: &[usize], counts: &dyn Fn(usize) -> bool) -> [f32; BINS] {
-    std::array::from_fn(|bin| {
-        let mut all: Vec<f32> = (0..values.len()).filter(|&i| bins[i] == bin && counts(i)).map(|i| values[i]).collect();
-        super::median(&mut all)
-    })
+/// The score that all of a piece of texture deserves, if it is wrong as a whole.
+fn whole(t: &Texture, scores: &[f32], width: usize, piece: &[usize]) -> Option<f32> {
+    let tested: Vec<usize> = piece.iter().copied().filter(|i| t.tested[*i]).collect();
+    if tested.len() < PIECE_PX {
+        return None;
+    }
+    let marked: Vec<f32> = tested.iter().map(|i| scores[*i]).filter(|s| *s >= LOW).collect();
+    let structured = tested.iter().filter(|i| t.structured[**i]).count();
+    let wrong = tested.iter().filter(|i| t.structured[**i] && scores[**i] >= LOW).count();
+    let share = |a: usize, b: usize| a as f32 / b.max(1) as f32;
+    let as_one = share(marked.len(), tested.len()) >= MARKED_SHARE || {
+        let half = share(wrong, structured) >= STRUCTURED_SHARE && 4 * structured >= tested.len();
+        let (odds, slope) = if half { odds_of(t, width, piece) } else { (0.0, 1.0) };
+        odds >= PIECE_ODDS && slope < 0.5
+    };
+    as_one.then(|| (marked.iter().sum::<f32>() / marked.len().max(1) as f32).max(1.0))
 }

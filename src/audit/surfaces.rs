@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Joins;
+use super::mapping::{Mapped, cut, runs_on};
 use crate::render::PrimaryRays;
 use crate::scene::{Ray, Scene};
 use crate::site::{Camera, Lens};
@@ -41,7 +42,7 @@ pub(super) struct Surfaces {
     pub(super) material: Vec<u32>,
     /// Which neighbours lie on one smooth surface, whatever its material.
     pub(super) shape: Joins,
-    /// Which neighbours lie on one smooth surface of one material.
+    /// Which neighbours lie on one smooth surface of one material, mapped in one piece.
     pub(super) paint: Joins,
 }
 
@@ -95,7 +96,14 @@ impl Surfaces {
             paint: Joins::open(1, 1),
         };
         this.shape = Joins::new(width, height, |i, j| this.one_surface(i, j));
-        this.paint = Joins::new(width, height, |i, j| this.material[i] == this.material[j] && this.one_surface(i, j));
+        let painted = Joins::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
+        let textured =
+            |i: usize| this.triangle[i] != NONE && scene.materials[this.material[i] as usize].texture.is_some();
+        let mapped = |i: usize| {
+            let uv = if textured(i) { scene.mesh.uv(this.triangle[i], this.barycentric[i]) } else { None };
+            Mapped { triangle: this.triangle[i], position: this.position[i], uv }
+        };
+        this.paint = cut(&painted, |i, j| runs_on(&scene.mesh, mapped(i), mapped(j)));
         this
     }
 

@@ -6,6 +6,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::bins::Bins;
 use super::surfaces::{NONE, Surfaces};
 use super::{Joins, median};
 use crate::panorama::luminance;
@@ -19,24 +20,46 @@ pub(super) const BLACK: f32 = 0.015;
 /// Every how many pixels along each side irradiance is gathered.
 const STRIDE: usize = 4;
 
-/// Standard deviations, in pixels, of a difference of Gaussians' inner and outer blur and of the window it is compared
-/// over.
-const SCALES: [[f32; 3]; 3] = [[0.7, 3.0, 6.0], [1.5, 6.0, 9.0], [3.0, 12.0, 14.0]];
+/// Structure is what a blur of this standard deviation takes away, pixels, compared over a window of the second.
+const BAND: f32 = 3.0;
+const WINDOW: f32 = 5.0;
+
+/// Structure is alike over some three or four pixels each way: so many tell as much as one.
+const ALIKE_PX: f32 = 12.0;
+
+/// A photograph that shows less than this share of the albedo's contrast all over is too soft to be compared.
+const SOFTEST: f32 = 0.3;
+
+/// With less than this share of the energy expected there is nothing to compare.
+const FAINT: f32 = 0.25;
+
+/// Relative brightness that photograph and albedo may always differ by.
+const FLOOR: f32 = 0.02;
 
 /// Colours are compared over windows of this standard deviation, pixels.
 const COLOUR_WINDOW: f32 = 4.0;
 
-/// Contrast of the albedo (standard deviation of its logarithm within a scale) that is enough to compare structure.
-const LEAST_CONTRAST: f32 = 0.03;
+/// Contrast of the albedo (standard deviation of its logarithm within the band) that is enough to compare structure.
+const LEAST_CONTRAST: f32 = 0.02;
+
+/// Pixels that a texture may be off its place without being wrong.
+const SLACK_PX: isize = 1;
+
+/// What structure says is limited to this, so that no few pixels outvote all others.
+const MOST_ODDS: f32 = 40.0;
 
 /// What the texture test says of each pixel.
 pub(super) struct Texture {
     /// What the albedo would have to be multiplied by, as a logarithm, with exposure and white balance taken out.
     pub(super) ratio: Vec<Vec3>,
-    /// How much of the albedo's structure the photograph lacks at the scale that agrees best: 0 all there, 1 nothing.
-    pub(super) lacking: Vec<f32>,
-    /// How sure that is: (1 − slope) over its standard error.
-    pub(super) surety: Vec<f32>,
+    /// Logarithm of the odds that the photograph shows none of the albedo's structure and not all of it, over a window:
+    /// above 0 the structure is wrong, below it is right.
+    pub(super) odds: Vec<f32>,
+    /// Structure of the photograph and of the albedo: logarithms of brightness without what is smooth.
+    pub(super) bands: [Vec<f32>; 2],
+    /// What a right texture has at the pixel's brightness: how much of the albedo's structure, and the variance of what
+    /// does not follow it.
+    pub(super) usual: Vec<[f32; 2]>,
     /// ΔE00 between the model's albedo and what the photograph says it is, brightness apart, over a window.
     pub(super) colour: Vec<f32>,
     /// Standard deviation over a window of the colour (not brightness) that the albedo does not have.
@@ -121,7 +144,7 @@ pub(super) fn test(
         *r = if *t { *r - middle } else { Vec3::ZERO };
     }
     let white_balance = colour_difference(Vec3::splat(0.3), middle.x - middle.y, middle.z - middle.y);
-    let (lacking, surety, structured) = structure(joins, &weight, log_photo, albedo);
+    let Structure { bands, odds, structured, usual } = structure(joins, &weight, log_photo, albedo);
     let chroma: [Vec<f32>; 2] = [0, 2].map(|c| ratio.iter().map(|r| r[c] - r.y).collect());
     let means = [0, 1].map(|c| joins.mean(&chroma[c], &weight, COLOUR_WINDOW));
     let colour = (0..n)
@@ -132,69 +155,119 @@ pub(super) fn test(
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let shading = deviation(joins, &bright, &weight);
     let brightness = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
-    Texture { ratio, lacking, surety, colour, foreign, shading, brightness, white_balance, tested, structured }
+    Texture { ratio, odds, bands, usual, colour, foreign, shading, brightness, white_balance, tested, structured }
 }
 
-/// How far the photograph follows the albedo's structure.
-///
-/// At each scale the photograph's contrast a is regressed on the albedo's b over a window: a = βb + rest. A right
-/// texture has β = 1, whatever shadows fall on it, since these do not follow the albedo; a wrong one has β ≈ 0.
-fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> (Vec<f32>, Vec<f32>, Vec<bool>) {
+struct Structure {
+    bands: [Vec<f32>; 2],
+    odds: Vec<f32>,
+    structured: Vec<bool>,
+    usual: Vec<[f32; 2]>,
+}
+
+/// How far the photograph follows the albedo's structure, over windows.
+fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> Structure {
     let n = weight.len();
     let log = |p: Vec3| luminance(p).max(1e-6).ln();
-    let a: Vec<f32> =
-        photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p.map(f32::exp)) } else { 0.0 }).collect();
-    let b: Vec<f32> = albedo.iter().map(|p| log(*p)).collect();
-    let scales: Vec<[Vec<f32>; 4]> = SCALES
-        .par_iter()
-        .map(|&[inner, outer, window]| {
-            let band = |v: &[f32]| -> Vec<f32> {
-                let (fine, coarse) = (joins.mean(v, weight, inner), joins.mean(v, weight, outer));
-                fine.iter().zip(&coarse).map(|(f, c)| f - c).collect()
-            };
-            let (a, b) = (band(&a), band(&b));
-            let smoothed = joins.smoothed(weight, window);
-            let mean = |f: &dyn Fn(usize) -> f32| {
-                let values: Vec<f32> = (0..n).map(f).collect();
-                joins.mean_with(&values, weight, &smoothed, window)
-            };
-            let (aa, bb, ab) = (mean(&|i| a[i] * a[i]), mean(&|i| b[i] * b[i]), mean(&|i| a[i] * b[i]));
-            // independent places in the window: its area over that of the inner blur's correlation
-            let places = smoothed.iter().map(|s| s * (window / (inner + 1.0)).powi(2) * 2.0);
-            let floor = 0.25 * LEAST_CONTRAST * LEAST_CONTRAST;
-            let slope: Vec<f32> = (0..n).map(|i| (ab[i] + floor) / (bb[i] + floor)).collect();
-            let error: Vec<f32> = places
-                .enumerate()
-                .map(|(i, places)| {
-                    let rest = (aa[i] - 2.0 * slope[i] * ab[i] + slope[i] * slope[i] * bb[i]).max(0.0);
-                    ((rest + floor) / ((bb[i] + floor) * (places - 1.0).max(0.3))).sqrt()
-                })
-                .collect();
-            [slope, error, bb, aa]
+    let band = |v: Vec<f32>| -> Vec<f32> {
+        let smooth = joins.mean(&v, weight, BAND);
+        (0..n).map(|i| if weight[i] > 0.0 { v[i] - smooth[i] } else { 0.0 }).collect()
+    };
+    let a = band(photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p.map(f32::exp)) } else { 0.0 }).collect());
+    let b = band(albedo.iter().map(|p| log(*p)).collect());
+    let smoothed = joins.smoothed(weight, WINDOW);
+    let mean = |f: &dyn Fn(usize) -> f32| {
+        let values: Vec<f32> = (0..n).map(f).collect();
+        joins.mean_with(&values, weight, &smoothed, WINDOW)
+    };
+    let sums: Vec<Sums> = {
+        let (aa, bb, ab) = (mean(&|i| a[i] * a[i]), mean(&|i| b[i] * b[i]), mean(&|i| a[i] * b[i]));
+        (0..n).map(|i| Sums { aa: aa[i], bb: bb[i], ab: ab[i] }).collect()
+    };
+    let structured: Vec<bool> =
+        (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > LEAST_CONTRAST * LEAST_CONTRAST).collect();
+    // what the picture shows of its texture, and what besides, is what a right texture has; a wrong floor may fill more
+    // than half of it, so that a quarter must do
+    let bins = Bins::new(photo);
+    let slope: Vec<f32> = sums.iter().map(Sums::slope).collect();
+    let rest: Vec<f32> = sums.iter().map(Sums::rest).collect();
+    let slope = bins.quantile(&slope, 0.75, |i| structured[i]).map(|s| s.clamp(SOFTEST, 1.0));
+    let rest = bins.quantile(&rest, 0.75, |i| structured[i]);
+    let usual: Vec<[f32; 2]> = bins.of.iter().map(|k| [slope[*k], rest[*k]]).collect();
+    // a piece smaller than the window tells no more than its pixels
+    let window_px = 4.0 * std::f32::consts::PI * WINDOW * WINDOW;
+    let pieces = joins.labels();
+    let mut in_piece = vec![0.0f32; n];
+    pieces.iter().zip(weight).for_each(|(p, w)| in_piece[*p as usize] += w);
+    let odds = (0..n)
+        .map(|i| {
+            let pixels = (smoothed[i].min(1.0) * window_px).min(in_piece[pieces[i] as usize]);
+            if weight[i] > 0.0 { sums[i].log_odds(usual[i], pixels) } else { 0.0 }
         })
         .collect();
-    let mut lacking = vec![0.0; n];
-    let mut surety = vec![0.0; n];
-    let mut structured = vec![false; n];
-    for i in 0..n {
-        // the scale that speaks best for the texture
-        let mut best: Option<(f32, f32)> = None;
-        for [slope, error, bb, aa] in &scales {
-            // a photograph that shows no structure at all is blurred, dark or coarsely coded
-            if bb[i] < LEAST_CONTRAST * LEAST_CONTRAST || aa[i] < 0.25 * bb[i] || weight[i] == 0.0 {
-                continue;
+    Structure { bands: [a, b], odds, structured, usual }
+}
+
+/// Mean squares and product of the photograph's structure a and the albedo's b.
+struct Sums {
+    aa: f32,
+    bb: f32,
+    ab: f32,
+}
+
+impl Sums {
+    fn slope(&self) -> f32 {
+        self.ab / self.bb.max(1e-12)
+    }
+
+    fn rest(&self) -> f32 {
+        (self.aa - self.ab * self.slope()).max(0.0)
+    }
+
+    /// Logarithm of the odds of “nothing of the albedo's structure is in the photograph” against “as much as usual”.
+    ///
+    /// Under a = βb + rest with a Gaussian rest of variance v, the hypotheses β = 0 and β = s differ by
+    /// m(s²⟨b²⟩ − 2s⟨ab⟩) / 2v over m independent pixels. Shadows, whose edges do not follow the albedo, only add to the
+    /// rest: they make the odds less, but do not turn them. A photograph with much less structure than expected is
+    /// blurred, dark or coarsely coded there, and speaks for nothing.
+    fn log_odds(&self, [slope, rest]: [f32; 2], pixels: f32) -> f32 {
+        let expected = slope * slope * self.bb;
+        let variance = self.rest() + rest + FLOOR * FLOOR;
+        let odds = pixels / ALIKE_PX * (expected - 2.0 * slope * self.ab) / (2.0 * variance);
+        let odds = if self.aa < FAINT * expected { odds.min(0.0) } else { odds };
+        odds.clamp(-MOST_ODDS, MOST_ODDS)
+    }
+}
+
+/// The same over a set of pixels, for the place within a pixel's slack where the photograph agrees best, and how much
+/// of the albedo's structure is there then (1: as much as usual).
+pub(super) fn odds_of(texture: &Texture, width: usize, pixels: &[usize]) -> (f32, f32) {
+    let [a, b] = &texture.bands;
+    let n = a.len();
+    let all: Vec<usize> = pixels.iter().copied().filter(|i| texture.tested[*i]).collect();
+    let mut best: Option<(f32, f32)> = None;
+    for dy in -SLACK_PX..=SLACK_PX {
+        for dx in -SLACK_PX..=SLACK_PX {
+            let (mut aa, mut bb, mut ab, mut slope, mut rest) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
+            for &i in &all {
+                let j = i as isize + dy * width as isize + dx;
+                if j < 0 || j >= n as isize || !texture.tested[j as usize] {
+                    continue;
+                }
+                let (a, b) = (f64::from(a[i]), f64::from(b[j as usize]));
+                (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
+                slope += f64::from(texture.usual[i][0]);
+                rest += f64::from(texture.usual[i][1]);
             }
-            structured[i] = true;
-            let lack = (1.0 - slope[i]).clamp(0.0, 1.5);
-            if best.is_none_or(|(l, _)| lack < l) {
-                best = Some((lack, lack / error[i]));
+            let mean = |v: f64| (v / all.len().max(1) as f64) as f32;
+            let sums = Sums { aa: mean(aa), bb: mean(bb), ab: mean(ab) };
+            let odds = sums.log_odds([mean(slope), mean(rest)], all.len() as f32);
+            if best.is_none_or(|(o, _)| odds < o) {
+                best = Some((odds, sums.slope() / mean(slope).max(SOFTEST)));
             }
-        }
-        if let Some((lack, sure)) = best {
-            (lacking[i], surety[i]) = (lack, sure);
         }
     }
-    (lacking, surety, structured)
+    best.unwrap_or((0.0, 0.0))
 }
 
 /// Standard deviation over a window of chroma that is not smooth.
@@ -217,4 +290,50 @@ fn colour_difference(albedo: Vec3, red: f32, blue: f32) -> f32 {
     // seen at the lightness of a mid grey, so that dark and light surfaces count alike
     let scale = 0.3 / luminance(albedo).max(1e-6);
     super::colour::ciede2000(super::colour::lab(albedo * scale), super::colour::lab(other * scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 64;
+
+    /// Blotches of a few pixels, another picture for each seed.
+    fn blotches(seed: usize) -> Vec<f32> {
+        let hash = |x: usize, y: usize| (((x * 7919 + y * 104_729 + seed * 15_485_863) * 2_654_435_761) >> 7) % 1000;
+        (0..SIDE * SIDE).map(|i| 0.3 + 0.2 * hash(i % SIDE / 3, i / SIDE / 3) as f32 / 1000.0).collect()
+    }
+
+    /// Share of the inner pixels whose odds are above (or below, if negative) a threshold.
+    fn share(photo: &[f32], albedo: &[f32], threshold: f32) -> f32 {
+        let joins = Joins::open(SIDE, SIDE);
+        let photo: Vec<Vec3> = photo.iter().map(|v| Vec3::splat(v.ln())).collect();
+        let albedo: Vec<Vec3> = albedo.iter().map(|v| Vec3::splat(*v)).collect();
+        let odds = structure(&joins, &[1.0; SIDE * SIDE], &photo, &albedo).odds;
+        let inner = |i: &usize| (8..SIDE - 8).contains(&(i % SIDE)) && (8..SIDE - 8).contains(&(i / SIDE));
+        let all: Vec<usize> = (0..SIDE * SIDE).filter(inner).collect();
+        let beyond = |i: &&usize| odds[**i] / threshold >= 1.0;
+        all.iter().filter(beyond).count() as f32 / all.len() as f32
+    }
+
+    #[test]
+    fn a_shadow_leaves_the_structure_right_and_another_picture_does_not() {
+        let albedo = blotches(1);
+        let lit = |i: usize| if (i % SIDE + i / SIDE) % 40 < 20 { 1.0 } else { 0.4 };
+        let shadowed: Vec<f32> = albedo.iter().enumerate().map(|(i, v)| v * lit(i)).collect();
+        assert_eq!(share(&shadowed, &albedo, 1.0), 0.0);
+        assert!(share(&shadowed, &albedo, -1.0) > 0.9);
+        // half of the photograph shows another picture
+        let other = blotches(2);
+        let half: Vec<f32> = (0..SIDE * SIDE).map(|i| if i % SIDE < SIDE / 3 { other[i] } else { albedo[i] }).collect();
+        let wrong = share(&half, &albedo, 3.0);
+        assert!((0.1..0.35).contains(&wrong), "{wrong}");
+    }
+
+    #[test]
+    fn a_photograph_without_structure_speaks_for_nothing() {
+        let grey = vec![0.4; SIDE * SIDE];
+        assert_eq!(share(&grey, &blotches(1), 1.0), 0.0);
+        assert_eq!(share(&blotches(1), &grey, 1.0), 0.0);
+    }
 }

@@ -1,0 +1,49 @@
+//! What a picture usually has at a brightness: noise, coding and softness depend on it.
+
+use glam::Vec3;
+
+/// Bins of brightness.
+pub(super) const BINS: usize = 8;
+
+/// Which eighth of the picture, by brightness, each pixel is in.
+pub(super) struct Bins {
+    pub(super) of: Vec<usize>,
+}
+
+impl Bins {
+    /// Of a photograph's logarithm.
+    pub(super) fn new(log_photo: &[Vec3]) -> Self {
+        let bright: Vec<f32> = log_photo.iter().map(|p| p.element_sum()).collect();
+        let mut sorted: Vec<f32> = bright.iter().copied().filter(|b| b.is_finite()).collect();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let limits: Vec<f32> = (1..BINS).filter_map(|k| sorted.get(k * sorted.len() / BINS).copied()).collect();
+        Self { of: bright.iter().map(|b| limits.partition_point(|l| l < b)).collect() }
+    }
+
+    /// Per bin, the value that this share (0..1) of those that count stay below; 0 where none does.
+    pub(super) fn quantile(&self, values: &[f32], share: f32, counts: impl Fn(usize) -> bool) -> [f32; BINS] {
+        let mut all: [Vec<f32>; BINS] = Default::default();
+        for (i, v) in values.iter().enumerate().filter(|(i, _)| counts(*i)) {
+            all[self.of[i]].push(*v);
+        }
+        all.map(|mut v| {
+            let at = ((v.len() as f32 * share) as usize).min(v.len().saturating_sub(1));
+            if v.is_empty() { 0.0 } else { *v.select_nth_unstable_by(at, f32::total_cmp).1 }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_brightness_has_its_own_usual_value() {
+        let photo: Vec<Vec3> = (0..80).map(|i| Vec3::splat(i as f32)).collect();
+        let bins = Bins::new(&photo);
+        let values: Vec<f32> = (0..80).map(|i| if i < 40 { 1.0 } else { i as f32 }).collect();
+        let usual = bins.quantile(&values, 0.5, |i| i != 75);
+        assert_eq!((usual[0], usual[3], usual[4]), (1.0, 1.0, 45.0));
+        assert!(usual[7] >= 74.0 && bins.quantile(&values, 0.5, |_| false) == [0.0; BINS]);
+    }
+}
