@@ -10,7 +10,6 @@
 //! of 10⁻⁷ of the extent (0.01 mm in a house of 100 m).
 
 mod arrangement;
-mod crossings;
 mod star;
 mod unseen;
 
@@ -108,7 +107,7 @@ impl<'a> Search<'a> {
             tolerance,
             witnesses: Vec::new(),
             stars: Vec::new(),
-            candidates: Candidates::new(open),
+            candidates: Candidates::new(open, !certify),
             struck: BTreeSet::new(),
             best: None,
             lower: 1,
@@ -138,7 +137,7 @@ impl<'a> Search<'a> {
         loop {
             self.rounds += 1;
             let arranged = self.stars.len();
-            let whole = self.candidates.arrange(self.open, &self.stars, self.until);
+            let whole = self.candidates.arrange(self.open, &self.stars, arranged, self.until);
             let all: Vec<usize> = (0..self.candidates.points.len()).collect();
             // a place where no more witnesses are seen from than from another need not be tried
             let kept = maximal(&self.coverage(&all, arranged, false));
