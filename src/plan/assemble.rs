@@ -54,6 +54,7 @@ pub(super) fn floor_plan(parts: FloorParts<'_>, names: &mut Vec<String>) -> Floo
             star: star.clone(),
             covers_m2: count(seen) as f64 * grid.cell_area(),
             adds_fraction: (count(&covered) - before) as f64 / total,
+            adds_surface_fraction: None,
             tapes: tape::tapes(scene, position.as_vec3()),
         }
     };

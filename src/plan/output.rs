@@ -88,6 +88,8 @@ pub struct StationJson {
     pub covers_m2: f64,
     /// Share that it adds to the stations before it.
     pub adds_fraction: f64,
+    /// Share of the surface in space that it adds; null without that check.
+    pub adds_surface_fraction: Option<f64>,
     /// Whether the site file fixes it.
     pub fixed: bool,
     /// Level distances to walls at probe height, metres, and where they end in the model's axes and units.
@@ -204,6 +206,7 @@ fn station(s: &Station, out: &Outward) -> StationJson {
         position: out.point(s.position),
         covers_m2: rounded(s.covers_m2, 3),
         adds_fraction: rounded(s.adds_fraction, 6),
+        adds_surface_fraction: s.adds_surface_fraction.map(|f| rounded(f, 6)),
         fixed: s.fixed,
         tapes: tapes.collect(),
     }
@@ -217,17 +220,18 @@ fn rounded(value: f64, decimals: i32) -> f64 {
 /// A plan as CSV: a row a station, the most useful of each floor first.
 pub fn csv(plan: &SitePlan<'_>, out: &Outward) -> String {
     let mut text =
-        "floor,number,station,x,y,z,covers_m2,adds_fraction,covered_fraction,tape_1_m,tape_2_m,tape_3_m\n".to_owned();
+        "floor,number,station,x,y,z,covers_m2,adds_fraction,covered_fraction,tape_1_m,tape_2_m,tape_3_m,adds_surface_fraction\n".to_owned();
     for f in &plan.floors {
         for (i, s) in f.stations.iter().enumerate() {
             let [x, y, z] = out.point(s.position);
             let tapes: String = (0..3)
                 .map(|k| s.tapes.get(k).map_or_else(|| ",".to_owned(), |t| format!(",{:.2}", t.metres)))
                 .collect();
+            let surface = s.adds_surface_fraction.map_or_else(String::new, |f| format!("{f:.4}"));
             // writing to a String cannot fail
             let _ = writeln!(
                 text,
-                "{},{},{},{x},{y},{z},{:.2},{:.4},{:.4}{tapes}",
+                "{},{},{},{x},{y},{z},{:.2},{:.4},{:.4}{tapes},{surface}",
                 f.floor.name,
                 i + 1,
                 s.name,
@@ -262,8 +266,9 @@ pub fn probe_blocks(plan: &SitePlan<'_>, out: &Outward) -> String {
 
 /// What a station is there for.
 pub fn purpose(station: &Station) -> String {
-    match station.adds_fraction {
-        adds if adds >= 0.0005 => format!("adds {:.1} % of the floor", 100.0 * adds),
-        _ => "for surfaces in 3D, walls or overlap".to_owned(),
+    match (station.adds_fraction, station.adds_surface_fraction) {
+        (floor, _) if floor >= 0.0005 => format!("adds {:.1} % of the floor", 100.0 * floor),
+        (_, Some(surface)) if surface >= 0.0005 => format!("adds {:.1} % of the surface in 3D", 100.0 * surface),
+        _ => "for walls or overlap".to_owned(),
     }
 }

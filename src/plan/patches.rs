@@ -54,6 +54,11 @@ impl Patches {
         self.starts.partition_point(|s| *s as usize <= patch) as u32 - 1
     }
 
+    /// The patches of a triangle.
+    pub fn of(&self, triangle: u32) -> std::ops::Range<usize> {
+        self.starts[triangle as usize] as usize..self.starts[triangle as usize + 1] as usize
+    }
+
     /// The patch at a point of a triangle, by the barycentric coordinates of its second and third corner.
     pub fn at(&self, triangle: u32, u: f32, v: f32) -> usize {
         let n = f32::from(self.cuts[triangle as usize]);

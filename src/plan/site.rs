@@ -47,6 +47,9 @@ pub struct Station {
     pub covers_m2: f64,
     /// The share of what can be seen of the floor that it adds to the stations before it.
     pub adds_fraction: f64,
+    /// The share of the surface that can be seen from this floor and that no station before it sees; `None` without the
+    /// check in space.
+    pub adds_surface_fraction: Option<f64>,
     /// Distances that a tape can check.
     pub tapes: Vec<Tape>,
 }
@@ -309,6 +312,7 @@ fn in_space<'a>(
     }
     let seen = Seen::from(&surface, &stations, &reachable);
     // a patch whose middle is hidden, but which is seen in part, counts as neither
+    let mut number = 0;
     for ((plan, reach), facing) in plans.iter_mut().zip(reach).zip(facing) {
         let sum =
             |of: &dyn Fn(usize) -> bool| -> f64 { (0..reach.len()).filter(|p| of(*p)).map(|p| surface.areas[p]).sum() };
@@ -318,6 +322,11 @@ fn in_space<'a>(
             covered_fraction: sum(&|p| reach[p] && seen.stations[p] > 0) / reachable_m2.max(f64::MIN_POSITIVE),
             unreachable_m2: sum(&|p| facing[p] && !reachable[p]),
         });
+        for station in plan.present.iter_mut().chain(&mut plan.stations) {
+            let new = sum(&|p| reach[p] && seen.first[p] == number);
+            station.adds_surface_fraction = Some(new / reachable_m2.max(f64::MIN_POSITIVE));
+            number += 1;
+        }
     }
     SurfacePlan { surface, reachable, interior, seen }
 }

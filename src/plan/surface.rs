@@ -118,16 +118,21 @@ pub struct Seen {
     pub stations: Vec<u8>,
     /// The best cosine of incidence; 0 where none sees it.
     pub cosine: Vec<f32>,
+    /// The number of the first station that sees it; `u32::MAX` where none does.
+    pub first: Vec<u32>,
 }
 
 impl Seen {
     /// From stations, for the patches in `of`.
     pub fn from(surface: &Surface<'_>, stations: &[Vec3], of: &[bool]) -> Self {
         let one = |patch: usize| {
-            let seen = stations.iter().filter(|_| of[patch]).filter_map(|s| surface.sees(*s, patch));
-            seen.fold((0u8, 0f32), |(n, best), cos| (n.saturating_add(1), best.max(cos)))
+            let stations = (0u32..).zip(stations).filter(|_| of[patch]);
+            let seen = stations.filter_map(|(i, s)| Some((i, surface.sees(*s, patch)?)));
+            seen.fold((0u8, (0f32, u32::MAX)), |(n, (best, first)), (i, cos)| {
+                (n.saturating_add(1), (best.max(cos), first.min(i)))
+            })
         };
-        let (stations, cosine) = (0..surface.patches.len()).into_par_iter().map(one).unzip();
-        Self { stations, cosine }
+        let (stations, (cosine, first)) = (0..surface.patches.len()).into_par_iter().map(one).unzip();
+        Self { stations, cosine, first }
     }
 }

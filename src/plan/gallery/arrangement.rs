@@ -187,22 +187,24 @@ impl Buckets {
         y * self.across + x
     }
 
-    /// Cells of a segment, column by column, a little too many.
+    /// Cells of a segment, column by column, and those within a hair (a hundredth of a cell) of it: two segments that
+    /// meet, if only by rounding, share a cell.
     fn touched(&self, [a, b]: [DVec2; 2], mut cell: impl FnMut(usize)) {
         let (a, b) = if a.x <= b.x { (a, b) } else { (b, a) };
-        let ([x0, ya], [x1, yb]) = (self.xy(a), self.xy(b));
+        let hair = 0.01 / self.per_unit;
         let slope = if b.x > a.x { (b.y - a.y) / (b.x - a.x) } else { 0.0 };
+        let (low, high) = (a.min(b) - hair, a.max(b) + hair);
+        let ([x0, y0], [x1, y1]) = (self.xy(low), self.xy(high));
         for x in x0..=x1 {
-            let (mut y0, mut y1) = (ya.min(yb), ya.max(yb));
-            if x0 != x1 {
-                let edge = |k: f64| self.low.x + (x as f64 + k) / self.per_unit.x;
-                let ys = [-0.01, 1.01].map(|k| a.y + slope * (edge(k).clamp(a.x, b.x) - a.x));
-                let hair = 0.01 / self.per_unit.y;
-                let [_, low] = self.xy(DVec2::new(0.0, ys[0].min(ys[1]) - hair));
-                let [_, high] = self.xy(DVec2::new(0.0, ys[0].max(ys[1]) + hair));
-                (y0, y1) = (low, high);
+            let edge = |k: f64| self.low.x + (x as f64 + k) / self.per_unit.x;
+            let ys = [-0.01, 1.01].map(|k| a.y + slope * (edge(k).clamp(a.x, b.x) - a.x));
+            let (mut bottom, mut top) = (ys[0].min(ys[1]) - hair.y, ys[0].max(ys[1]) + hair.y);
+            if b.x - a.x <= 2.0 * hair.x {
+                // too steep for its slope to be trusted
+                (bottom, top) = (low.y, high.y);
             }
-            (y0..=y1).for_each(|y| cell(y * self.across + x));
+            let ([_, bottom], [_, top]) = (self.xy(DVec2::new(0.0, bottom)), self.xy(DVec2::new(0.0, top)));
+            (bottom.max(y0)..=top.min(y1)).for_each(|y| cell(y * self.across + x));
         }
     }
 }
