@@ -184,7 +184,9 @@ fn published_optima_are_found_and_bounds_stay_below() {
     let table = std::fs::read_to_string(folder.join("optima.csv")).unwrap();
     let small = table.lines().skip(1).map(|l| l.split(',').collect::<Vec<_>>());
     let mut tried = 0;
-    for fields in small.filter(|f| f[2].parse::<usize>().unwrap() <= 70) {
+    // the larger one has a witness in line with a corner, where rounding leaves a hair of a sector
+    let tried_ones = |f: &Vec<&str>| f[2].parse::<usize>().unwrap() <= 70 || f[0].contains("orthorand__random-100-11");
+    for fields in small.filter(tried_ones) {
         let optimum: usize = fields[4].parse().unwrap();
         let open = OpenSpace::new(&[load(&folder.join(fields[0]))]).unwrap();
         let fast = guard(&open, Effort::default());

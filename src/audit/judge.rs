@@ -82,7 +82,42 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
             judged.push(j);
         }
     }
-    judged
+    united(judged, maps)
+}
+
+/// Makes one of regions whose texture is wrong in one way on one material in one plane: a turned floor shows in pieces
+/// where grout or shadow between them speaks for nothing. A doubt joins a finding.
+fn united(judged: Vec<Judged>, maps: &Maps) -> Vec<Judged> {
+    /// Metres between planes that count as one.
+    const APART_M: f32 = 0.05;
+    let s = &maps.surfaces;
+    let middle = |j: &Judged| j.region.pixels[j.region.pixels.len() / 2];
+    let alike = |a: &Judged, b: &Judged| {
+        let mapped = matches!(a.what, What::Rotated | What::Mirrored | What::Shifted | What::Scaled);
+        let (i, k) = (middle(a), middle(b));
+        let offset = s.normal[i].dot(s.position[k] - s.position[i]).abs();
+        a.kind == Kind::Texture
+            && b.kind == Kind::Texture
+            && mapped
+            && a.what == b.what
+            && a.reason == Reason::None
+            && s.material[i] == s.material[k]
+            && s.normal[i].dot(s.normal[k]) > 0.99
+            && offset < APART_M
+    };
+    let mut all: Vec<Judged> = Vec::new();
+    let (findings, doubts): (Vec<_>, Vec<_>) = judged.into_iter().partition(|j| j.reason == Reason::None);
+    for j in findings.into_iter().chain(doubts) {
+        match all.iter_mut().find(|whole| alike(whole, &j)) {
+            Some(whole) => {
+                whole.region.pixels.extend(j.region.pixels);
+                whole.region.pixels.sort_unstable();
+                whole.score = whole.score.max(j.score);
+            }
+            None => all.push(j),
+        }
+    }
+    all
 }
 
 /// Pixels of the smallest region.
@@ -221,7 +256,8 @@ fn judge_one(
             kind: Kind::Geometry,
             what: What::Missing,
             displacement: None,
-            reason: Reason::None,
+            // what one probe alone saw past the rim may be that probe's own
+            reason: if several { Reason::None } else { Reason::ProbesDisagree },
             evidence,
             region,
         });

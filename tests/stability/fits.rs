@@ -148,7 +148,7 @@ fn collinear_exposure() -> Row {
         let at = |k: usize| (k as f64 + 0.5 - 0.5 * f64::from(SIDE)) / (0.5 * f64::from(SIDE));
         (at(i % SIDE as usize).powi(2) + at(i / SIDE as usize).powi(2)) / 2.0
     };
-    let ring = |i: usize| (0.24..0.28).contains(&from_middle(i));
+    let ring = |i: usize| (0.2..0.32).contains(&from_middle(i));
     let mask =
         image::GrayImage::from_fn(SIDE, SIDE, |x, y| image::Luma([255 * u8::from(ring((y * SIDE + x) as usize))]));
     let folder = built.folder.path();

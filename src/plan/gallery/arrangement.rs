@@ -9,6 +9,7 @@ use super::star::{Ray, Star};
 use crate::plan::open_space::OpenSpace;
 use glam::DVec2;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::time::Instant;
 
 /// Candidate guards, and for each the witnesses it sees.
@@ -21,10 +22,11 @@ pub(crate) struct Candidates {
     arranged: usize,
     /// Witnesses that candidates have been asked about.
     asked: usize,
-    known: HashMap<[i64; 2], ()>,
+    /// The candidate at a place, or one that sees the same.
+    known: HashMap<[i64; 2], u32>,
     /// Of candidates that see the same witnesses, keep one.
     merge: bool,
-    same: HashMap<Vec<u32>, ()>,
+    same: HashMap<Vec<u32>, u32>,
 }
 
 impl Candidates {
@@ -57,8 +59,8 @@ impl Candidates {
         let index = Index::new(open, stars, 0, self.rays.len() * 4);
         let extent = (index.high - index.low).max_element();
         for k in first..self.rays.len() {
-            let ends = self.rays[k].1.ends;
-            self.add(ends[1], extent, &index, stars);
+            let (w, ray) = self.rays[k];
+            self.add(ray.ends[1], &[w], extent, &index, stars);
         }
         let buckets = Buckets::new(&index, &self.rays);
         for cell in 0..buckets.starts.len() - 1 {
@@ -78,7 +80,7 @@ impl Candidates {
                     }
                     let Some(p) = meet(ra.ends, rb.ends) else { continue };
                     if buckets.cell_of(p) == cell {
-                        self.add(p, extent, &index, stars);
+                        self.add(p, &[wa, wb], extent, &index, stars);
                     }
                 }
             }
@@ -86,15 +88,30 @@ impl Candidates {
         true
     }
 
-    fn add(&mut self, p: DVec2, extent: f64, index: &Index, stars: &[Star]) {
+    /// Adds a corner of the regions of `of`: it lies in these whatever rounding says, which is much where their borders
+    /// are nearly parallel.
+    fn add(&mut self, p: DVec2, of: &[u32], extent: f64, index: &Index, stars: &[Star]) {
         let key = (p / (extent * 1e-10)).round();
-        if self.known.insert([key.x as i64, key.y as i64], ()).is_some() {
+        let key = [key.x as i64, key.y as i64];
+        if self.known.get(&key).is_some_and(|&k| of.iter().all(|w| self.sees[k as usize].contains(w))) {
             return;
         }
-        let sees: Vec<u32> = index.seen_by(stars, p).collect();
-        if self.merge && self.same.insert(sees.clone(), ()).is_some() {
-            return;
+        let mut sees: Vec<u32> = index.seen_by(stars, p).collect();
+        for &w in of {
+            if let Err(place) = sees.binary_search(&w) {
+                sees.insert(place, w);
+            }
         }
+        if self.merge {
+            match self.same.entry(sees.clone()) {
+                Entry::Occupied(same) => {
+                    self.known.insert(key, *same.get());
+                    return;
+                }
+                Entry::Vacant(new) => new.insert(self.points.len() as u32),
+            };
+        }
+        self.known.insert(key, self.points.len() as u32);
         self.points.push(p);
         self.sees.push(sees);
     }

@@ -27,6 +27,8 @@ pub(crate) struct Ray {
 
 struct Sector {
     angle: f64,
+    /// Whether it is more than what rounding makes of a line of sight, where the ring steps back.
+    wide: bool,
     ends: [DVec2; 2],
 }
 
@@ -40,8 +42,10 @@ impl Star {
             Self { low: centre, high: centre, rays: Vec::new(), centre, sectors: vec![], slits: vec![], tolerance };
         for i in 0..n {
             let (a, b) = (seen.ring[i], seen.ring[(i + 1) % n]);
-            if a != centre && b != centre && (a - centre).perp_dot(b - centre) > 0.0 {
-                star.sectors.push(Sector { angle: angle(a - centre), ends: [a, b] });
+            let twice_area = (a - centre).perp_dot(b - centre);
+            if a != centre && b != centre && twice_area > 0.0 {
+                let wide = twice_area > tolerance * a.distance(centre).max(b.distance(centre));
+                star.sectors.push(Sector { angle: angle(a - centre), wide, ends: [a, b] });
             }
             star.low = star.low.min(a);
             star.high = star.high.max(a);
@@ -88,14 +92,15 @@ impl Star {
         let begun = |angle: f64| self.sectors.partition_point(|s| s.angle <= angle);
         // a place a hair before a full turn may lie in the first sectors
         let first = if at + turn < 4.0 { begun(at + turn) } else { n + begun(at + turn - 4.0) };
-        // back to the first sector that begins before the angle, less the tolerance
+        // back to the first sector that begins before the angle, less the tolerance; a hair may begin after the sector
+        // that it lies in
         for k in 0..n {
             let sector = &self.sectors[(first + 2 * n - 1 - k) % n];
             if self.in_sector(sector, p) {
                 return true;
             }
             let behind = (at - sector.angle).rem_euclid(4.0);
-            if behind > turn && behind < 4.0 - turn {
+            if sector.wide && behind > turn && behind < 4.0 - turn {
                 return false;
             }
         }
