@@ -33,15 +33,17 @@ pub fn study_sheet(study: &Study, summary: &Summary, outside: &[Outside], made_b
     }
     let wide = 0.5 * (SIZE[0] - 2.0 * MARGIN) - 3.0;
     let top = y + 5.0;
+    // other programs' figures need room below
+    let tall = if outside.is_empty() { 74.0 } else { 62.0 };
     for (i, with_setup) in [false, true].into_iter().enumerate() {
         let left = MARGIN + i as f64 * (wide + 6.0);
-        let frame = [left + 10.0, top, wide - 11.0, 74.0];
+        let frame = [left + 10.0, top, wide - 11.0, tall];
         let title = if with_setup { "One frame with all set-up" } else { "One frame, set-up done" };
         svg.text([frame[0], top - 2.0], title, &Text::new(BODY).bold());
         let id = if with_setup { "with-setup" } else { "frame" };
         svg.group("plot", id, |svg| panel(svg, frame, summary, outside, with_setup));
     }
-    y = top + 90.0;
+    y = top + tall + 16.0;
     legend(&mut svg, y, outside);
     y += 4.4 * (3.0 + outside.len() as f64).div_euclid(3.01) + 11.0;
     svg.group("findings", "findings", |svg| y = findings(svg, y, study, summary, outside));
