@@ -1,11 +1,11 @@
 //! `findings.json`, `findings.csv` and the masks.
 
 use serde::Serialize;
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use super::{Audit, AuditError, Finding, Method, Reason, ViewSummary};
+use crate::whole::write_whole;
 
 /// What `findings.json` holds.
 #[derive(Serialize)]
@@ -112,19 +112,9 @@ fn mask_png(mask: &[bool], [width, height]: [u32; 2]) -> Result<Vec<u8>, String>
     Ok(png)
 }
 
-/// Writes beside the wanted file, then renames.
 fn put(path: &Path, bytes: &[u8]) -> Result<(), AuditError> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(name);
-    let written = fs::File::create(&part)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.flush()))
-        .and_then(|()| fs::rename(&part, path));
-    written.map_err(|e| {
-        // the first error is the one to tell
-        let _ = fs::remove_file(&part);
-        AuditError::Unwritable { path: path.to_owned(), why: e.to_string() }
-    })
+    let io = |e: std::io::Error| AuditError::Unwritable { path: path.to_owned(), why: e.to_string() };
+    write_whole(path, io, |file| file.write_all(bytes).map_err(io))
 }
 
 #[cfg(test)]
@@ -133,6 +123,7 @@ mod tests {
     use super::*;
     use crate::panorama::Picture;
     use std::collections::BTreeMap;
+    use std::fs;
 
     fn finding(id: &str) -> Finding {
         Finding {

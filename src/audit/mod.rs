@@ -24,6 +24,7 @@ mod run;
 mod scores;
 mod soften;
 mod surfaces;
+mod sweep;
 mod texture;
 mod verdict;
 mod view;
