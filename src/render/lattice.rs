@@ -133,21 +133,24 @@ impl<F: FnMut(&Spot) -> Lit> Lattice<'_, F> {
     fn between(&mut self, (x, y): Place, pairs: &[[Place; 2]]) {
         let i = y * self.wide + x;
         let (Some(spot), None) = (&self.spots[i], &self.lits[i]) else { return };
+        let (mut next, mut torn) = (None, false);
         for &[(x0, y0), (x1, y1)] in pairs {
             let (a, b) = (y0 * self.wide + x0, y1 * self.wide + x1);
-            if let (Some(p), Some(q), Some(from), Some(to)) =
-                (&self.spots[a], &self.spots[b], &self.lits[a], &self.lits[b])
-                && p.joins(spot)
-                && q.joins(spot)
-                && alike(from, to)
-            {
-                let share =
-                    if x1 != x0 { (x - x0) as f32 / (x1 - x0) as f32 } else { (y - y0) as f32 / (y1 - y0) as f32 };
-                self.lits[i] = Some(mixed(from, to, share));
-                return;
+            let known = |k: usize| self.lits[k].filter(|_| self.spots[k].is_some_and(|s| s.joins(spot)));
+            match (known(a), known(b)) {
+                (Some(from), Some(to)) if alike(&from, &to) => {
+                    let share =
+                        if x1 != x0 { (x - x0) as f32 / (x1 - x0) as f32 } else { (y - y0) as f32 / (y1 - y0) as f32 };
+                    self.lits[i] = Some(mixed(&from, &to, share));
+                    return;
+                }
+                (Some(_), Some(_)) => torn = true,
+                (one, other) if x0.abs_diff(x1).max(y0.abs_diff(y1)) <= 2 => next = next.or(one).or(other),
+                _ => {}
             }
         }
-        self.lits[i] = Some((self.ask)(spot));
+        // at the edge of a surface, the light of the pixel beside
+        self.lits[i] = next.filter(|_| !torn).or_else(|| Some((self.ask)(spot)));
     }
 
     /// Asks for the light on a pixel.

@@ -37,6 +37,7 @@ pub(super) struct Shader<'a> {
     spots: Vec<Option<Spot>>,
     firsts: Vec<u32>,
     lits: Vec<Option<Lit>>,
+    near: Nearby,
 }
 
 /// Samples of one pixel on one surface.
@@ -71,8 +72,8 @@ impl<'a> Shader<'a> {
         let origin = scene.local(camera.pose.position);
         let shares = relit.shares();
         let faces = Faces { scene, white_lamps: shares, ready: vec![None; FACES] };
-        let (samples, fragments, members, spots, firsts, lits) = Default::default();
-        Self { relit, rays, camera, origin, shares, faces, samples, fragments, members, spots, firsts, lits }
+        let (samples, fragments, members, spots, firsts, lits, near) = Default::default();
+        Self { relit, rays, camera, origin, shares, faces, samples, fragments, members, spots, firsts, lits, near }
     }
 
     /// Shades whole rows, `top` the first.
@@ -104,9 +105,10 @@ impl<'a> Shader<'a> {
         self.lits.clear();
         self.lits.resize(self.spots.len(), None);
         // what is kept from point to point must not depend on who shades which tile
-        let mut scratch = Nearby::default();
+        let mut near = std::mem::take(&mut self.near);
+        near.clear();
         let relit = self.relit;
-        let mut ask = |spot: &Spot| relit.lit(spot.position, spot.normal, &mut scratch);
+        let mut ask = |spot: &Spot| relit.lit(spot.position, spot.normal, &mut near);
         if self.shares {
             Lattice { wide, tall, spots: &self.spots, lits: &mut self.lits, ask: &mut ask }.fill();
         }
@@ -130,6 +132,7 @@ impl<'a> Shader<'a> {
                 self.finish(pixel, first, hits, (x, top + y));
             }
         }
+        self.near = near;
     }
 
     /// The light that a neighbouring pixel has on the same surface.
@@ -151,7 +154,13 @@ impl<'a> Shader<'a> {
     /// Finds the fragments of a pixel.
     fn collect(&mut self, hits: &[Option<Hit>], (x, y): (usize, usize)) {
         let Some(Some(first)) = hits.first() else { return self.part(hits, (x, y)) };
-        let whole = hits.iter().all(|h| h.is_some_and(|h| h.triangle == first.triangle));
+        let whole = hits.iter().enumerate().all(|(i, hit)| {
+            hit.is_some_and(|hit| {
+                let at = |me: &Self| me.origin + me.rays.direction(x, y, i) * hit.t;
+                hit.triangle == first.triangle
+                    || self.shares && self.faces.carry_on(first.triangle, hit.triangle, at(self))
+            })
+        });
         if !whole || !self.shares {
             return self.part(hits, (x, y));
         }
@@ -216,8 +225,11 @@ impl<'a> Shader<'a> {
                 continue;
             }
             let (mut middle, mut count) = (Vec3::ZERO, 0.0);
-            for other in self.samples[i..].iter_mut() {
-                if other.fragment == number && other.surface.triangle == sample.surface.triangle {
+            let (triangle, faces) = (sample.surface.triangle, &mut self.faces);
+            for other in self.samples[i..].iter_mut().filter(|other| other.fragment == number) {
+                if other.surface.triangle == triangle
+                    || self.shares && faces.carry_on(triangle, other.surface.triangle, other.surface.position)
+                {
                     other.painted = true;
                     middle += other.surface.position;
                     count += 1.0;
@@ -311,6 +323,13 @@ struct Faces<'a> {
 }
 
 impl<'a> Faces<'a> {
+    /// Whether a triangle carries another one on at a point of it.
+    fn carry_on(&mut self, first: u32, other: u32, point: Vec3) -> bool {
+        let (other, theirs) = *self.get(other);
+        let (face, paint) = self.get(first);
+        paint.carried_on(face, (&other, &theirs), point)
+    }
+
     #[inline]
     fn get(&mut self, triangle: u32) -> &(Face, Paint<'a>) {
         let slot = &mut self.ready[triangle as usize % FACES];

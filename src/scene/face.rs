@@ -105,15 +105,23 @@ struct Cloth<'a> {
     scale: f32,
 }
 
+impl Cloth<'_> {
+    /// Texture coordinates.
+    #[inline]
+    fn at(&self, barycentric: Vec2) -> Vec2 {
+        let [a, b, c] = self.uv;
+        a + b * barycentric.x + c * barycentric.y
+    }
+}
+
 impl Paint<'_> {
     /// Diffuse albedo at a point, per channel in 0..=1: Kd × texture × vertex colour, averaged over a footprint of this
     /// width in metres on the surface.
     #[inline]
     pub fn albedo(&self, barycentric: Vec2, width_m: f32) -> Vec3 {
         let albedo = self.shade(barycentric);
-        let Some(Cloth { texture, uv: [a, b, c], scale }) = &self.texture else { return albedo };
-        let uv = *a + *b * barycentric.x + *c * barycentric.y;
-        albedo * texture.sample(uv, Texture::level_of(width_m * scale))
+        let Some(cloth) = &self.texture else { return albedo };
+        albedo * cloth.texture.sample(cloth.at(barycentric), Texture::level_of(width_m * cloth.scale))
     }
 
     /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: over places half its
@@ -122,8 +130,9 @@ impl Paint<'_> {
         /// Most places along a side.
         const MOST: f32 = 16.0;
         let albedo = self.shade(barycentric);
-        let Some(Cloth { texture, uv: [a, b, c], .. }) = &self.texture else { return albedo };
-        let uv = *a + *b * barycentric.x + *c * barycentric.y;
+        let Some(cloth) = &self.texture else { return albedo };
+        let Cloth { texture, uv: [_, b, c], .. } = cloth;
+        let uv = cloth.at(barycentric);
         let [right, down] = sides.map(|side| {
             let change = face.change(side);
             *b * change.x + *c * change.y
@@ -134,15 +143,29 @@ impl Paint<'_> {
         let texel = (1u32 << level.min(31)) as f32;
         let count = |length: f32| (length / texel + 0.5).clamp(1.0, MOST) as u32;
         let (columns, rows) = (count(across), count(along));
-        let place = |k: u32, n: u32| (k as f32 + 0.5) / n as f32 - 0.5;
-        let mut sum = Vec3::ZERO;
-        for j in 0..rows {
-            let row = uv + down * place(j, rows);
-            for i in 0..columns {
-                sum += texture.sample_level(row + right * place(i, columns), level);
+        albedo * texture.sample_patch(uv, (right, columns), (down, rows), level)
+    }
+
+    /// Whether another face carries this one on at a point of it: in the same plane, and painted as this one would be
+    /// if it went on that far.
+    pub fn carried_on(&self, face: &Face, (other, paint): (&Face, &Paint), point: Vec3) -> bool {
+        /// Metres off the plane, and texels off each other, that count as none.
+        const LEVEL: f32 = 1e-4;
+        const TEXELS: f32 = 0.05;
+        let plane = face.normal.dot(other.normal).abs() > 1.0 - 1e-6
+            && face.normal.dot(point - face.corner).abs() < LEVEL
+            && self.plain == paint.plain
+            && self.colours.is_none()
+            && paint.colours.is_none();
+        plane
+            && match (&self.texture, &paint.texture) {
+                (None, None) => true,
+                (Some(mine), Some(theirs)) if std::ptr::eq(mine.texture, theirs.texture) => {
+                    let off = mine.at(face.barycentric(point)) - theirs.at(other.barycentric(point));
+                    mine.texture.texels(off - off.round()) < TEXELS
+                }
+                _ => false,
             }
-        }
-        albedo * sum * (1.0 / (columns * rows) as f32)
     }
 
     /// Kd × vertex colour.

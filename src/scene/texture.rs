@@ -128,10 +128,22 @@ impl Texture {
         (way * Vec2::new(w as f32, h as f32)).length()
     }
 
-    /// Linear RGB at texture coordinates `uv`, bilinear in one level.
-    #[inline]
-    pub fn sample_level(&self, uv: Vec2, level: usize) -> Vec3 {
-        self.levels[level.min(self.levels.len() - 1)].bilinear(uv)
+    /// Linear RGB averaged over a parallelogram about texture coordinates `uv`: bilinear in one level at so many places
+    /// along each of its sides.
+    pub fn sample_patch(&self, uv: Vec2, right: (Vec2, u32), down: (Vec2, u32), level: usize) -> Vec3 {
+        let level = &self.levels[level.min(self.levels.len() - 1)];
+        let (columns, rows) = (right.1.max(1), down.1.max(1));
+        let (across, along) = (level.texels(right.0) / columns as f32, level.texels(down.0) / rows as f32);
+        let middle = level.place(uv);
+        let first = middle - across * (0.5 * (columns - 1) as f32) - along * (0.5 * (rows - 1) as f32);
+        let mut sum = Vec4::ZERO;
+        for j in 0..rows {
+            let row = first + along * j as f32;
+            for i in 0..columns {
+                sum += level.between(row + across * i as f32);
+            }
+        }
+        sum.truncate() * (1.0 / (columns * rows) as f32)
     }
 
     /// Linear RGB at texture coordinates `uv`, bilinear, between pyramid levels linear.
@@ -151,6 +163,13 @@ fn floor(x: f32) -> f32 {
     if i > x { i - 1.0 } else { i }
 }
 
+/// An index brought into 0..n by whole periods.
+#[inline]
+fn wrapped(i: i32, n: usize) -> usize {
+    // mostly it is there already
+    if (i as usize) < n { i as usize } else { i64::from(i).rem_euclid(n as i64) as usize }
+}
+
 impl Level {
     fn texel(&self, x: usize, y: usize) -> Vec3 {
         let [r, g, b, _] = self.texels[y * self.width + x];
@@ -160,21 +179,33 @@ impl Level {
 
     #[inline]
     fn bilinear(&self, uv: Vec2) -> Vec3 {
+        self.between(self.place(uv)).truncate()
+    }
+
+    /// A way in texture coordinates, in texels to the right and down.
+    #[inline]
+    fn texels(&self, way: Vec2) -> Vec2 {
+        way * Vec2::new(self.width as f32, -(self.height as f32))
+    }
+
+    /// Texture coordinates in texels from the middle of the top left texel, of the picture they fall into.
+    #[inline]
+    fn place(&self, uv: Vec2) -> Vec2 {
         let (u, v) = (uv.x - floor(uv.x), uv.y - floor(uv.y));
-        let x = u * self.width as f32 - 0.5;
-        let y = (1.0 - v) * self.height as f32 - 0.5;
-        let (x0, y0) = (floor(x), floor(y));
-        let (fx, fy) = (x - x0, y - y0);
-        // u and v are in 0..=1, so one wrap is enough
-        let wrap = |i: i32, n: usize| {
-            if i < 0 { n - 1 } else { (if i as usize >= n { i as usize - n } else { i as usize }).min(n - 1) }
-        };
-        let (left, top) = (x0 as i32, y0 as i32);
-        let (xa, xb) = (wrap(left, self.width), wrap(left + 1, self.width));
-        let (ya, yb) = (wrap(top, self.height) * self.width, wrap(top + 1, self.height) * self.width);
-        let above = self.at(ya + xa).lerp(self.at(ya + xb), fx);
-        let below = self.at(yb + xa).lerp(self.at(yb + xb), fx);
-        above.lerp(below, fy).truncate()
+        Vec2::new(u * self.width as f32, (1.0 - v) * self.height as f32) - 0.5
+    }
+
+    /// Linear RGB at a [place](Self::place), bilinear.
+    #[inline]
+    fn between(&self, place: Vec2) -> Vec4 {
+        let (x0, y0) = (floor(place.x), floor(place.y));
+        let (fx, fy) = (place.x - x0, place.y - y0);
+        let (xa, ya) = (wrapped(x0 as i32, self.width), wrapped(y0 as i32, self.height));
+        let xb = if xa + 1 < self.width { xa + 1 } else { 0 };
+        let yb = if ya + 1 < self.height { ya + 1 } else { 0 };
+        let (above, below) = (ya * self.width, yb * self.width);
+        let upper = self.at(above + xa).lerp(self.at(above + xb), fx);
+        upper.lerp(self.at(below + xa).lerp(self.at(below + xb), fx), fy)
     }
 
     #[inline]

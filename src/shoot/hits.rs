@@ -196,36 +196,37 @@ impl Hits {
     /// The purity of each cell: 1 within a surface; beside an edge, the share of four rays near the cell's corners
     /// that find the same surface as its centre.
     fn purities(&self, scene: &Scene) -> Vec<u16> {
-        let to_world = self.to_probe.transpose();
-        (0..self.chart.rows())
-            .into_par_iter()
-            .flat_map_iter(|row| {
-                let range = self.chart.row(row);
-                let middle = self.chart.middles(row);
-                range.clone().map(move |i| {
-                    let cell = &self.cells[i];
-                    if !cell.is_hit() {
-                        return 0;
-                    }
-                    let x = i - range.start;
-                    if !self.beside_edge(row, x, to_world * middle(x)) {
-                        return u16::MAX;
-                    }
-                    let corners = self.chart.corners();
-                    let same = corners
-                        .iter()
-                        .filter(|&&(dx, dy)| {
-                            let d = to_world * self.chart.direction(row, x as f32 + dx, row as f32 + dy);
-                            look(scene, self.origin, d).is_some_and(|s| {
-                                let p = s.position - self.origin;
-                                cell.holds(p, s.normal, 0.5 * p.length() * self.chart.cell_angle())
-                            })
-                        })
-                        .count();
-                    (same * usize::from(u16::MAX) / corners.len()) as u16
-                })
-            })
-            .collect()
+        (0..self.chart.rows()).into_par_iter().flat_map_iter(|row| self.purities_along(scene, row)).collect()
+    }
+
+    fn purities_along(&self, scene: &Scene, row: usize) -> Vec<u16> {
+        /// Cells of an edge that lie no farther from each other have their rays cast together.
+        const NEAR: usize = 8;
+        let (origin, to_world) = (self.origin, self.to_probe.transpose());
+        let cells = &self.cells[self.chart.row(row)];
+        let middle = self.chart.middles(row);
+        let mut purities: Vec<u16> = cells.iter().map(|c| if c.is_hit() { u16::MAX } else { 0 }).collect();
+        let beside_edge = |x: &usize| cells[*x].is_hit() && self.beside_edge(row, *x, to_world * middle(*x));
+        let edge: Vec<usize> = (0..cells.len()).filter(beside_edge).collect();
+        let corners = self.chart.corners();
+        for group in edge.chunk_by(|a, b| b - a <= NEAR).flat_map(|run| run.chunks(STRIP / corners.len())) {
+            let around = |&x: &usize| corners.map(|(dx, dy)| self.chart.direction(row, x as f32 + dx, row as f32 + dy));
+            let directions: Vec<Vec3> = group.iter().flat_map(around).map(|d| to_world * d).collect();
+            let mut found = [None; STRIP];
+            scene.tracer.closest_packet(origin, &directions, NEAREST_M, &mut found[..directions.len()]);
+            let seen: Vec<Option<Surface>> = (found.iter().zip(&directions))
+                .map(|(hit, &direction)| Some(scene.surface(&Ray { origin, direction }, hit.as_ref()?)))
+                .collect();
+            for (&x, seen) in group.iter().zip(seen.chunks(corners.len())) {
+                let same = |s: &&Surface| {
+                    let p = s.position - origin;
+                    cells[x].holds(p, s.normal, 0.5 * p.length() * self.chart.cell_angle())
+                };
+                let same = seen.iter().flatten().filter(same).count();
+                purities[x] = (same * usize::from(u16::MAX) / corners.len()) as u16;
+            }
+        }
+        purities
     }
 
     /// The cells to the left and right of one, above and below it.
@@ -266,12 +267,6 @@ impl Hits {
 pub(super) fn hides(off_m: f32, facing: f32, tolerance_m: f32) -> bool {
     let slack = if facing > LEAST_HOLD { HIDDEN } else { HIDDEN_ACROSS };
     off_m < -slack * tolerance_m
-}
-
-/// The surface nearest to a probe along a direction.
-fn look(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<Surface> {
-    let ray = Ray { origin, direction };
-    scene.tracer.closest(&ray, NEAREST_M).map(|hit| scene.surface(&ray, &hit))
 }
 
 /// A cell that sees a surface, with the albedo averaged over its footprint: four points on the surface's plane, found

@@ -59,6 +59,32 @@ impl Light {
         self.observe_above(scene, point, normal, LEAST_WEIGHT)
     }
 
+    /// The probe that sees a point of a surface most sharply, and its cell that is nearest; `None` where none sees it.
+    pub fn finest(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<(u32, u32)> {
+        let mut below = f32::INFINITY;
+        loop {
+            let (mut best, mut probe) = (0.0, 0);
+            for (i, records) in self.records.iter().enumerate() {
+                let fine = records.hits().fineness(point, normal);
+                if fine > best && fine < below {
+                    (best, probe) = (fine, i);
+                }
+            }
+            if best <= 0.0 {
+                return None;
+            }
+            if let Some(cell) = self.records[probe].hits().find(scene, point, normal) {
+                return Some((probe as u32, cell));
+            }
+            below = best;
+        }
+    }
+
+    /// Irradiance of the nearest record of the probe that sees a point of a surface most sharply.
+    pub fn nearest(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
+        self.finest(scene, point, normal).map(|(probe, cell)| self.records[probe as usize].light(cell))
+    }
+
     /// Irradiance by whatever records there are, however little they can be trusted: better than nothing where there is
     /// no volume.
     pub fn glimpse(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {

@@ -4,6 +4,7 @@ use glam::{IVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Grid;
+use super::nearby::ENOUGH;
 use crate::scene::{Ray, Scene};
 
 /// A place on a surface that stands for the part of it inside one cell.
@@ -28,10 +29,16 @@ pub struct Anchors {
 /// How far an anchor speaks, in cells.
 const REACH: f32 = 1.75;
 
+/// How far off an anchor's plane, in cells, halves its weight.
+const OFF_PLANE: f32 = 0.05;
+
 /// How well an anchor speaks for a point, with its index.
 pub type Weighted = (f32, u32);
 
 impl Anchors {
+    /// The [weight](Self::weight) at the anchor itself.
+    pub(super) const FULL_WEIGHT: f32 = 1.0 / OFF_PLANE;
+
     /// Puts anchors on all surfaces, both sides: per cell and main direction (26 of them) the sample nearest to the
     /// middle of the cell. Samples lie where a lattice fixed to the grid, six lines a cell, pierces the surfaces along
     /// the axis that they face most, so that anchors do not depend on how a surface is cut into triangles.
@@ -118,8 +125,6 @@ impl Anchors {
     ) {
         /// Anchors of less than this share of the best one's weight are left out.
         const LEAST_SHARE: f32 = 0.05;
-        /// So many are enough.
-        const ENOUGH: u32 = 8;
         let mut best = 0.0;
         let mut taken = 0;
         for &(weight, index) in found {
@@ -168,7 +173,7 @@ impl Anchors {
             return 0.0;
         }
         let off_plane = (anchor.normal.dot(d).abs() + normal.dot(d).abs()) / self.grid.cell_m;
-        near * near * facing * facing / (0.05 + off_plane)
+        near * near * facing * facing / (OFF_PLANE + off_plane)
     }
 
     /// Anchors with the same number face much the same way, within a few cells.

@@ -9,6 +9,8 @@
 mod anchors;
 mod grid;
 mod guide;
+mod nearby;
+mod smooth;
 #[cfg(test)]
 mod tests;
 mod transport;
@@ -16,30 +18,23 @@ mod transport;
 pub use anchors::{Anchor, Anchors, Weighted};
 pub use grid::Grid;
 pub use guide::{Guide, Lobes};
+pub use nearby::Nearby;
 pub use transport::{Settings, Transport};
 
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
+use crate::panorama::luminance;
 use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
+use nearby::Seen;
 
 /// Irradiance at anchors on unseen surfaces, without the sun that falls on them directly.
 pub struct Volume<'a> {
     anchors: &'a Anchors,
     /// Per anchor the vector irradiance of each channel, E(n) = n · vector; `None` where not gathered.
     vectors: Vec<Option<[Vec3; 3]>>,
-}
-
-/// Scratch space for look-ups, and what the last one found.
-#[derive(Clone, Debug, Default)]
-pub struct Nearby {
-    found: Vec<Weighted>,
-    point: Vec3,
-    normal: Vec3,
-    /// The anchors that the point takes its value from.
-    seen: Vec<u32>,
 }
 
 /// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
@@ -54,15 +49,21 @@ impl<'a> Volume<'a> {
         let Transport { anchors, gathered, .. } = transport;
         let same_sun = light.sun.map(|s| s.direction) == transport.sun;
         // what arrives from seen surfaces, the sky, and unseen surfaces in direct sun
-        let first: Vec<[Vec3; 3]> = gathered
+        let (first, squares): (Vec<[Vec3; 3]>, Vec<f32>) = gathered
             .par_iter()
             .map(|g| {
                 let mut vectors = [Vec3::ZERO; 3];
+                let mut squares = 0.0;
+                let normal = anchors.list[g.anchor as usize].normal;
+                let mut add = |weight: Vec3, radiance: Vec3| {
+                    add(&mut vectors, weight, radiance);
+                    squares += (weight.dot(normal) * luminance(radiance)).powi(2);
+                };
                 for s in &g.sky {
-                    add(&mut vectors, s.weight, light.sky(s.direction));
+                    add(s.weight, light.sky(s.direction));
                 }
                 for s in &g.seen {
-                    add(&mut vectors, s.weight, s.rho * light.records[s.probe as usize].light(s.cell));
+                    add(s.weight, s.rho * light.records[s.probe as usize].light(s.cell));
                 }
                 for u in &g.unseen {
                     let direct = || match light.sun {
@@ -71,11 +72,11 @@ impl<'a> Volume<'a> {
                         _ => Vec3::ZERO,
                     };
                     let e = if u.linked { None } else { light.glimpse(scene, u.position, u.normal) };
-                    add(&mut vectors, u.weight, u.rho * e.unwrap_or_else(direct));
+                    add(u.weight, u.rho * e.unwrap_or_else(direct));
                 }
-                vectors
+                (vectors, squares)
             })
-            .collect();
+            .unzip();
         // Jacobi steps of E = first + K E: each reads only the last one's values
         let mut last = first.clone();
         for _ in 0..EXCHANGES {
@@ -106,6 +107,7 @@ impl<'a> Volume<'a> {
                 break;
             }
         }
+        let last = transport.beside.even(anchors, gathered, &last, &squares);
         let vectors = transport.places.iter().map(|&place| last.get(place as usize).copied()).collect();
         Self { anchors, vectors }
     }
@@ -124,19 +126,19 @@ impl<'a> Volume<'a> {
     /// what was found for the last point, which serves for points close by.
     pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Vec3> {
         /// How far from a point, in cells, what it sees counts as seen.
-        const CLOSE: f32 = 0.08;
+        const CLOSE: f32 = 0.15;
         let close = CLOSE * self.anchors.grid.cell_m;
-        if near.seen.is_empty() || near.normal.dot(normal) < 0.999 || near.point.distance(point) > close {
-            (near.point, near.normal) = (point, normal);
-            let Nearby { found, seen, .. } = near;
-            self.anchors.around(point, normal, found);
-            found.retain(|f| self.vectors[f.1 as usize].is_some());
-            seen.clear();
-            self.anchors.taken(scene, point, normal, found, |_, index| seen.push(index));
-        }
+        let seen = near.seen.get(point, normal, close).unwrap_or_else(|| {
+            self.anchors.around(point, normal, &mut near.around);
+            near.around.retain(|f| self.vectors[f.1 as usize].is_some());
+            let mut seen = Seen::default();
+            self.anchors.taken(scene, point, normal, &near.around, |_, index| seen.push(index));
+            near.seen.put(point, normal, close, seen);
+            seen
+        });
         let mut sum = Vec3::ZERO;
         let mut total = 0.0;
-        for &index in &near.seen {
+        for index in seen.iter() {
             if let Some(vectors) = &self.vectors[index as usize] {
                 let weight = self.anchors.weight(index, point, normal);
                 sum += irradiance(vectors, normal) * weight;
@@ -150,6 +152,12 @@ impl<'a> Volume<'a> {
     /// value near.
     pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, near: &mut Nearby) -> Vec3 {
         const RAYS: u32 = 32;
+        /// How far from a point, in cells, what was gathered for it is taken over.
+        const CLOSE: f32 = 0.25;
+        let close = CLOSE * self.anchors.grid.cell_m;
+        if let Some(known) = near.gathered.get(point, normal, close) {
+            return known;
+        }
         let origin = point + normal * self.anchors.lift();
         let lobes = Guide::default().from(origin, normal);
         let mut sum = Vec3::ZERO;
@@ -161,8 +169,8 @@ impl<'a> Volume<'a> {
                 Some(hit) => {
                     let s = scene.surface(&ray, &hit);
                     let direct = || light.direct_sun(scene, s.position, s.normal);
-                    let e = match light.observe(scene, s.position, s.normal) {
-                        Some(o) => o.value(),
+                    let e = match light.nearest(scene, s.position, s.normal) {
+                        Some(e) => e,
                         None => match self.irradiance(scene, s.position, s.normal, near) {
                             Some(e) => e + direct(),
                             None => light.glimpse(scene, s.position, s.normal).unwrap_or_else(direct),
@@ -172,7 +180,9 @@ impl<'a> Volume<'a> {
                 }
             };
         }
-        sum * (PI / RAYS as f32)
+        let gathered = sum * (PI / RAYS as f32);
+        near.gathered.put(point, normal, close, gathered);
+        gathered
     }
 }
 

@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 use std::f32::consts::PI;
 
 use super::anchors::plastic;
+use super::smooth::Beside;
 use super::{Anchor, Anchors, Grid, Guide};
 use crate::scene::{Ray, Scene, Surface};
-use crate::shoot::{Hits, Light, sunlight};
+use crate::shoot::{Light, sunlight};
 
 /// How finely to gather.
 #[derive(Clone, Copy, Debug)]
@@ -36,12 +37,16 @@ pub struct Transport {
     pub(super) gathered: Vec<Gathered>,
     /// For each anchor the index of the gathered place that stands for it, or [`NONE`].
     pub(super) places: Vec<u32>,
+    /// Which gathered places lie beside each other.
+    pub(super) beside: Beside,
 }
 
 /// What the rays from one anchor found. A ray's weight is its direction × its share of the hemisphere: Σ over rays of
 /// weight × radiance is the vector irradiance of a channel.
 pub(super) struct Gathered {
     pub(super) anchor: u32,
+    /// Number of rays cast.
+    pub(super) rays: u32,
     pub(super) sky: Vec<Sky>,
     pub(super) seen: Vec<Seen>,
     pub(super) unseen: Vec<Unseen>,
@@ -91,7 +96,7 @@ const MOST_SPHERES: usize = 64;
 const NONE: u32 = u32::MAX;
 
 /// Unseen surfaces that are only found by rays get so many times fewer rays of their own.
-const FEWER: u32 = 5;
+const FEWER: u32 = 8;
 
 impl Transport {
     /// Casts rays from the anchors around `wanted` unseen points (position, normal), then fewer from the unseen places
@@ -100,13 +105,13 @@ impl Transport {
         let (low, high) = scene.mesh.bounds();
         let anchors = Anchors::over(scene, Grid::over(low, high, settings.cells));
         let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
-        let Some(hits) = lights.first().map(|l| l.records.iter().map(|r| r.hits()).collect::<Vec<_>>()) else {
+        let Some(&light) = lights.first() else {
             let places = vec![NONE; anchors.list.len()];
-            return Self { anchors, sun, gathered: Vec::new(), places };
+            return Self { anchors, sun, gathered: Vec::new(), places, beside: Beside::default() };
         };
         let first = anchors.near(scene, wanted);
         let guide = guide(scene, &anchors, &first, lights);
-        let caster = Caster { scene, anchors: &anchors, hits: &hits, guide: &guide, sun };
+        let caster = Caster { scene, anchors: &anchors, light, guide: &guide, sun };
         let mut gathered = caster.wave(&first, settings.rays);
         let mut places = vec![NONE; anchors.list.len()];
         for (i, &a) in first.iter().enumerate() {
@@ -115,14 +120,15 @@ impl Transport {
         let second = caster.second(&gathered, &mut places);
         gathered.extend(caster.wave(&second, settings.rays.div_ceil(FEWER)));
         caster.link(&mut gathered, &mut places);
-        Self { anchors, sun, gathered, places }
+        let beside = Beside::find(scene, &anchors, &gathered);
+        Self { anchors, sun, gathered, places, beside }
     }
 }
 
 struct Caster<'a> {
     scene: &'a Scene,
     anchors: &'a Anchors,
-    hits: &'a [&'a Hits],
+    light: &'a Light,
     guide: &'a Guide,
     sun: Option<Vec3>,
 }
@@ -155,7 +161,7 @@ impl Caster<'_> {
         let lobes = self.guide.of(origin, anchor.normal, spheres);
         let turn = plastic(u64::from(index) * 7919 + 1);
         let share = 1.0 / rays as f32;
-        let mut all = Gathered { anchor: index, sky: vec![], seen: vec![], unseen: vec![], links: vec![] };
+        let mut all = Gathered { anchor: index, rays, sky: vec![], seen: vec![], unseen: vec![], links: vec![] };
         for k in 0..rays {
             let u = (plastic(u64::from(k)) + turn).fract();
             let Some((direction, density)) = lobes.sample((k as f32 + 0.5) * share, u) else { continue };
@@ -174,16 +180,7 @@ impl Caster<'_> {
         };
         let s = self.scene.surface(ray, &hit);
         let rho = self.scene.filtered_albedo(s.triangle, s.barycentric, hit.t * spread) / PI;
-        let mut best: Option<(f32, u32, u32)> = None;
-        for (probe, hits) in self.hits.iter().enumerate() {
-            let fine = hits.fineness(s.position, s.normal);
-            if fine > best.map_or(0.0, |b| b.0)
-                && let Some(cell) = hits.find(self.scene, s.position, s.normal)
-            {
-                best = Some((fine, probe as u32, cell));
-            }
-        }
-        if let Some((_, probe, cell)) = best {
+        if let Some((probe, cell)) = self.light.finest(self.scene, s.position, s.normal) {
             all.seen.push(Seen { weight, rho, probe, cell });
             return;
         }

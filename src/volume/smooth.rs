@@ -1,0 +1,75 @@
+//! Evens out the noise of the volume's values: places that see each other and face alike are mostly lit alike.
+//!
+//! Each place averages its own light with that of the places beside it, a neighbour counting less the farther its light
+//! is from the place's own, measured by the noise of both (as in non-local means: Rousselle, Knaus and Zwicker,
+//! *Adaptive rendering with non-local means filtering*, 2012). Real differences of light stay; noise goes.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::transport::Gathered;
+use super::{Anchors, irradiance};
+use crate::panorama::luminance;
+use crate::scene::Scene;
+
+/// Lights that differ by no more than this times their variance may be the same.
+const SLACK: f32 = 3.0;
+
+/// Per gathered place the others beside it: index among the gathered, and how much each counts if lit alike.
+#[derive(Default)]
+pub(super) struct Beside(Vec<Vec<(u32, f32)>>);
+
+impl Beside {
+    /// Finds for each gathered place the gathered places beside it that it sees.
+    pub(super) fn find(scene: &Scene, anchors: &Anchors, gathered: &[Gathered]) -> Self {
+        /// So many neighbours are enough.
+        const ENOUGH: usize = 12;
+        let mut place_of = vec![u32::MAX; anchors.list.len()];
+        for (i, g) in gathered.iter().enumerate() {
+            place_of[g.anchor as usize] = i as u32;
+        }
+        let beside = |found: &mut Vec<_>, g: &Gathered| -> Vec<(u32, f32)> {
+            let here = anchors.list[g.anchor as usize];
+            anchors.around(here.position, here.normal, found);
+            let others = found.iter().filter(|f| f.1 != g.anchor && place_of[f.1 as usize] != u32::MAX);
+            let seen = others.filter(|f| anchors.sees(scene, f.1, here.position, here.normal)).take(ENOUGH);
+            seen.map(|f| (place_of[f.1 as usize], (f.0 / Anchors::FULL_WEIGHT).sqrt())).collect()
+        };
+        Self(gathered.par_iter().map_init(Vec::new, beside).collect())
+    }
+
+    /// Evens out the places' vector irradiances; `squares` is for each place the sum of the squares of what its rays
+    /// add to its irradiance (luminance).
+    pub(super) fn even(
+        &self,
+        anchors: &Anchors,
+        gathered: &[Gathered],
+        vectors: &[[Vec3; 3]],
+        squares: &[f32],
+    ) -> Vec<[Vec3; 3]> {
+        let variance = |place: usize| {
+            let (g, vectors) = (&gathered[place], &vectors[place]);
+            let e = luminance(irradiance(vectors, anchors.list[g.anchor as usize].normal));
+            SLACK * (squares[place] - e * e / g.rays as f32).max(0.0)
+        };
+        let variance: Vec<f32> = (0..gathered.len()).map(variance).collect();
+        let mean = |(i, others): (usize, &Vec<(u32, f32)>)| {
+            let normal = anchors.list[gathered[i].anchor as usize].normal;
+            let bright = |place: usize| luminance(irradiance(&vectors[place], normal));
+            let here = bright(i);
+            let (mut sum, mut total) = (vectors[i], 1.0);
+            for &(other, share) in others {
+                let other = other as usize;
+                let noise = variance[i] + variance[other];
+                let off = (bright(other) - here).powi(2);
+                let weight = share * (-(off - noise).max(0.0) / noise.max(f32::MIN_POSITIVE)).exp();
+                for (sum, v) in sum.iter_mut().zip(vectors[other]) {
+                    *sum += v * weight;
+                }
+                total += weight;
+            }
+            sum.map(|v| v / total)
+        };
+        self.0.par_iter().enumerate().map(mean).collect()
+    }
+}
