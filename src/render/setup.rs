@@ -166,9 +166,9 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
     if scene.textures.is_empty() {
         left_out.push(LeftOut { stage: "textures", why: "no material has a picture".to_owned() });
     }
-    let first = &lights[0].1.records;
-    let records = first.iter().map(|r| r.hits().count()).sum();
-    let record_bytes = first.iter().map(|r| r.bytes() + r.hits().bytes()).sum();
+    let first = || lights.iter().take(1).flat_map(|l| &l.1.records);
+    let records = first().map(|r| r.hits().count()).sum();
+    let record_bytes = first().map(|r| r.bytes() + r.hits().bytes()).sum();
     Ok(Setup { lights, transport_of, transports, timings, left_out, records, record_bytes })
 }
 
