@@ -10,7 +10,10 @@
 //! of 10⁻⁷ of the extent (0.01 mm in a house of 100 m).
 
 mod arrangement;
+mod crossings;
 mod star;
+#[cfg(test)]
+mod tests;
 mod unseen;
 
 use super::cover::{Coverage, Goal, Limits, choose, maximal, minimum};
@@ -107,7 +110,7 @@ impl<'a> Search<'a> {
             tolerance,
             witnesses: Vec::new(),
             stars: Vec::new(),
-            candidates: Candidates::new(open, !certify),
+            candidates: Candidates::new(open),
             struck: BTreeSet::new(),
             best: None,
             lower: 1,
@@ -137,7 +140,7 @@ impl<'a> Search<'a> {
         loop {
             self.rounds += 1;
             let arranged = self.stars.len();
-            let whole = self.candidates.arrange(self.open, &self.stars, arranged, self.until);
+            let whole = self.candidates.arrange(self.open, &self.stars, self.until);
             let all: Vec<usize> = (0..self.candidates.points.len()).collect();
             // a place where no more witnesses are seen from than from another need not be tried
             let kept = maximal(&self.coverage(&all, arranged, false));
