@@ -79,8 +79,11 @@ pub fn guard(open: &OpenSpace, effort: Effort) -> Guards {
     search.result()
 }
 
-/// In fast mode a search tree has at most so many nodes for each part of the problem.
+/// In fast mode a search tree has at most so many nodes for each part of the problem, and there are at most so many
+/// rounds: one, where witnesses are more than so many.
 const FAST_NODES: usize = 20;
+const FAST_ROUNDS: usize = 4;
+const FAST_WITNESSES: usize = 2000;
 
 struct Search<'a> {
     open: &'a OpenSpace,
@@ -155,7 +158,8 @@ impl<'a> Search<'a> {
             }
             let choice = least.chosen.into_iter().map(|k| kept[k]).collect();
             self.cover_all(kept, choice);
-            if !self.certify || self.met() || self.late() || self.stars.len() == arranged {
+            let enough = !self.certify && (self.rounds >= FAST_ROUNDS || self.stars.len() > FAST_WITNESSES);
+            if enough || self.met() || self.late() || self.stars.len() == arranged {
                 return;
             }
         }
