@@ -12,16 +12,16 @@
 use super::cover::Coverage;
 
 const ROUNDS: usize = 250;
-/// The search looks at so many candidates' elements at most: some tenths of a second.
-const WORK: usize = 400_000_000;
+/// The search looks at so many pairs of a candidate and what it covers at most: about a second.
+const WORK: usize = 1_000_000_000;
 
 /// A lower bound on the number of candidates that cover at least `wanted` weight; `upper` is a number that is known
-/// to do.
-pub(super) fn partial_bound(coverage: &Coverage, wanted: f64, upper: usize) -> usize {
+/// to do. Where so many can do and fewer are known than `upper`, they come too.
+pub(super) fn partial_bound(coverage: &Coverage, wanted: f64, upper: usize) -> (usize, Vec<usize>) {
     let elements: Vec<usize> = (0..coverage.elements()).filter(|e| !coverage.covered_by(*e).is_empty()).collect();
     let total: f64 = elements.iter().map(|e| coverage.weight(*e)).sum();
     if wanted <= 0.0 || upper == 0 || elements.is_empty() {
-        return 0;
+        return (0, Vec::new());
     }
     let wanted = wanted.min(total);
     // prices start where the widest candidate is just worth its cost
@@ -75,11 +75,13 @@ pub(super) fn partial_bound(coverage: &Coverage, wanted: f64, upper: usize) -> u
         excluded: vec![false; coverage.candidates()],
         slack: 1e-9 * total,
         work: WORK,
+        found: Vec::new(),
     };
     while bound < upper && search.can_do(wanted, bound) == Some(false) {
         bound += 1;
     }
-    bound
+    search.found.reverse();
+    (bound, search.found)
 }
 
 struct Search<'a> {
@@ -91,6 +93,8 @@ struct Search<'a> {
     slack: f64,
     /// So much work is left.
     work: usize,
+    /// Candidates that can do, the last taken first.
+    found: Vec<usize>,
 }
 
 impl Search<'_> {
@@ -100,14 +104,7 @@ impl Search<'_> {
         if least <= 0.0 {
             return Some(true);
         }
-        let mut gains = Vec::new();
-        for c in (0..self.coverage.candidates()).filter(|c| !self.excluded[*c]) {
-            let covers = self.coverage.covers(c);
-            self.work = self.work.checked_sub(covers.len() + 1)?;
-            let new = covers.iter().filter(|e| self.covered[**e as usize] == 0);
-            gains.push((new.map(|e| self.coverage.weight(*e as usize)).sum::<f64>(), c));
-        }
-        gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let gains = self.gains()?;
         let mut told = Some(false);
         let mut tried = 0;
         for first in 0..gains.len() {
@@ -116,16 +113,20 @@ impl Search<'_> {
             if best < least {
                 break;
             }
+            let (gain, c) = gains[first];
             if k == 1 {
+                self.found.push(c);
                 told = Some(true);
                 break;
             }
-            let (gain, c) = gains[first];
             self.coverage.covers(c).iter().for_each(|e| self.covered[*e as usize] += 1);
             self.excluded[c] = true;
             tried += 1;
             told = self.can_do(lacking - gain, k - 1);
             self.coverage.covers(c).iter().for_each(|e| self.covered[*e as usize] -= 1);
+            if told == Some(true) {
+                self.found.push(c);
+            }
             if told != Some(false) {
                 break;
             }
@@ -133,19 +134,33 @@ impl Search<'_> {
         gains[..tried].iter().for_each(|(_, c)| self.excluded[*c] = false);
         told
     }
+
+    /// What each candidate would add, most first; `None` if that was too much work.
+    fn gains(&mut self) -> Option<Vec<(f64, usize)>> {
+        let mut gains: Vec<(f64, usize)> = (0..self.coverage.candidates()).map(|c| (0.0, c)).collect();
+        for e in (0..self.covered.len()).filter(|e| self.covered[*e] == 0) {
+            let by = self.coverage.covered_by(e);
+            self.work = self.work.checked_sub(by.len() + 1)?;
+            by.iter().for_each(|c| gains[*c as usize].0 += self.coverage.weight(e));
+        }
+        gains.retain(|(_, c)| !self.excluded[*c]);
+        gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        Some(gains)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn weight(coverage: &Coverage, set: usize) -> f64 {
+        let covered = |e: &usize| coverage.covered_by(*e).iter().any(|c| set >> c & 1 == 1);
+        (0..coverage.elements()).filter(covered).map(|e| coverage.weight(e)).sum()
+    }
+
     fn fewest(coverage: &Coverage, wanted: f64) -> usize {
-        let n = coverage.candidates();
-        let weight = |set: usize| {
-            let covered = |e: &usize| coverage.covered_by(*e).iter().any(|c| set >> c & 1 == 1);
-            (0..coverage.elements()).filter(covered).map(|e| coverage.weight(e)).sum::<f64>()
-        };
-        (0usize..1 << n).filter(|s| weight(*s) >= wanted - 1e-9).map(|s| s.count_ones() as usize).min().unwrap()
+        let enough = |s: &usize| weight(coverage, *s) >= wanted - 1e-9;
+        (0usize..1 << coverage.candidates()).filter(enough).map(|s| s.count_ones() as usize).min().unwrap()
     }
 
     #[test]
@@ -162,7 +177,13 @@ mod tests {
             let wanted = coverage.coverable() * (0.5 + random(50) as f64 / 100.0);
             let truth = fewest(&coverage, wanted);
             for upper in [truth, truth + 2] {
-                assert_eq!(partial_bound(&coverage, wanted, upper), truth);
+                let (bound, found) = partial_bound(&coverage, wanted, upper);
+                assert_eq!(bound, truth);
+                let set = found.iter().fold(0, |set, c| set | 1 << c);
+                assert!(
+                    upper == truth && found.is_empty()
+                        || found.len() == truth && weight(&coverage, set) >= wanted - 1e-6
+                );
             }
         }
     }
