@@ -33,6 +33,9 @@ pub(crate) struct PlanArgs {
     /// Only this floor (ground, first, …); may be given several times
     #[arg(long, value_name = "NAME")]
     floor: Vec<String>,
+    /// Count small parts too that cannot be walked to and are open to what is not their floor
+    #[arg(long)]
+    all_parts: bool,
     /// Leave the check by rays on the model's surface out, and coverage.ply
     #[arg(long)]
     no_surface: bool,
@@ -56,7 +59,8 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
     spinner.set_message("planning");
-    let mut options = Options { fresh: args.fresh, floors: args.floor.clone(), ..Options::default() };
+    let mut options =
+        Options { fresh: args.fresh, floors: args.floor.clone(), all_parts: args.all_parts, ..Options::default() };
     if args.no_surface {
         options.patches = 0;
     }

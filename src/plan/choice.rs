@@ -78,20 +78,21 @@ fn on_floor(model: &Model, fixed: usize, at_most: Option<usize>, plan: &Plan) ->
         fixed: first(model, fixed),
         improve: true,
     };
-    let choice = choose(&coverage, &goal);
-    let stations: Vec<usize> = choice.chosen.iter().copied().filter(|c| *c < model.candidates.len()).collect();
-    let chosen = Chosen {
-        needed: stations.len(),
-        lower_bound: bound(model, &coverage, plan, stations.len()),
-        fixed,
-        stations,
-        groups: 1,
+    let new = |choice: &Choice| -> Vec<usize> {
+        choice.chosen.iter().copied().filter(|c| *c < model.candidates.len()).collect()
     };
+    let mut choice = choose(&coverage, &goal);
+    let (lower_bound, fewer) = bound(model, &coverage, plan, new(&choice).len());
+    if !fewer.is_empty() && fixed == 0 && at_most.is_none() {
+        choice = choose(&coverage, &Goal { fixed: first(model, 0).into_iter().chain(fewer).collect(), ..goal });
+    }
+    let stations = new(&choice);
+    let chosen = Chosen { needed: stations.len(), lower_bound, fixed, stations, groups: 1 };
     (chosen, choice)
 }
 
-/// So many new stations are needed at least, given the probes that are there.
-fn bound(model: &Model, coverage: &Coverage, plan: &Plan, upper: usize) -> usize {
+/// So many new stations are needed at least, given the probes that are there; and such, if fewer than `upper` can do.
+fn bound(model: &Model, coverage: &Coverage, plan: &Plan, upper: usize) -> (usize, Vec<usize>) {
     let mut weights = model.witnesses.weights();
     let mut wanted = plan.target_coverage * coverage.coverable();
     for witness in model.present.iter().flat_map(|(_, s)| s) {
@@ -99,7 +100,7 @@ fn bound(model: &Model, coverage: &Coverage, plan: &Plan, upper: usize) -> usize
     }
     // a hair less, as the choice itself may stop there
     let wanted = wanted - 1e-9 * coverage.coverable();
-    Coverage::new(weights, model.sights.iter().cloned()).map_or(0, |c| partial_bound(&c, wanted, upper))
+    Coverage::new(weights, model.sights.iter().cloned()).map_or((0, Vec::new()), |c| partial_bound(&c, wanted, upper))
 }
 
 /// Each floor's number of stations when there are `most` in all: always the next best one.

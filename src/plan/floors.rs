@@ -8,6 +8,7 @@ use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use super::PlanError;
+use super::annex::annexes;
 use super::grid::{Grid, Map};
 use super::levels::{self, Level, SPREAD_M};
 use super::places::{Enclosure, Places, Side};
@@ -51,6 +52,9 @@ pub struct Floor {
     pub open: Map,
     /// The part of the open that has this floor below it: what stations are to see.
     pub target: Map,
+    /// Small parts that seemed to belong to it and are left out: none can be walked to, and all are open to what is not
+    /// this floor.
+    pub left_out: Map,
 }
 
 impl Floor {
@@ -70,12 +74,13 @@ pub struct Found {
     pub warnings: Vec<String>,
 }
 
-/// Finds a model's floors.
+/// Finds a model's floors. Small parts that cannot be walked to and are open to what is not the floor are left out,
+/// unless `all_parts` asks for them.
 ///
 /// # Errors
 ///
 /// No floor, no place for a tripod on any, or a model that encloses nothing.
-pub fn find(scene: &Scene, plan: &Plan) -> Result<Found, PlanError> {
+pub fn find(scene: &Scene, plan: &Plan, all_parts: bool) -> Result<Found, PlanError> {
     let (low, high) = scene.mesh.bounds();
     let grid = Grid::covering(flat(low).as_dvec2(), flat(high).as_dvec2(), CELL_M, MOST_CELLS);
     let columns = Columns::new(&scene.mesh, grid);
@@ -107,6 +112,13 @@ pub fn find(scene: &Scene, plan: &Plan) -> Result<Found, PlanError> {
         let target = own(&all, i, &columns, plan);
         all[i].target = target;
     }
+    for floor in all.iter_mut().filter(|_| !all_parts) {
+        let lens = floor.elevation + height;
+        floor.left_out =
+            annexes(floor, &places, &indoors, &columns, |c| !columns.solid(c, lens - SLAB_M, lens + SLAB_M));
+        floor.target = floor.target.without(&floor.left_out);
+        floor.standable = floor.standable.without(&floor.left_out);
+    }
     let mut unfit = Vec::new();
     for floor in all {
         if floor.standable.count() > 0 {
@@ -128,6 +140,14 @@ pub fn find(scene: &Scene, plan: &Plan) -> Result<Found, PlanError> {
     }
     for (i, floor) in found.floors.iter_mut().enumerate() {
         (floor.name, floor.slug) = name(i);
+        if floor.left_out.area() >= NOOK_M2 {
+            found.warnings.push(format!(
+                "{}: {:.1} m² beside it cannot be walked to, are open to what is not this floor, and are left out; \
+                 --all-parts counts them.",
+                floor.name,
+                floor.left_out.area()
+            ));
+        }
     }
     Ok(found)
 }
@@ -183,7 +203,8 @@ fn floor(
     let open = mended(open.inverted().without_specks(SPECK_M2).inverted().without_specks(NOOK_M2));
     let target = target(&open, columns, elevation, lens);
     let standable = Map::of(grid, |c| could_stand.on[c] && open.on[c]);
-    Floor { name: String::new(), slug: String::new(), elevation, walkable, ground, standable, open, target }
+    let left_out = grid.none();
+    Floor { name: String::new(), slug: String::new(), elevation, walkable, ground, standable, open, target, left_out }
 }
 
 /// Where a tripod can stand: clear of what cannot be walked on, on level ground, not kept out.

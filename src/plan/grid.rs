@@ -122,6 +122,11 @@ impl Map {
         self.on.iter().enumerate().filter(|(_, on)| **on).map(|(cell, _)| cell)
     }
 
+    /// The cells that are on here and off in another map of the same grid.
+    pub fn without(&self, other: &Self) -> Self {
+        Self::of(self.grid, |c| self.on[c] && !other.on[c])
+    }
+
     /// The cells that are off here.
     pub fn inverted(&self) -> Self {
         Self { grid: self.grid, on: self.on.iter().map(|on| !on).collect() }

@@ -4,6 +4,7 @@
 //! model ([`floors`]: columns of spans, walkable places, levels, maps, [`contour`]) and plans stations on them
 //! ([`mod@site`]: witnesses, choice, overlap, tour, taped distances, and a check on the model's surface).
 
+mod annex;
 mod assemble;
 mod choice;
 pub mod contour;

@@ -27,7 +27,6 @@ pub struct OpenSpace {
     /// Triangles around each corner: `around[starts[v]..starts[v + 1]]`.
     around: Vec<u32>,
     starts: Vec<u32>,
-    components: Vec<u32>,
     grid: Grid,
     polygons: Vec<Polygon>,
     area: f64,
@@ -71,13 +70,12 @@ impl OpenSpace {
     fn from_triangles(parts: Triangles, polygons: Vec<Polygon>, altered: bool) -> Self {
         let (corners, triangles) = in_order_of_use(parts);
         let (around, starts) = fans(&triangles, corners.len());
-        let components = components(&triangles);
         let grid = Grid::new(&corners, &triangles);
         let twice = |t: &Triangle| {
             orient(corners[t.corners[0] as usize], corners[t.corners[1] as usize], corners[t.corners[2] as usize])
         };
         let area = triangles.iter().map(twice).sum::<f64>() / 2.0;
-        Self { corners, triangles, around, starts, components, grid, polygons, area, altered }
+        Self { corners, triangles, around, starts, grid, polygons, area, altered }
     }
 
     /// The area of all of it, in square units.
@@ -98,20 +96,6 @@ impl OpenSpace {
     /// All corners of the rings, each once.
     pub fn corners(&self) -> &[DVec2] {
         &self.corners
-    }
-
-    /// How many parts there are that no walk inside joins.
-    pub fn component_count(&self) -> usize {
-        self.components.iter().max().map_or(0, |&c| c as usize + 1)
-    }
-
-    /// Which part a point lies in, from 0; `None` outside.
-    pub fn component(&self, p: DVec2) -> Option<usize> {
-        let triangle = match self.locate(p)? {
-            Place::Inside(t) | Place::Edge(t, _) => t,
-            Place::Corner(v) => self.fan(v)[0],
-        };
-        Some(self.components[triangle as usize] as usize)
     }
 
     /// Whether a point lies inside or on the border: exact.
@@ -229,29 +213,6 @@ fn fans(triangles: &[Triangle], corners: usize) -> (Vec<u32>, Vec<u32>) {
         }
     }
     (around, starts)
-}
-
-fn components(triangles: &[Triangle]) -> Vec<u32> {
-    let mut of = vec![u32::MAX; triangles.len()];
-    let mut next = 0;
-    let mut front = Vec::new();
-    for seed in 0..triangles.len() {
-        if of[seed] != u32::MAX {
-            continue;
-        }
-        of[seed] = next;
-        front.push(seed);
-        while let Some(t) = front.pop() {
-            for n in triangles[t].across.into_iter().filter(|&n| n != WALL) {
-                if of[n as usize] == u32::MAX {
-                    of[n as usize] = next;
-                    front.push(n as usize);
-                }
-            }
-        }
-        next += 1;
-    }
-    of
 }
 
 /// A uniform grid that lists the triangles touching each cell.

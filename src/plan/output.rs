@@ -47,6 +47,8 @@ pub struct FloorJson {
     pub existing_fraction: f64,
     /// Open floor that no station could see, m².
     pub unreachable_m2: f64,
+    /// Small parts beside it, m², that cannot be walked to and are open to what is not this floor: not counted.
+    pub left_out_m2: f64,
     /// Share of the walls at probe height that is seen within the limits.
     pub wall_fraction: f64,
     /// What rays to the model's surface say.
@@ -180,6 +182,7 @@ fn floor(f: &FloorPlan, out: &Outward) -> FloorJson {
         curve: f.curve.iter().map(|v| rounded(*v, 6)).collect(),
         existing_fraction: rounded(f.present_fraction, 6),
         unreachable_m2: rounded(f.unreachable_m2, 3),
+        left_out_m2: rounded(f.floor.left_out.area(), 3),
         wall_fraction: rounded(f.wall_fraction, 6),
         surface: f.surface.map(|s| SurfaceJson {
             covered_fraction: rounded(s.covered_fraction, 6),

@@ -10,6 +10,8 @@ use crate::scene::{Ray, Scene, edges};
 
 /// The highest step a person with a tripod takes, metres.
 pub(super) const STEP_M: f32 = 0.25;
+/// A person is so wide, metres.
+const SHOULDERS_M: f64 = 0.4;
 /// Indoors or not is told once for squares of about this side, metres.
 const BLOCK_M: f64 = 0.4;
 
@@ -83,6 +85,38 @@ impl Places {
             count += 1;
         }
         self.list.iter_mut().zip(part).for_each(|(place, part)| place.part = part);
+    }
+
+    /// The places that a person walks to from some, staying indoors and where there is room for shoulders.
+    pub(super) fn walked_to(
+        &self,
+        from: impl Iterator<Item = usize>,
+        indoors: &[bool],
+        columns: &Columns,
+    ) -> Vec<bool> {
+        let grid = columns.grid;
+        let reach = (0.5 * SHOULDERS_M / grid.cell_m).round().max(1.0) as isize;
+        let near = |place: Place, cell: usize| {
+            self.column(cell).filter(move |other| (self.list[*other].z - place.z).abs() <= STEP_M)
+        };
+        let fits = |i: usize| {
+            let place = self.list[i];
+            let room = |(x, y)| grid.beside(place.cell as usize, x, y).is_some_and(|c| near(place, c).next().is_some());
+            indoors[i] && [(reach, 0), (-reach, 0), (0, reach), (0, -reach)].into_iter().all(room)
+        };
+        let mut reached = vec![false; self.list.len()];
+        let mut queue: Vec<usize> = from.collect();
+        queue.iter().for_each(|i| reached[*i] = true);
+        while let Some(i) = queue.pop() {
+            let place = self.list[i];
+            for other in grid.neighbours(place.cell as usize).flat_map(|c| near(place, c)) {
+                if !reached[other] && fits(other) {
+                    reached[other] = true;
+                    queue.push(other);
+                }
+            }
+        }
+        reached
     }
 
     /// How many connected parts there are.

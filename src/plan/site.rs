@@ -24,11 +24,13 @@ pub struct Options {
     pub floors: Vec<String>,
     /// The most patches that the surface is cut into; 0 leaves the check in space out.
     pub patches: usize,
+    /// Count small parts too that cannot be walked to and are open to what is not their floor.
+    pub all_parts: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fresh: false, floors: Vec::new(), patches: 150_000 }
+        Self { fresh: false, floors: Vec::new(), patches: 150_000, all_parts: false }
     }
 }
 
@@ -144,7 +146,7 @@ pub struct SurfacePlan<'a> {
 /// No floor, an open model, no place for a tripod, or limits that exclude each other.
 pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<SitePlan<'a>, PlanError> {
     let limits = &site.plan;
-    let mut found = floors::find(scene, limits)?;
+    let mut found = floors::find(scene, limits, options.all_parts)?;
     let mut warnings = std::mem::take(&mut found.warnings);
     let mut floors = wanted(found.floors, &options.floors)?;
     let present = present(site, scene, &floors, options.fresh, &mut warnings);

@@ -106,14 +106,10 @@ fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
                 let free = |p: &[f64; 2]| {
                     taken.iter().map(|q| ((p[0] - q[0]) / 2.0).hypot(p[1] - q[1])).fold(f64::INFINITY, f64::min)
                 };
-                let places = [0.5, 0.65, 0.8, 0.95, 1.1].map(along);
-                let Some(best) = places
-                    .iter()
-                    .find(|p| free(p) > 3.2)
-                    .or_else(|| places.iter().max_by(|a, b| free(a).total_cmp(&free(b))))
-                else {
-                    continue;
-                };
+                let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(1e-9);
+                let places = [0.5, 0.65, 0.8, 1.0 + 3.0 / length, 1.0 + 5.0 / length].map(along);
+                // where there is no room, the table tells
+                let Some(best) = places.iter().find(|p| free(p) > 3.2) else { continue };
                 taken.push(*best);
                 let text = Text::new(2.4).anchor(Anchor::Middle).halo(0.5);
                 svg.text([best[0], best[1] + 0.8], &format!("{:.2}", tape.metres), &text);

@@ -10,7 +10,10 @@
 //! of 10⁻⁷ of the extent (0.01 mm in a house of 100 m).
 
 mod arrangement;
+mod crossings;
 mod star;
+#[cfg(test)]
+mod tests;
 mod unseen;
 
 use super::cover::{Coverage, Goal, Limits, choose, maximal, minimum};
@@ -76,8 +79,11 @@ pub fn guard(open: &OpenSpace, effort: Effort) -> Guards {
     search.result()
 }
 
-/// In fast mode a search tree has at most so many nodes for each part of the problem.
+/// In fast mode a search tree has at most so many nodes for each part of the problem, and there are at most so many
+/// rounds: one, where witnesses are more than so many.
 const FAST_NODES: usize = 20;
+const FAST_ROUNDS: usize = 4;
+const FAST_WITNESSES: usize = 2000;
 
 struct Search<'a> {
     open: &'a OpenSpace,
@@ -107,7 +113,7 @@ impl<'a> Search<'a> {
             tolerance,
             witnesses: Vec::new(),
             stars: Vec::new(),
-            candidates: Candidates::new(open, !certify),
+            candidates: Candidates::new(open),
             struck: BTreeSet::new(),
             best: None,
             lower: 1,
@@ -137,7 +143,7 @@ impl<'a> Search<'a> {
         loop {
             self.rounds += 1;
             let arranged = self.stars.len();
-            let whole = self.candidates.arrange(self.open, &self.stars, arranged, self.until);
+            let whole = self.candidates.arrange(self.open, &self.stars, self.until);
             let all: Vec<usize> = (0..self.candidates.points.len()).collect();
             // a place where no more witnesses are seen from than from another need not be tried
             let kept = maximal(&self.coverage(&all, arranged, false));
@@ -152,7 +158,8 @@ impl<'a> Search<'a> {
             }
             let choice = least.chosen.into_iter().map(|k| kept[k]).collect();
             self.cover_all(kept, choice);
-            if !self.certify || self.met() || self.late() || self.stars.len() == arranged {
+            let enough = !self.certify && (self.rounds >= FAST_ROUNDS || self.stars.len() > FAST_WITNESSES);
+            if enough || self.met() || self.late() || self.stars.len() == arranged {
                 return;
             }
         }

@@ -13,6 +13,8 @@ pub(crate) struct Star {
     centre: DVec2,
     /// Triangles from the centre to the ring, in order of the angle of their first corner.
     sectors: Vec<Sector>,
+    /// Where each sector begins: see [`angle`]. Apart from the sectors, since these are searched.
+    angles: Vec<f64>,
     /// Slits: seen, but no part of the ring.
     slits: Vec<[DVec2; 2]>,
     tolerance: f64,
@@ -23,10 +25,12 @@ pub(crate) struct Star {
 pub(crate) struct Ray {
     pub(crate) corner: u32,
     pub(crate) ends: [DVec2; 2],
+    /// Where the region lies, going out along the ray: 1 left, −1 right, 0 not on one side all along.
+    pub(crate) side: f64,
 }
 
+#[derive(Clone, Copy, Debug)]
 struct Sector {
-    angle: f64,
     /// Whether it is more than what rounding makes of a line of sight, where the ring steps back.
     wide: bool,
     ends: [DVec2; 2],
@@ -38,34 +42,51 @@ impl Star {
         let (scratch, seen) = buffers;
         open.visibility_into(centre, scratch, seen);
         let n = seen.ring.len();
-        let mut star =
-            Self { low: centre, high: centre, rays: Vec::new(), centre, sectors: vec![], slits: vec![], tolerance };
+        let mut star = Self {
+            low: centre,
+            high: centre,
+            rays: vec![],
+            centre,
+            sectors: vec![],
+            angles: vec![],
+            slits: vec![],
+            tolerance,
+        };
+        let mut sectors = Vec::with_capacity(n);
         for i in 0..n {
             let (a, b) = (seen.ring[i], seen.ring[(i + 1) % n]);
             let twice_area = (a - centre).perp_dot(b - centre);
             if a != centre && b != centre && twice_area > 0.0 {
                 let wide = twice_area > tolerance * a.distance(centre).max(b.distance(centre));
-                star.sectors.push(Sector { angle: angle(a - centre), wide, ends: [a, b] });
+                sectors.push((angle(a - centre), Sector { wide, ends: [a, b] }));
             }
             star.low = star.low.min(a);
             star.high = star.high.max(a);
         }
-        star.sectors.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        sectors.sort_by(|a: &(f64, _), b| a.0.total_cmp(&b.0));
+        (star.angles, star.sectors) = sectors.into_iter().unzip();
         for i in 0..n {
             let corner = seen.corners[i];
             if corner != u32::MAX && seen.ring[i] != centre {
-                star.add_ray(open, corner, seen.ring[i]);
+                star.add_ray(open, corner, seen.ring[i], [seen.ring[(i + n - 1) % n], seen.ring[(i + 1) % n]]);
             }
         }
         star
     }
 
-    fn add_ray(&mut self, open: &OpenSpace, corner: u32, from: DVec2) {
+    /// `beside`: the ring's points before and after the corner.
+    fn add_ray(&mut self, open: &OpenSpace, corner: u32, from: DVec2, beside: [DVec2; 2]) {
         let to = open.ray_end(self.centre, corner);
         if to.distance(from) <= self.tolerance {
             return;
         }
-        self.rays.push(Ray { corner, ends: [from, to] });
+        // the ring turns left about the region: where it goes out along the ray, the region lies left
+        let side = match beside.map(|p| p.distance(to) <= self.tolerance) {
+            [false, true] => 1.0,
+            [true, false] => -1.0,
+            _ => 0.0,
+        };
+        self.rays.push(Ray { corner, ends: [from, to], side });
         if !self.holds(to) || !self.holds((from + to) / 2.0) {
             self.slits.push([from, to]);
             self.low = self.low.min(to);
@@ -89,27 +110,27 @@ impl Star {
             return false;
         }
         let (at, turn) = (angle(from), 2.0 * eps / distance);
-        let begun = |angle: f64| self.sectors.partition_point(|s| s.angle <= angle);
+        let begun = |angle: f64| self.angles.partition_point(|&a| a <= angle);
         // a place a hair before a full turn may lie in the first sectors
         let first = if at + turn < 4.0 { begun(at + turn) } else { n + begun(at + turn - 4.0) };
         // back to the first sector that begins before the angle, less the tolerance; a hair may begin after the sector
         // that it lies in
         for k in 0..n {
-            let sector = &self.sectors[(first + 2 * n - 1 - k) % n];
-            if self.in_sector(sector, p) {
+            let i = (first + 2 * n - 1 - k) % n;
+            if self.in_sector(self.sectors[i], p) {
                 return true;
             }
-            let behind = (at - sector.angle).rem_euclid(4.0);
-            if sector.wide && behind > turn && behind < 4.0 - turn {
+            let behind = at - self.angles[i];
+            let behind = if behind < 0.0 { behind + 4.0 } else { behind };
+            if self.sectors[i].wide && behind > turn && behind < 4.0 - turn {
                 return false;
             }
         }
         false
     }
 
-    fn in_sector(&self, sector: &Sector, p: DVec2) -> bool {
+    fn in_sector(&self, Sector { ends: [a, b], .. }: Sector, p: DVec2) -> bool {
         let (eps, o) = (self.tolerance, self.centre);
-        let [a, b] = sector.ends;
         let inside = |a: DVec2, b: DVec2| (b - a).perp_dot(p - a) >= -eps * (b - a).length();
         let (low, high) = (o.min(a).min(b) - eps, o.max(a).max(b) + eps);
         p.cmpge(low).all() && p.cmple(high).all() && inside(o, a) && inside(a, b) && inside(b, o)
@@ -127,5 +148,5 @@ impl Star {
 fn angle(d: DVec2) -> f64 {
     let t = d.y / (d.x.abs() + d.y.abs());
     let turned = if d.x < 0.0 { 2.0 - t } else { t };
-    turned.rem_euclid(4.0)
+    if turned < 0.0 { turned + 4.0 } else { turned }
 }
