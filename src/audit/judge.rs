@@ -140,7 +140,7 @@ fn judge_one(
         *all.select_nth_unstable_by(at, f32::total_cmp).1
     };
     let (t, g) = (upper(&scores.texture), upper(&scores.geometry));
-    let swept = sweep(maps, &region);
+    let swept = sweep(prepared, maps, &region);
     let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
     // a part that is large enough speaks for all of it

@@ -1,7 +1,6 @@
 //! How much each test suspects each pixel.
 
 use super::bins::{BINS, Bins};
-use super::geometry::SWEEP_M;
 use super::regions::Pieces;
 use super::texture::{Texture, odds_of};
 use super::view::Maps;
@@ -79,7 +78,7 @@ impl Scores {
                     (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins.of[i]])).max(t.brightness[i] / BRIGHTNESS);
                 let other = (colour[i] * COLOUR / STRONG_COLOUR).max(foreign[i]).max(structure(i));
                 let borne_out = if t.tested[i] { other.max(shaded) } else { 1.0 };
-                let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
+                let off = g.best_m[i].abs() * g.parallax[i] / PIXELS_OFF;
                 let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
                 wrong.min(borne_out).max(moved).max(bridged)
             })
