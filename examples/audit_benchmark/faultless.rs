@@ -16,6 +16,7 @@ pub fn faultless(bench: &Bench, nuisances: &[Nuisance]) {
         let settings = Settings { longest_px: 4096, ..Settings::default() };
         let mut line = String::new();
         let mut here = 0;
+        let right = vec![false; cameras.iter().map(|c| (c.width * c.height) as usize).max().unwrap_or(0)];
         let (mut most, mut left) = (0.0f64, 0.0f64);
         bench.with(&bench.scene, nuisance, &cameras, |prepared, _, _| {
             for (v, camera) in cameras.iter().enumerate() {
@@ -29,6 +30,9 @@ pub fn faultless(bench: &Bench, nuisances: &[Nuisance]) {
                 here += sure.len();
                 pixels += (camera.width * camera.height) as f64;
                 for j in sure {
+                    if bench.regions {
+                        println!("#     {}", crate::described(j, &right, 0));
+                    }
                     line += &format!(
                         " {}:{}/{}({})",
                         bench.site.views[v].name,

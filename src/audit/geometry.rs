@@ -95,6 +95,11 @@ impl Geometry {
         let point = surfaces.position[i] + ray * (metres / normal.dot(ray).min(-0.1));
         self.of.iter().zip(probes).map(|(of, probe)| of.cost(probe, i, point)).sum()
     }
+
+    /// Whether some probe sees enough in a pixel for its place to be told.
+    pub(super) fn tells(&self, i: usize) -> bool {
+        self.of.iter().any(|of| of.weight[i] > 0.0 && of.plain[i].is_none())
+    }
 }
 
 struct OfProbe {

@@ -25,6 +25,9 @@ pub(super) struct Swept {
 /// More pixels than this tell no more of a region's place.
 const SAMPLES: usize = 6000;
 
+/// If at least this share of a region's pixels tells something of its place, the others are not asked.
+const TELLING_SHARE: f32 = 0.25;
+
 /// Moves a region along its normals and asks which place explains the photograph best.
 pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept {
     let (w, h) = maps.size();
@@ -36,6 +39,9 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
     let wide = dilated(&mask, w, h, 2);
     let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
     let able = region.pixels.iter().filter(|i| g.able[**i] > 0).count() as f32 / region.pixels.len() as f32;
+    // what shows nothing fits no place better than another, and would only hide that the rest does
+    let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();
+    let pixels = if telling.len() as f32 >= TELLING_SHARE * pixels.len() as f32 { telling } else { pixels };
     let chosen: Vec<usize> = pixels.iter().copied().step_by(pixels.len().div_ceil(SAMPLES).max(1)).collect();
     let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
     let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;
