@@ -5,6 +5,7 @@ use clerestory::audit::{Judged, Kind, Reason};
 use crate::cases::Case;
 use crate::measure::{mean, median, overlap};
 use crate::plant::Fault;
+use crate::truth::Truth;
 
 /// What a view gave.
 #[derive(Default)]
@@ -85,7 +86,8 @@ pub fn table(first: &str, rows: &[(String, Row)]) {
 }
 
 /// Fills a row's figures about regions.
-pub fn regions(row: &mut Row, case: &Case, truth: &[bool], alike: &[bool], judged: &[Judged]) {
+pub fn regions(row: &mut Row, case: &Case, seen: &Truth, judged: &[Judged]) {
+    let (truth, alike) = (&seen.wrong[..], &seen.alike[..]);
     let size = truth.iter().filter(|t| **t).count();
     let sure: Vec<(&Judged, Vec<usize>)> = judged
         .iter()
@@ -103,7 +105,7 @@ pub fn regions(row: &mut Row, case: &Case, truth: &[bool], alike: &[bool], judge
     row.missed = usize::from(!found);
     if let (true, Some(j)) = (found, one) {
         let kind = if case.fault.is_texture() { Kind::Texture } else { Kind::Geometry };
-        row.kind_right = usize::from(j.kind == kind);
+        row.kind_right = usize::from(j.kind == kind || seen.is_fine());
         row.what_right = usize::from(case.fault.names().contains(&j.what.name()));
         if let (Fault::Displace(d), Some(m)) = (case.fault, j.displacement) {
             // the model was moved by d: the real surface is −d from it

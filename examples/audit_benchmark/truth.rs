@@ -21,7 +21,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// A fault that nobody could see at this resolution.
+    /// Nobody could tell at this resolution that it is a fault of shape.
     pub fn is_fine(&self) -> bool {
         self.parallax_px < 1.0
     }
