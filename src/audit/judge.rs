@@ -232,8 +232,9 @@ fn judge_one(
             kind: Kind::Geometry,
             what: What::Missing,
             displacement: None,
-            // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else
-            reason: if several || (distinct && !small) { Reason::None } else { Reason::ProbesDisagree },
+            // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else;
+            // and few pixels fit something by chance
+            reason: if (several || distinct) && !small { Reason::None } else { Reason::ProbesDisagree },
             evidence,
             region,
         });
@@ -341,7 +342,8 @@ fn judge_one(
     Some(Judged {
         score: confidence(f64::from(t), n),
         kind: Kind::Texture,
-        what: explained.what,
+        // structure that is borne out was not turned
+        what: if odds <= -REGION_ODDS { What::Recoloured } else { explained.what },
         displacement: None,
         reason,
         evidence,
