@@ -1,5 +1,9 @@
 //! Scores against ground truth.
 
+use clerestory::panorama::{self, Picture, luminance};
+use clerestory::study;
+use glam::Vec3;
+
 /// Area under the precision-recall curve as average precision: pixels ranked by score, ties as one step.
 pub fn average_precision(scores: &[f32], truth: &[bool], counted: &[bool]) -> f64 {
     let mut all: Vec<(f32, bool)> = (0..scores.len()).filter(|i| counted[*i]).map(|i| (scores[i], truth[i])).collect();
@@ -73,4 +77,27 @@ pub fn mean(values: &[f64]) -> f64 {
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     if values.is_empty() { f64::NAN } else { values[values.len() / 2] }
+}
+
+/// Difference of logarithms after an exposure fit, 1 − SSIM and FLIP.
+pub fn baselines(render: &Picture, photo: &Picture) -> [Vec<f32>; 3] {
+    let valid = photo.pixels.iter().filter(|p| Picture::valid(**p));
+    let white = Vec3::splat(valid.fold(0.0f32, |m, p| m.max(p.max_element())));
+    let pixels = photo.pixels.iter().map(|p| if Picture::valid(*p) { *p } else { white }).collect();
+    let photo = &Picture { pixels, ..photo.clone() };
+    let log = |p: &Picture| -> Vec<f32> { p.pixels.iter().map(|v| luminance(*v).max(1e-6).ln()).collect() };
+    let (a, b) = (log(render), log(photo));
+    let mut d: Vec<f32> = a.iter().zip(&b).map(|(a, b)| b - a).collect();
+    let at = d.len() / 2;
+    let fit = *d.select_nth_unstable_by(at, f32::total_cmp).1;
+    let difference = a.iter().zip(&b).map(|(a, b)| (b - a - fit).abs()).collect();
+    let exposed = Picture { pixels: render.pixels.iter().map(|p| *p * fit.exp()).collect(), ..render.clone() };
+    let mut all: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
+    let at = all.len() * 9 / 10;
+    let white = *all.select_nth_unstable_by(at, f32::total_cmp).1;
+    let shown = |p: &Picture| -> Vec<f32> {
+        p.pixels.iter().map(|v| panorama::linear_to_srgb((luminance(*v) / white).clamp(0.0, 1.0))).collect()
+    };
+    let ssim = dissimilarity(&shown(&exposed), &shown(photo), photo.width, photo.height);
+    [difference, ssim, study::flip_map(&exposed, photo)]
 }

@@ -6,20 +6,35 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 use super::photo::Reduced;
 use super::probe_view::ProbeView;
 use super::radiometry::{Radiometry, Sights};
 use super::surfaces::Surfaces;
 
-/// Places along the normal, metres: about logarithmic, with the model's own in the middle.
-pub(super) const SWEEP_M: [f32; 23] = [
-    -0.5, -0.35, -0.25, -0.175, -0.125, -0.09, -0.063, -0.045, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.045,
-    0.063, 0.09, 0.125, 0.175, 0.25, 0.35, 0.5,
-];
+/// How far a surface may be off its place on either side, metres: each step a quarter of the way, since pictures part in
+/// proportion to it.
+const STEPS_M: [f32; 17] =
+    [0.01, 0.015, 0.02, 0.027, 0.035, 0.045, 0.057, 0.072, 0.09, 0.112, 0.14, 0.175, 0.22, 0.275, 0.345, 0.43, 0.54];
+
+/// Number of places that are tried.
+pub(super) const PLACES: usize = 2 * STEPS_M.len() + 1;
 
 /// Index of the model's own place.
-pub(super) const HERE: usize = 11;
+pub(super) const HERE: usize = STEPS_M.len();
+
+/// Steps that a surface must be off to be sure that it would be noticed: 9 and 11 cm.
+const NOTICED: [usize; 2] = [9, 10];
+
+/// Metres along the normal, from behind the model's surface to before it.
+pub(super) fn place(k: usize) -> f32 {
+    match k.cmp(&HERE) {
+        Ordering::Less => -STEPS_M[HERE - 1 - k],
+        Ordering::Equal => 0.0,
+        Ordering::Greater => STEPS_M[k - HERE - 1],
+    }
+}
 
 /// Standard deviation of the windows, pixels.
 const WINDOW: f32 = 4.0;
@@ -58,8 +73,8 @@ pub(super) struct Geometry {
     pub(super) gain: Vec<f32>,
     /// The same over what is left there.
     pub(super) ratio: Vec<f32>,
-    /// Index into [`SWEEP_M`] of the best place.
-    pub(super) best: Vec<u8>,
+    /// The best place, metres along the normal.
+    pub(super) best_m: Vec<f32>,
     /// How much more it would be 10 cm off on either side, the lesser: whether a moved surface would be noticed.
     pub(super) sensitivity: Vec<f32>,
     /// Number of probes that see the pixel well, and those of them with parallax.
@@ -67,18 +82,52 @@ pub(super) struct Geometry {
     pub(super) able: Vec<u8>,
     /// By how many pixels, of the probe that tells best, the pictures part when the surface moves by a metre.
     pub(super) parallax: Vec<f32>,
-    /// Cost of every place, summed over the probes that can tell, not averaged over windows; for regions.
-    pub(super) costs: Vec<Vec<f32>>,
+    /// What each probe needs to compare places with.
+    of: Vec<OfProbe>,
+}
+
+impl Geometry {
+    /// Squared difference between the photograph in a pixel and what the probes that can tell saw at a place on its ray,
+    /// where the ray meets the surface moved by so many metres along its normal: in units of the variance that a right
+    /// model has, summed over the probes.
+    pub(super) fn cost(&self, surfaces: &Surfaces, probes: &[ProbeView], i: usize, metres: f32) -> f32 {
+        let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
+        let point = surfaces.position[i] + ray * (metres / normal.dot(ray).min(-0.1));
+        self.of.iter().zip(probes).map(|(of, probe)| of.cost(probe, i, point)).sum()
+    }
+
+    /// Whether some probe sees enough in a pixel for its place to be told.
+    pub(super) fn tells(&self, i: usize) -> bool {
+        self.of.iter().any(|of| of.weight[i] > 0.0 && of.plain[i].is_none())
+    }
 }
 
 struct OfProbe {
-    /// Weighted cost at every place, per pixel (before windows), and the weight.
-    costs: Vec<Vec<f32>>,
+    /// The photograph as soft as the probe and in its light.
+    soft: Vec<Vec3>,
+    level: Vec<u8>,
+    /// Variance of the difference where the model is right.
+    variance: Vec<f32>,
+    /// Cost at the model's own place, where nothing else can be told.
+    plain: Vec<Option<f32>>,
     weight: Vec<f32>,
     mismatch: Vec<f32>,
     rest: Vec<f32>,
     seen: Vec<bool>,
     parallax: Vec<f32>,
+}
+
+impl OfProbe {
+    fn cost(&self, probe: &ProbeView, i: usize, point: Vec3) -> f32 {
+        if self.weight[i] == 0.0 {
+            return 0.0;
+        }
+        self.plain[i].unwrap_or_else(|| {
+            let d = probe.log_radiance(point, usize::from(self.level[i])) - self.soft[i];
+            let e = d.length_squared() / (3.0 * self.variance[i]);
+            if e.is_finite() { e.min(MOST) } else { MOST }
+        })
+    }
 }
 
 /// Runs the test.
@@ -115,33 +164,49 @@ pub(super) fn test(
     for m in &mut mismatch {
         *m = if m.is_finite() { *m } else { 0.0 };
     }
-    let costs: Vec<Vec<f32>> = (0..SWEEP_M.len())
-        .into_par_iter()
-        .map(|s| (0..n).map(|i| each.iter().map(|p| p.costs[s][i]).sum()).collect())
-        .collect();
-    let windowed: Vec<Vec<f32>> = costs.par_iter().map(|c| surfaces.shape.smoothed(c, SWEEP_WINDOW)).collect();
-    let mut best = vec![HERE as u8; n];
-    let mut gain = vec![0.0; n];
-    let mut sensitivity = vec![0.0; n];
-    let mut ratio = vec![0.0; n];
-    let window_area = 4.0 * std::f32::consts::PI * SWEEP_WINDOW * SWEEP_WINDOW;
-    for i in 0..n {
-        let here = windowed[HERE][i];
-        let (mut least, mut at) = (here, HERE);
-        for (s, w) in windowed.iter().enumerate() {
-            if w[i] < least {
-                (least, at) = (w[i], s);
+    let mut geometry = Geometry {
+        mismatch,
+        rest,
+        gain: vec![],
+        ratio: vec![],
+        best_m: vec![0.0; n],
+        sensitivity: vec![],
+        seen,
+        able,
+        parallax: most,
+        of: each,
+    };
+    let windowed = |k: usize| {
+        let costs: Vec<f32> = (0..n).into_par_iter().map(|i| geometry.cost(surfaces, probes, i, place(k))).collect();
+        surfaces.shape.smoothed(&costs, SWEEP_WINDOW)
+    };
+    let here = windowed(HERE);
+    let mut least = here.clone();
+    let mut best_m = vec![0.0; n];
+    let [mut back, mut front] = [0, 1].map(|_| vec![0.0f32; n]);
+    // a few places at a time: each is as large as the picture
+    let others: Vec<usize> = (0..PLACES).filter(|k| *k != HERE).collect();
+    for few in others.chunks(4) {
+        let all: Vec<Vec<f32>> = few.par_iter().map(|k| windowed(*k)).collect();
+        for (&k, costs) in few.iter().zip(&all) {
+            for i in 0..n {
+                if costs[i] < least[i] {
+                    (least[i], best_m[i]) = (costs[i], place(k));
+                }
+            }
+            if NOTICED.contains(&k.abs_diff(HERE)) {
+                let side = if k < HERE { &mut back } else { &mut front };
+                side.iter_mut().zip(costs).for_each(|(s, c)| *s = s.max(*c));
             }
         }
-        best[i] = at as u8;
-        gain[i] = (here - least) * window_area;
-        ratio[i] = (here - least) / (least + 0.3 * f32::from(able[i].max(1)));
-        // 9 and 12.5 cm on either side
-        let back = windowed[HERE - 6][i].max(windowed[HERE - 7][i]);
-        let front = windowed[HERE + 6][i].max(windowed[HERE + 7][i]);
-        sensitivity[i] = (back.min(front) - least) * window_area;
     }
-    Geometry { mismatch, rest, gain, ratio, best, sensitivity, seen, able, parallax: most, costs }
+    let window_area = 4.0 * std::f32::consts::PI * SWEEP_WINDOW * SWEEP_WINDOW;
+    geometry.gain = (0..n).map(|i| (here[i] - least[i]) * window_area).collect();
+    geometry.ratio =
+        (0..n).map(|i| (here[i] - least[i]) / (least[i] + 0.3 * f32::from(geometry.able[i].max(1)))).collect();
+    geometry.sensitivity = (0..n).map(|i| (back[i].min(front[i]) - least[i]) * window_area).collect();
+    geometry.best_m = best_m;
+    geometry
 }
 
 /// One probe's part.
@@ -208,36 +273,24 @@ fn of_probe(
     let parallax: Vec<f32> = (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
     let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
     let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
-    let mut costs: Vec<Vec<f32>> = SWEEP_M
-        .par_iter()
-        .map(|&delta| {
-            (0..n)
-                .map(|i| {
-                    if weight[i] == 0.0 {
-                        return 0.0;
-                    }
-                    let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
-                    let cos = normal.dot(ray);
-                    let point = surfaces.position[i] + ray * (delta / cos.min(-0.1));
-                    let level = sights[i].as_ref().map_or(0, |s| Sights::level(surfaces, i, s));
-                    let d = probe.log_radiance(point, level) - soft[i];
-                    let e = d.length_squared() / (3.0 * variance[i]);
-                    if e.is_finite() { e.min(MOST) } else { MOST }
-                })
-                .collect()
-        })
-        .collect();
+    let level = |i: usize| sights[i].as_ref().map_or(0, |s| Sights::level(surfaces, i, s));
+    let mut of = OfProbe {
+        soft,
+        level: (0..n).map(|i| level(i) as u8).collect(),
+        variance,
+        plain: vec![None; n],
+        weight,
+        mismatch: vec![],
+        rest: vec![],
+        seen,
+        parallax,
+    };
+    let here: Vec<f32> = (0..n).into_par_iter().map(|i| of.cost(probe, i, surfaces.position[i])).collect();
+    of.mismatch = surfaces.shape.mean(&here, &of.weight, WINDOW);
+    of.rest = here.iter().zip(&of.variance).map(|(c, v)| c * v).collect();
     // contrast that the noise alone would give says nothing of a surface's place
-    let plain: Vec<bool> = (0..n).map(|i| in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).collect();
-    let here = costs[HERE].clone();
-    costs.par_iter_mut().for_each(|costs| {
-        for i in (0..n).filter(|i| plain[*i]) {
-            costs[i] = here[i];
-        }
-    });
-    let mismatch = surfaces.shape.mean(&costs[HERE], &weight, WINDOW);
-    let rest = costs[HERE].iter().zip(&variance).map(|(c, v)| c * v).collect();
-    OfProbe { costs, weight, mismatch, rest, seen, parallax }
+    of.plain = (0..n).map(|i| (in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).then_some(here[i])).collect();
+    of
 }
 
 /// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::explain::explain;
+use super::outline::{self, Shifted};
 use super::regions::{Region, closed, components, opened};
 use super::scores::{COLOUR, LOW, PIXELS_OFF, SHADING, Scores};
 use super::surfaces::NONE;
@@ -32,6 +33,16 @@ const COLOUR_SHARE: f32 = 6e-3;
 const COLOUR_STRENGTH: f32 = 12.0;
 /// Less is a doubt only with this ΔE00.
 const COLOUR_DOUBT: f32 = 9.0;
+/// Cost from which on one probe is believed where the texture's test marks the region, too.
+const STRONG: f32 = 6.0;
+/// In a region smaller than this share of the picture, a displacement must explain a difference of more than this, and
+/// one probe alone is not believed.
+const SMALL_SHARE: f32 = 5e-3;
+const SMALL_MISMATCH: f32 = 3.0;
+/// What lies behind a region is what the photograph shows if its cost is at most this share of the region's own, and in
+/// itself no more than this.
+const BEHIND: f32 = 0.25;
+const BEHIND_MOST: f32 = 2.0;
 /// Odds below which a pixel's structure bears the model out.
 const BORNE_OUT: f32 = -1.0;
 
@@ -82,7 +93,42 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
             judged.push(j);
         }
     }
-    united(judged, maps)
+    with_shifted(united(judged, maps), outline::shifted(prepared, maps), maps)
+}
+
+/// Adds parts that stand beside their place. They explain what lies mostly within them.
+fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, maps: &Maps) -> Vec<Judged> {
+    for part in shifted {
+        if part.pixels.len() < least(maps) {
+            continue;
+        }
+        let within = |j: &Judged| {
+            let inside = j.region.pixels.iter().filter(|i| part.pixels.binary_search(i).is_ok()).count();
+            2 * inside > j.region.pixels.len()
+        };
+        judged.retain(|j| !within(j));
+        let evidence = |test: &str, value: f32, threshold: f32, unit: &str| Evidence {
+            test: test.into(),
+            value: f64::from(value),
+            threshold: f64::from(threshold),
+            unit: unit.into(),
+        };
+        judged.push(Judged {
+            score: confidence(f64::from(part.odds / outline::ODDS), part.pixels.len() as f32),
+            kind: Kind::Geometry,
+            what: What::Moved,
+            displacement: None,
+            reason: Reason::None,
+            evidence: vec![
+                evidence("outline shifted to the right", part.by_px[0], 2.0, "pixels"),
+                evidence("outline shifted down", part.by_px[1], 2.0, "pixels"),
+                evidence("outline shifted, on the part", part.metres, 0.0, "metres"),
+                evidence("odds of another place", part.odds, outline::ODDS, "logarithm"),
+            ],
+            region: Region { pixels: part.pixels },
+        });
+    }
+    judged
 }
 
 /// Makes one of regions whose texture is wrong in one way on one material in one plane: a turned floor shows in pieces
@@ -140,7 +186,7 @@ fn judge_one(
         *all.select_nth_unstable_by(at, f32::total_cmp).1
     };
     let (t, g) = (upper(&scores.texture), upper(&scores.geometry));
-    let swept = sweep(maps, &region);
+    let swept = sweep(prepared, maps, &region);
     let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
     // a part that is large enough speaks for all of it
@@ -156,10 +202,14 @@ fn judge_one(
     } else {
         (explains > 1.5 && structural) || explains > 3.0
     };
-    let moved = able && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF;
-    let bridged = share(&|i| maps.bridged[i] >= 1.0) > 0.4;
+    let small = n < SMALL_SHARE * maps.usable.len() as f32;
+    let strong = !small || swept.here > SMALL_MISMATCH;
+    let moved = able && strong && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF;
+    let bridged = share(&|i| maps.bridged.score[i] >= 1.0) > 0.4;
+    let distinct = share(&|i| maps.bridged.distinct[i]) > 0.25;
     // the probes agree with the photograph on a surface whose picture alone is wrong
     let torn = textured >= 0.25 && swept.here > 1.7;
+    let borne_out = t >= 1.0 && swept.here > STRONG;
     let wrong = able && (torn || (marked > 0.3 && swept.here > 3.5 && t > 0.5));
     let mut evidence = vec![
         Evidence {
@@ -173,17 +223,18 @@ fn judge_one(
     if bridged && !moved {
         evidence.push(Evidence {
             test: "the surface around goes on".into(),
-            value: f64::from(share(&|i| maps.bridged[i] >= 1.0)),
+            value: f64::from(share(&|i| maps.bridged.score[i] >= 1.0)),
             threshold: 0.4,
             unit: "share".into(),
         });
         return Some(Judged {
-            score: confidence(f64::from(upper(&maps.bridged)), n),
+            score: confidence(f64::from(upper(&maps.bridged.score)), n),
             kind: Kind::Geometry,
             what: What::Missing,
             displacement: None,
-            // what one probe alone saw past the rim may be that probe's own
-            reason: if several { Reason::None } else { Reason::ProbesDisagree },
+            // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else;
+            // and few pixels fit something by chance
+            reason: if (several || distinct) && !small { Reason::None } else { Reason::ProbesDisagree },
             evidence,
             region,
         });
@@ -196,14 +247,24 @@ fn judge_one(
             .map(|i| shares[*i])
             .fold((0.0f64, 0.0f64), |(c, a), (size, part)| (c + f64::from(part), a + f64::from(size)));
         let whole_surface = covered / whole.max(1.0) > 0.6;
-        let gone = behind.is_some_and(|(here, there)| there < 0.4 * here && there < 0.6 * swept.least);
+        let gone =
+            behind.is_some_and(|(here, there)| there < BEHIND * here && there < 0.6 * swept.least.max(BEHIND_MOST));
         let what = match (moved, gone, whole_surface) {
             (_, true, _) => What::Extra,
+            _ if bridged => What::Missing,
             (true, _, true) => What::Moved,
             _ => What::Missing,
         };
         let displacement =
             (moved && !gone).then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m });
+        if let Some((here, there)) = behind {
+            evidence.push(Evidence {
+                test: "fit of what lies behind".into(),
+                value: f64::from(there / here),
+                threshold: f64::from(BEHIND),
+                unit: "× the surface's".into(),
+            });
+        }
         evidence.push(Evidence {
             test: "explained by a displacement".into(),
             value: f64::from(explains),
@@ -212,8 +273,9 @@ fn judge_one(
         });
         let reason = match swept.twin {
             Some(_) if moved && swept.here < 2.5 => Reason::Periodic,
+            _ if small && !several => Reason::ProbesDisagree,
             // a picture that is not the model's, either, cannot be the probe's fault
-            _ if moved || gone || several || structural => Reason::None,
+            _ if moved || gone || several || structural || borne_out => Reason::None,
             _ => Reason::ProbesDisagree,
         };
         let strength = f64::from(g.max(swept.here / 2.5).max(t));
@@ -280,7 +342,8 @@ fn judge_one(
     Some(Judged {
         score: confidence(f64::from(t), n),
         kind: Kind::Texture,
-        what: explained.what,
+        // structure that is borne out was not turned
+        what: if odds <= -REGION_ODDS { What::Recoloured } else { explained.what },
         displacement: None,
         reason,
         evidence,
@@ -306,6 +369,8 @@ fn beyond(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<(f32, f32
         if s.triangle[i] == NONE {
             continue;
         }
+        // where the photograph has edges, half a pixel beside is no difference
+        let variance = 0.01 + 0.25 * slope(&maps.log_photo, i, s.width);
         let cost = |point: Vec3, all: bool| {
             let costs = prepared.probes.iter().enumerate().filter_map(|(k, probe)| {
                 if all && maps.sights.of[k][i].is_none() {
@@ -313,7 +378,7 @@ fn beyond(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<(f32, f32
                 }
                 let l = probe.log_radiance(point, 0) + maps.radiometry.gains[k];
                 let d = (l - maps.log_photo[i]).length_squared() / 3.0;
-                d.is_finite().then_some((d / 0.01).min(16.0))
+                d.is_finite().then_some((d / variance).min(16.0))
             });
             costs.fold(None, |best: Option<f32>, c| Some(best.map_or(c, |b| b.min(c))))
         };
@@ -335,6 +400,13 @@ fn beyond(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<(f32, f32
         }
     }
     (count > 20).then(|| ((here / f64::from(count)) as f32, (behind / f64::from(count)) as f32))
+}
+
+/// Mean squared difference of a pixel's logarithm from its neighbours'.
+fn slope(log: &[Vec3], i: usize, width: usize) -> f32 {
+    let around = [i.wrapping_sub(1), i + 1, i.wrapping_sub(width), i + width];
+    let squares = around.iter().filter_map(|j| log.get(*j)).map(|o| (*o - log[i]).length_squared() / 3.0);
+    squares.filter(|d| d.is_finite()).sum::<f32>() / 4.0
 }
 
 /// A verdict for each pixel, and why it is no better.

@@ -15,6 +15,8 @@ mod geometry;
 mod joins;
 mod judge;
 mod mapping;
+mod outline;
+mod parts;
 mod photo;
 mod probe_view;
 mod radiometry;

@@ -30,6 +30,12 @@ const ALIKE: f32 = 0.5;
 /// A surface is continued over at most this share of the picture's width.
 const REACH: f32 = 0.35;
 
+/// The photograph must fit what the probes saw on the continued surface so many times better than at these distances,
+/// in units of the surface's, must not fit there, and must show something: what fits anywhere, as the sky does, says nothing
+/// of a surface.
+const DISTINCT: f32 = 2.0;
+const ELSEWHERE: [f32; 3] = [0.95, 1.05, 1e3];
+
 /// Surfaces seen flatter than this are not continued.
 const FLATTEST: f32 = 0.2;
 
@@ -76,7 +82,15 @@ fn continued(surfaces: &Surfaces, source: usize, i: usize) -> Option<f32> {
     (along < -FLATTEST && t.is_finite() && t > 0.05).then_some(t)
 }
 
-/// Per pixel how surely (1 is the threshold) a surface of the model goes on over what the model has there.
+/// What the test says of each pixel.
+pub(super) struct Bridged {
+    /// How surely (1 is the threshold) a surface of the model goes on over what the model has there.
+    pub(super) score: Vec<f32>,
+    /// The photograph fits what the probes saw at that place and nowhere else on the pixel's ray.
+    pub(super) distinct: Vec<bool>,
+}
+
+/// Continues the surfaces of a view past their edges.
 pub(super) fn test(
     surfaces: &Surfaces,
     probes: &[ProbeView],
@@ -85,7 +99,7 @@ pub(super) fn test(
     usable: &[f32],
     radiometry: &Radiometry,
     mismatch: &[Option<f32>],
-) -> Vec<f32> {
+) -> Bridged {
     let n = usable.len();
     let mean = |values: &[f32], weight: &[f32]| surfaces.shape.mean(values, weight, WINDOW);
     let bright: Vec<f32> = log_photo.iter().map(|p| p.element_sum() / 3.0).collect();
@@ -97,33 +111,49 @@ pub(super) fn test(
     let (own, owned) = (mean(&own, &has_own), surfaces.shape.smoothed(&has_own, WINDOW));
     let mut score = vec![0.0f32; n];
     let mut sides = vec![0u8; n];
+    let mut distinct = vec![false; n];
     for along in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
         let from = sources(surfaces, along);
-        let squares: Vec<Option<f32>> = (0..n)
+        // on the continued surface, and elsewhere on the same rays
+        let squares: Vec<[Option<f32>; 4]> = (0..n)
             .into_par_iter()
             .map(|i| {
                 let source = from[i];
-                if source == usize::MAX || known[i] == 0.0 {
-                    return None;
-                }
-                let point = surfaces.origin + surfaces.ray[i] * continued(surfaces, source, i)?;
-                difference(surfaces, probes, photo, log_photo, radiometry, point, surfaces.normal[source], i)
+                let distance =
+                    if source == usize::MAX || known[i] == 0.0 { None } else { continued(surfaces, source, i) };
+                let Some(distance) = distance else { return [None; 4] };
+                let at = |times: f32| {
+                    let point = surfaces.origin + surfaces.ray[i] * (distance * times);
+                    let normal = (times == 1.0).then_some(surfaces.normal[source]);
+                    difference(surfaces, probes, photo, log_photo, radiometry, point, normal, i)
+                };
+                let here = at(1.0);
+                let [a, b, c] = ELSEWHERE.map(|t| here.and_then(|_| at(t)));
+                [here, a, b, c]
             })
             .collect();
-        let seen: Vec<f32> = squares.iter().map(|s| if s.is_some() { 1.0 } else { 0.0 }).collect();
-        let values: Vec<f32> = squares.iter().map(|s| s.unwrap_or(0.0)).collect();
-        let (rest, share) = (mean(&values, &seen), surfaces.shape.smoothed(&seen, WINDOW));
+        let averaged = |k: usize| {
+            let seen: Vec<f32> = squares.iter().map(|s| if s[k].is_some() { 1.0 } else { 0.0 }).collect();
+            let values: Vec<f32> = squares.iter().map(|s| s[k].unwrap_or(0.0)).collect();
+            (mean(&values, &seen), surfaces.shape.smoothed(&seen, WINDOW))
+        };
+        let [(rest, share), a, b, c] = [0, 1, 2, 3].map(averaged);
         for i in 0..n {
-            if squares[i].is_none() || share[i] < 0.5 {
+            if squares[i][0].is_none() || share[i] < 0.5 {
                 continue;
             }
             let contrast = (square[i] - level[i] * level[i]).max(0.0);
-            let fits = (RIGHT * RIGHT + LOST * LOST * contrast) / rest[i].max(1e-6);
+            let right = RIGHT * RIGHT + LOST * LOST * contrast;
+            let fits = right / rest[i].max(1e-6);
             let apart = (level[i] - level[from[i]]).abs();
+            let least = [&a, &b, &c].iter().filter(|o| o.1[i] > 0.5).map(|o| o.0[i]).reduce(f32::min);
+            let least = if contrast > RIGHT * RIGHT { least } else { None };
+            let elsewhere = least.map_or(0.0, |e| e / (DISTINCT * rest[i]).max(right).max(1e-6));
             let better = if owned[i] > 0.3 { own[i] / (WORSE * rest[i].max(1e-4)) } else { ALIKE / apart.max(1e-3) };
-            let s = fits.min(better).min(2.0);
+            let s = fits.min(better.max(elsewhere)).min(2.0);
             if s >= 1.0 {
                 sides[i] += 1;
+                distinct[i] |= elsewhere >= 1.0;
             }
             score[i] = score[i].max(s);
         }
@@ -132,10 +162,11 @@ pub(super) fn test(
     for (s, sides) in score.iter_mut().zip(sides) {
         *s = if sides >= 2 { *s } else { s.min(0.7) };
     }
-    score
+    Bridged { score, distinct }
 }
 
-/// Mean squared difference of logarithms between the photograph and the probes that see a point, if any does.
+/// Mean squared difference of logarithms between the photograph and the probes that see a point, if any does; without a
+/// normal it is a direction that is asked, whatever may be in the way.
 #[expect(clippy::too_many_arguments, reason = "all of it is read-only and per view")]
 fn difference(
     surfaces: &Surfaces,
@@ -144,7 +175,7 @@ fn difference(
     log_photo: &[Vec3],
     radiometry: &Radiometry,
     point: Vec3,
-    normal: Vec3,
+    normal: Option<Vec3>,
     i: usize,
 ) -> Option<f32> {
     let distance = point.distance(surfaces.origin);
@@ -153,7 +184,7 @@ fn difference(
         let to = probe.origin - point;
         // from the camera's own place anything fits
         let across = to.normalize_or_zero().cross(surfaces.ray[i]).length();
-        if across < 0.1 || normal.dot(to) < FLATTEST * to.length() || !probe.open(point) {
+        if across < 0.1 || normal.is_some_and(|n| n.dot(to) < FLATTEST * to.length() || !probe.open(point)) {
             continue;
         }
         let ratio = to.length() * probe.pixel_angle() / (distance / surfaces.focal);

@@ -1,7 +1,6 @@
 //! How much each test suspects each pixel.
 
 use super::bins::{BINS, Bins};
-use super::geometry::SWEEP_M;
 use super::regions::Pieces;
 use super::texture::{Texture, odds_of};
 use super::view::Maps;
@@ -15,7 +14,7 @@ pub(super) const MISMATCH: f32 = 5.0;
 pub(super) const PIXELS_OFF: f32 = 0.7;
 pub(super) const GAIN: f32 = 250.0;
 /// How many times better than what is left a displacement must explain a difference.
-pub(super) const RATIO: f32 = 1.5;
+pub(super) const RATIO: f32 = 1.0;
 /// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
 const NOISE: f32 = 5.0;
 /// The same for colour that is not smooth, over three quarters of the picture: coding leaves much of it in few places.
@@ -69,7 +68,7 @@ impl Scores {
         let mut texture: Vec<f32> = (0..n).map(|i| colour[i].max(foreign[i]).max(structure(i))).collect();
         let geometry = (0..n)
             .map(|i| {
-                let bridged = maps.bridged[i];
+                let bridged = maps.bridged.score[i];
                 if g.able[i] == 0 {
                     return bridged;
                 }
@@ -79,7 +78,7 @@ impl Scores {
                     (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins.of[i]])).max(t.brightness[i] / BRIGHTNESS);
                 let other = (colour[i] * COLOUR / STRONG_COLOUR).max(foreign[i]).max(structure(i));
                 let borne_out = if t.tested[i] { other.max(shaded) } else { 1.0 };
-                let off = SWEEP_M[g.best[i] as usize].abs() * g.parallax[i] / PIXELS_OFF;
+                let off = g.best_m[i].abs() * g.parallax[i] / PIXELS_OFF;
                 let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
                 wrong.min(borne_out).max(moved).max(bridged)
             })

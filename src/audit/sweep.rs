@@ -1,8 +1,10 @@
 //! Where a region's surface fits best, over all pixels that some probe can tell the place of.
 
-use super::geometry::{HERE, SWEEP_M};
+use rayon::prelude::*;
+
+use super::geometry::{HERE, PLACES, place};
 use super::regions::{Region, dilated};
-use super::view::Maps;
+use super::view::{Maps, Prepared};
 
 /// A region's cost over the sweep.
 pub(super) struct Swept {
@@ -20,8 +22,14 @@ pub(super) struct Swept {
     pub(super) twin: Option<f32>,
 }
 
+/// More pixels than this tell no more of a region's place.
+const SAMPLES: usize = 6000;
+
+/// If at least this share of a region's pixels tells something of its place, the others are not asked.
+const TELLING_SHARE: f32 = 0.25;
+
 /// Moves a region along its normals and asks which place explains the photograph best.
-pub(super) fn sweep(maps: &Maps, region: &Region) -> Swept {
+pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept {
     let (w, h) = maps.size();
     let g = &maps.geometry;
     let mut mask = vec![false; w * h];
@@ -31,26 +39,34 @@ pub(super) fn sweep(maps: &Maps, region: &Region) -> Swept {
     let wide = dilated(&mask, w, h, 2);
     let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
     let able = region.pixels.iter().filter(|i| g.able[**i] > 0).count() as f32 / region.pixels.len() as f32;
-    let mut weights = 0.0f64;
-    let mut sums = vec![0.0f64; SWEEP_M.len()];
-    let mut parallax = 0.0f64;
-    for &i in &pixels {
-        weights += f64::from(g.able[i]);
-        parallax += f64::from(g.parallax[i]);
-        for (s, sum) in sums.iter_mut().enumerate() {
-            *sum += f64::from(g.costs[s][i]);
-        }
-    }
-    let mean: Vec<f64> = sums.iter().map(|s| s / weights.max(1.0)).collect();
-    let parallax = parallax / pixels.len().max(1) as f64;
+    // what shows nothing fits no place better than another, and would only hide that the rest does
+    let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();
+    let pixels = if telling.len() as f32 >= TELLING_SHARE * pixels.len() as f32 { telling } else { pixels };
+    let chosen: Vec<usize> = pixels.iter().copied().step_by(pixels.len().div_ceil(SAMPLES).max(1)).collect();
+    let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
+    let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;
+    // per probe and pixel
+    let cost = |metres: f64| -> f64 {
+        let costs = chosen.iter().map(|i| f64::from(g.cost(&maps.surfaces, &prepared.probes, *i, metres as f32)));
+        costs.sum::<f64>() / weights.max(1.0)
+    };
+    let places: Vec<f64> = (0..PLACES).map(|k| f64::from(place(k))).collect();
+    let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
     let at = (0..mean.len()).fold(HERE, |best, k| if mean[k] < mean[best] { k } else { best });
-    let (mut best_m, mut curvature) = (f64::from(SWEEP_M[at]), 0.0);
-    if at > 0 && at + 1 < mean.len() {
-        let x = [at - 1, at, at + 1].map(|k| f64::from(SWEEP_M[k]));
-        let y = [at - 1, at, at + 1].map(|k| mean[k]);
-        // the parabola through three places
+    let (mut best_m, mut least, mut curvature) = (places[at], mean[at], 0.0);
+    if at > 0 && at + 1 < PLACES {
+        // finer between the neighbours, and the parabola through the best three
+        const FINE: usize = 16;
+        let between = |k: usize| places[at - 1] + (places[at + 1] - places[at - 1]) * k as f64 / FINE as f64;
+        let fine: Vec<f64> = (0..=FINE).into_par_iter().map(|k| cost(between(k))).collect();
+        let k = (1..FINE).fold(1, |best, k| if fine[k] < fine[best] { k } else { best });
+        let x = [k - 1, k, k + 1].map(between);
+        let y = [k - 1, k, k + 1].map(|k| fine[k]);
         let a = ((y[2] - y[1]) / (x[2] - x[1]) - (y[1] - y[0]) / (x[1] - x[0])) / (x[2] - x[0]);
         let b = (y[1] - y[0]) / (x[1] - x[0]) - a * (x[0] + x[1]);
+        if y[1] < least {
+            (best_m, least) = (x[1], y[1]);
+        }
         if a > 0.0 {
             best_m = (-b / (2.0 * a)).clamp(x[0], x[2]);
             curvature = 2.0 * a;
@@ -58,19 +74,19 @@ pub(super) fn sweep(maps: &Maps, region: &Region) -> Swept {
     }
     // differences are alike over about 25 pixels; the fit's own error is at least a tenth of a pixel of parallax
     let samples = (pixels.len() as f64 / 25.0).max(1.0);
-    let statistical = if curvature > 0.0 { (2.0 * mean[at].max(0.3) / (curvature * samples)).sqrt() } else { 0.25 };
+    let statistical = if curvature > 0.0 { (2.0 * least.max(0.3) / (curvature * samples)).sqrt() } else { 0.25 };
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
     let twin = (0..mean.len())
-        .filter(|k| k.abs_diff(at) > 3 && *k > 0 && *k + 1 < mean.len())
+        .filter(|k| k.abs_diff(at) > 4 && *k > 0 && *k + 1 < mean.len())
         .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
-        .filter(|&k| k != HERE && mean[k] < mean[at] + 0.15 * (mean[HERE] - mean[at]))
-        .map(|k| SWEEP_M[k])
+        .filter(|&k| k != HERE && mean[k] < least + 0.15 * (mean[HERE] - least))
+        .map(|k| places[k] as f32)
         .next();
     Swept {
         here: mean[HERE] as f32,
-        least: mean[at] as f32,
+        least: least as f32,
         best_m,
         uncertainty_m,
         pixels: (best_m.abs() * parallax) as f32,

@@ -78,17 +78,21 @@ pub(super) struct Texture {
 /// Irradiance in every pixel, smooth but for the sun; zero where nothing tells it.
 pub(super) fn irradiance(scene: &Scene, surfaces: &Surfaces, light: &Light, volume: Option<&Volume>) -> Vec<Vec3> {
     let (w, h) = (surfaces.width, surfaces.height);
-    let gathered: Vec<Vec3> = (0..w * h)
+    // a look-up starts from what the last one found: from the left in each row, however many rows go at a time
+    let gathered: Vec<Vec3> = (0..h)
         .into_par_iter()
-        .map_init(Nearby::default, |scratch, i| {
-            let (x, y) = (i % w, i / w);
-            if x % STRIDE != STRIDE / 2 || y % STRIDE != STRIDE / 2 || surfaces.triangle[i] == NONE {
-                return Vec3::ZERO;
-            }
-            let (p, n) = (surfaces.position[i], surfaces.normal[i]);
-            volume
-                .map(|v| v.irradiance(scene, p, n, scratch).unwrap_or_else(|| v.gather(scene, light, p, n, scratch)))
-                .unwrap_or_default()
+        .flat_map_iter(|y| {
+            let mut scratch = Nearby::default();
+            (0..w).map(move |x| {
+                let i = y * w + x;
+                if x % STRIDE != STRIDE / 2 || y % STRIDE != STRIDE / 2 || surfaces.triangle[i] == NONE {
+                    return Vec3::ZERO;
+                }
+                let (p, n) = (surfaces.position[i], surfaces.normal[i]);
+                let Some(v) = volume else { return Vec3::ZERO };
+                let near = v.irradiance(scene, p, n, &mut scratch);
+                near.unwrap_or_else(|| v.gather(scene, light, p, n, &mut scratch))
+            })
         })
         .collect();
     let weights: Vec<f32> = gathered.iter().map(|e| if e.min_element() > 0.0 { 1.0 } else { 0.0 }).collect();

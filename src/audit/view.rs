@@ -7,11 +7,12 @@ use super::judge::{self, Judged};
 use super::photo::{Blurred, Photo, Reduced};
 use super::probe_view::ProbeView;
 use super::radiometry::{self, Radiometry, Sights};
+use super::rim::{self, Bridged};
 use super::scores::Scores;
 use super::soften::soften;
 use super::surfaces::{Surfaces, reduced};
 use super::texture::{self, Texture};
-use super::{PoseCorrection, Reason, Verdict, align, rim};
+use super::{PoseCorrection, Reason, Verdict, align, parts};
 use crate::panorama::{Picture, luminance};
 use crate::render::{Relit, render};
 use crate::scene::Scene;
@@ -44,6 +45,8 @@ pub struct Prepared<'a> {
     pub(super) light: &'a Light,
     pub(super) volume: Option<&'a Volume<'a>>,
     pub(super) probes: Vec<ProbeView>,
+    /// Per triangle, the part of the model it belongs to.
+    pub(super) parts: Vec<u32>,
 }
 
 impl<'a> Prepared<'a> {
@@ -56,7 +59,7 @@ impl<'a> Prepared<'a> {
         probes: &[(&Probe, &Picture)],
     ) -> Self {
         let probes = probes.iter().map(|(probe, picture)| ProbeView::new(scene, probe, picture)).collect();
-        Self { scene, light, volume, probes }
+        Self { scene, light, volume, probes, parts: parts::parts(&scene.mesh) }
     }
 }
 
@@ -73,8 +76,8 @@ pub struct Maps {
     pub(super) log_photo: Vec<Vec3>,
     pub(super) usable: Vec<f32>,
     pub(super) geometry: Geometry,
-    /// How surely a surface beside goes on where the model has an opening; 1 is the threshold.
-    pub(super) bridged: Vec<f32>,
+    /// Where a surface beside goes on although the model has an opening.
+    pub(super) bridged: Bridged,
     pub(super) texture: Texture,
     pub(super) pose: PoseCorrection,
     pub(super) refine_asked: bool,
