@@ -86,7 +86,13 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
     let shares = scores.pieces.shares(&low);
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     for region in components(&low, &high, w, least, same) {
-        if let Some(j) = judge_one(prepared, maps, scores, &shares, region) {
+        let judged_one = judge_one(prepared, maps, scores, &shares, region);
+        // of a doubt behind a window or door nobody could say where it is
+        let nowhere = |j: &Judged| {
+            let off = j.region.pixels.iter().filter(|i| s.triangle[**i] == NONE).count();
+            j.reason != Reason::None && 2 * off > j.region.pixels.len()
+        };
+        if let Some(j) = judged_one.filter(|j| !nowhere(j)) {
             for &i in &j.region.pixels {
                 taken[i] = true;
             }
@@ -145,7 +151,7 @@ fn united(judged: Vec<Judged>, maps: &Maps) -> Vec<Judged> {
         a.kind == Kind::Texture
             && b.kind == Kind::Texture
             && mapped
-            && a.what == b.what
+            && (a.what == b.what || (b.what == What::Changed && b.reason != Reason::None))
             && a.reason == Reason::None
             && s.material[i] == s.material[k]
             && s.normal[i].dot(s.normal[k]) > 0.99
@@ -342,8 +348,13 @@ fn judge_one(
     Some(Judged {
         score: confidence(f64::from(t), n),
         kind: Kind::Texture,
-        // structure that is borne out was not turned
-        what: if odds <= -REGION_ODDS { What::Recoloured } else { explained.what },
+        what: match explained.what {
+            // structure that is borne out was not turned
+            _ if odds <= -REGION_ODDS => What::Recoloured,
+            // that it fits better when turned is not enough: it must fit, and not fit as it is
+            What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !(found && structural) => What::Changed,
+            what => what,
+        },
         displacement: None,
         reason,
         evidence,

@@ -116,6 +116,6 @@ pub(super) fn fitted(s: &ViewSummary) -> Vec<String> {
 
 /// What the two tests are, and what no test can tell.
 pub(super) const METHOD: &str = "Geometry: each probe's light is carried through the model into the camera and correlated \
-    with the photograph while the surface is moved along its normal. Texture: the photograph over the model's albedo \
+    with the photograph while the surface is moved along the line of sight. Texture: the photograph over the model's albedo \
     under smoothed light. A pixel is called wrong only beyond the photograph's own noise. A surface moved by a whole \
     period of its pattern, and everything recoloured at once, cannot be told.";
