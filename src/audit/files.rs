@@ -40,7 +40,7 @@ impl Audit {
     /// The text of `findings.csv`: a row a finding, then a row a doubt, fields quoted where they need it (RFC 4180).
     pub fn csv(&self) -> String {
         let mut text = "id,kind,what,score,view,also_in,x,y,z,size_m,area_cm2,area_px,displacement_m,uncertainty_m,\
-                        material,bbox,mask,reason,note\n"
+                        material,bbox,mask,reason,note,shift_right_m,shift_down_m\n"
             .to_owned();
         for f in self.findings.iter().chain(&self.doubts) {
             let number = |v: f64, digits: usize| format!("{v:.digits$}");
@@ -65,6 +65,8 @@ impl Audit {
                 f.mask.clone(),
                 if f.reason == Reason::None { String::new() } else { f.reason.name().to_owned() },
                 f.note.clone(),
+                f.shift.map_or(String::new(), |s| number(s.right_m, 4)),
+                f.shift.map_or(String::new(), |s| number(s.down_m, 4)),
             ];
             text += &fields.map(|v| quoted(&v)).join(",");
             text.push('\n');
@@ -141,6 +143,7 @@ mod tests {
             area_cm2: 120.0,
             material: "stone, grey".to_owned(),
             displacement: Some(Displacement { metres: -0.05, uncertainty_m: 0.01 }),
+            shift: None,
             reason: Reason::None,
             evidence: vec![],
             note: "the \"wall\" stands 5 cm back".to_owned(),

@@ -92,6 +92,28 @@ pub struct Evidence {
     pub unit: String,
 }
 
+/// How far a part stands beside its modelled place, across the line of sight, as the photograph sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Shift {
+    /// Metres to the right.
+    pub right_m: f64,
+    /// Metres down.
+    pub down_m: f64,
+}
+
+impl Shift {
+    /// Which way it is shifted most, and its whole length in metres.
+    pub fn words(&self) -> (&'static str, f64) {
+        let side = match (self.right_m.abs() >= self.down_m.abs(), self.right_m >= 0.0, self.down_m >= 0.0) {
+            (true, true, _) => "to the right",
+            (true, false, _) => "to the left",
+            (false, _, true) => "down",
+            (false, _, false) => "up",
+        };
+        (side, self.right_m.hypot(self.down_m))
+    }
+}
+
 /// One fault of the model, as one view shows it best.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
@@ -123,6 +145,8 @@ pub struct Finding {
     pub material: String,
     /// How far the surface is off, where that could be measured.
     pub displacement: Option<Displacement>,
+    /// How far a part stands beside its place, where its outline told.
+    pub shift: Option<Shift>,
     /// Why it cannot be told for sure; [`Reason::None`] for all but doubts.
     pub reason: Reason,
     /// The figures behind it.

@@ -10,7 +10,7 @@ use super::surfaces::NONE;
 use super::sweep::sweep;
 use super::texture::{BLACK, odds_of};
 use super::view::{Maps, Prepared};
-use super::{Displacement, Evidence, Kind, Reason, Verdict, What};
+use super::{Displacement, Evidence, Kind, Reason, Shift, Verdict, What};
 use crate::scene::Ray;
 
 /// A moved surface must raise the cost by this much for its place to count as tested.
@@ -57,6 +57,8 @@ pub struct Judged {
     pub score: f64,
     /// How far the surface is off, where that could be measured.
     pub displacement: Option<Displacement>,
+    /// How far a part stands beside its place.
+    pub shift: Option<Shift>,
     /// Why it is a doubt; [`Reason::None`] for a finding.
     pub reason: Reason,
     /// The figures behind it.
@@ -124,6 +126,7 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, maps: &Maps) -> 
             kind: Kind::Geometry,
             what: What::Moved,
             displacement: None,
+            shift: Some(part.shift()),
             reason: Reason::None,
             evidence: vec![
                 evidence("outline shifted to the right", part.by_px[0], 2.0, "pixels"),
@@ -238,6 +241,7 @@ fn judge_one(
             kind: Kind::Geometry,
             what: What::Missing,
             displacement: None,
+            shift: None,
             // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else;
             // and few pixels fit something by chance
             reason: if (several || distinct) && !small { Reason::None } else { Reason::ProbesDisagree },
@@ -290,6 +294,7 @@ fn judge_one(
             kind: Kind::Geometry,
             what,
             displacement,
+            shift: None,
             reason,
             evidence,
             region,
@@ -356,6 +361,7 @@ fn judge_one(
             what => what,
         },
         displacement: None,
+        shift: None,
         reason,
         evidence,
         region,

@@ -33,8 +33,8 @@ mod view;
 
 pub use error::AuditError;
 pub use findings::{
-    Audit, AuditedView, Displacement, Evidence, Finding, Kind, Method, PoseCorrection, ProbeGain, Shares, ViewSummary,
-    What,
+    Audit, AuditedView, Displacement, Evidence, Finding, Kind, Method, PoseCorrection, ProbeGain, Shares, Shift,
+    ViewSummary, What,
 };
 pub use judge::Judged;
 pub use photo::Photo;

@@ -7,10 +7,10 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Joins;
 use super::regions::dilated;
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
+use super::{Joins, Shift};
 use crate::panorama::luminance;
 
 /// The test works on pictures of about this size.
@@ -56,6 +56,14 @@ pub(super) struct Shifted {
     pub(super) metres: f32,
     /// Logarithm of the odds against the model's place.
     pub(super) odds: f32,
+}
+
+impl Shifted {
+    /// Where the part really stands.
+    pub(super) fn shift(&self) -> Shift {
+        let [right, down] = self.by_px.map(|px| f64::from(px * self.metres / self.by_px[0].hypot(self.by_px[1])));
+        Shift { right_m: right, down_m: down }
+    }
 }
 
 /// Looks for parts whose outlines are shifted.

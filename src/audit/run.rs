@@ -7,7 +7,8 @@ use super::judge::{self, Judged};
 use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
-    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary, What,
+    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Shift, Verdict,
+    ViewSummary, What,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -188,6 +189,7 @@ fn finding(
         area_cm2: area * 1e4,
         material,
         displacement: j.displacement,
+        shift: j.shift,
         reason: j.reason,
         evidence: j.evidence.clone(),
         note: String::new(),
@@ -219,6 +221,12 @@ fn note(f: &Finding) -> String {
             "; the real surface is {:.1} ± {:.1} cm {side} the camera's side",
             d.metres.abs() * 100.0,
             d.uncertainty_m * 100.0
+        );
+    }
+    if let Some((side, metres)) = f.shift.as_ref().map(Shift::words) {
+        text += &format!(
+            "; it stands {:.0} cm {side} of where the model has it, as the photograph sees it",
+            metres * 100.0
         );
     }
     if f.reason != Reason::None {
