@@ -212,7 +212,7 @@ mod tests {
         let csv = audit().csv();
         let lines: Vec<&str> = csv.lines().collect();
         assert_eq!(lines.len(), 2);
-        assert!(lines[1].contains("\"stone, grey\"") && lines[1].ends_with("\"the \"\"wall\"\" stands 5 cm back\""));
+        assert!(lines[1].contains("\"stone, grey\"") && lines[1].ends_with("\"the \"\"wall\"\" stands 5 cm back\",,"));
         // quoted fields hold one comma in all
         assert_eq!(lines[0].matches(',').count() + 1, lines[1].matches(',').count());
     }

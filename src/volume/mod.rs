@@ -3,8 +3,9 @@
 //! The paper averages the records inside each cell and lets neighbouring cells fill the empty ones. That spreads sun
 //! patches and leaks through walls. Here the empty places are filled by what actually lights them: rays cast from a
 //! place on the unseen surface find surfaces that probes did see, whose radiance is known, the sky behind windows, and
-//! other unseen places, with which they exchange light until it settles. Values are directional and sit on the surfaces
-//! inside each cell; a point takes them from the cells around it, as far as no wall stands between.
+//! other unseen places, with which they exchange light until it settles. Neighbours that differ by no more than their
+//! noise are averaged. Values are directional and sit on the surfaces inside each cell; a point takes them from the
+//! cells around it, as far as no wall stands between.
 
 mod anchors;
 mod grid;
