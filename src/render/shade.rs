@@ -226,7 +226,7 @@ impl<'a> Shader<'a> {
             }
             let (mut middle, mut count) = (Vec3::ZERO, 0.0);
             let (triangle, faces) = (sample.surface.triangle, &mut self.faces);
-            for other in self.samples[i..].iter_mut().filter(|other| other.fragment == number) {
+            for other in self.samples[i..].iter_mut().filter(|other| other.fragment == number && !other.painted) {
                 if other.surface.triangle == triangle
                     || self.shares && faces.carry_on(triangle, other.surface.triangle, other.surface.position)
                 {

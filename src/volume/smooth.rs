@@ -13,7 +13,7 @@ use crate::panorama::luminance;
 use crate::scene::Scene;
 
 /// Lights that differ by no more than this times their variance may be the same.
-const SLACK: f32 = 3.0;
+const SLACK: f32 = 1.0;
 
 /// Per gathered place the others beside it: index among the gathered, and how much each counts if lit alike.
 #[derive(Default)]
@@ -24,6 +24,9 @@ impl Beside {
     pub(super) fn find(scene: &Scene, anchors: &Anchors, gathered: &[Gathered]) -> Self {
         /// So many neighbours are enough.
         const ENOUGH: usize = 12;
+        /// Cosine between normals from which on a place's vector irradiance, gathered over its own hemisphere, may speak
+        /// for another.
+        const FACING: f32 = 0.9;
         let mut place_of = vec![u32::MAX; anchors.list.len()];
         for (i, g) in gathered.iter().enumerate() {
             place_of[g.anchor as usize] = i as u32;
@@ -31,7 +34,8 @@ impl Beside {
         let beside = |found: &mut Vec<_>, g: &Gathered| -> Vec<(u32, f32)> {
             let here = anchors.list[g.anchor as usize];
             anchors.around(here.position, here.normal, found);
-            let others = found.iter().filter(|f| f.1 != g.anchor && place_of[f.1 as usize] != u32::MAX);
+            let alike = |other: u32| anchors.list[other as usize].normal.dot(here.normal) > FACING;
+            let others = found.iter().filter(|f| f.1 != g.anchor && place_of[f.1 as usize] != u32::MAX && alike(f.1));
             let seen = others.filter(|f| anchors.sees(scene, f.1, here.position, here.normal)).take(ENOUGH);
             seen.map(|f| (place_of[f.1 as usize], (f.0 / Anchors::FULL_WEIGHT).sqrt())).collect()
         };
