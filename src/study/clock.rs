@@ -80,7 +80,8 @@ mod tests {
             while clock.read().cpu_s < 0.01 {
                 x = std::hint::black_box(x.sin() + 1.0);
             }
-            assert!(clock.read().wall_s > 0.005, "{x}");
+            // other threads of the process work, too: how long it took says nothing
+            assert!(clock.read().wall_s > 0.0, "{x}");
         }
         let sum = slept.times(2.0) + slept;
         assert!((sum.wall_s - 3.0 * slept.wall_s).abs() < 1e-12);
