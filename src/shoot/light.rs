@@ -1,6 +1,7 @@
 //! What probes and site say about the light under one lighting.
 
 use glam::Vec3;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::{Hits, Observation, Records, sunlight};
@@ -61,23 +62,10 @@ impl Light {
 
     /// The probe that sees a point of a surface most sharply, and its cell that is nearest; `None` where none sees it.
     pub fn finest(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<(u32, u32)> {
-        let mut below = f32::INFINITY;
-        loop {
-            let (mut best, mut probe) = (0.0, 0);
-            for (i, records) in self.records.iter().enumerate() {
-                let fine = records.hits().fineness(point, normal);
-                if fine > best && fine < below {
-                    (best, probe) = (fine, i);
-                }
-            }
-            if best <= 0.0 {
-                return None;
-            }
-            if let Some(cell) = self.records[probe].hits().find(scene, point, normal) {
-                return Some((probe as u32, cell));
-            }
-            below = best;
-        }
+        self.sharpest_first(point, normal, |_, i| match self.records[i].hits().find(scene, point, normal) {
+            Some(cell) => ControlFlow::Break((i as u32, cell)),
+            None => ControlFlow::Continue(()),
+        })
     }
 
     /// Irradiance of the nearest record of the probe that sees a point of a surface most sharply.
@@ -95,21 +83,9 @@ impl Light {
         let mut best = 0.0;
         let mut sum = Observation::default();
         let mut moments = Vec3::ZERO;
-        let mut order = [(0.0f32, 0usize); 32];
-        let mut many;
-        let order: &mut [(f32, usize)] = if self.records.len() <= order.len() {
-            &mut order[..self.records.len()]
-        } else {
-            many = vec![(0.0, 0); self.records.len()];
-            &mut many
-        };
-        for (i, (slot, probe)) in order.iter_mut().zip(&self.records).enumerate() {
-            *slot = (probe.hits().fineness(point, normal), i);
-        }
-        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        for &mut (fine, i) in order {
-            if fine <= COARSEST * best || fine <= 0.0 {
-                break;
+        self.sharpest_first(point, normal, |fine, i| {
+            if fine <= COARSEST * best {
+                return ControlFlow::Break(());
             }
             let o = self.records[i].observe(scene, point, normal);
             if o.weight() > least {
@@ -118,11 +94,40 @@ impl Light {
                 sum.add(&o, share);
                 moments += Vec3::new(1.0, luminance(o.value()), luminance(o.value()).powi(2)) * (share * o.weight());
             }
-        }
+            ControlFlow::Continue(())
+        });
         let mean = moments.y / moments.x;
         let variance = (moments.z / moments.x - mean * mean).max(0.0);
         sum.disagreement = (variance.sqrt() / mean.max(f32::MIN_POSITIVE)).min(1.0);
         (best > 0.0).then_some(sum)
+    }
+
+    /// Visits the probes that a surface faces with their [fineness](Hits::fineness) there, sharpest first and of equals
+    /// the first one, until `visit` breaks with a result.
+    fn sharpest_first<B>(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+        mut visit: impl FnMut(f32, usize) -> ControlFlow<B>,
+    ) -> Option<B> {
+        let mut few = [(0.0f32, 0usize); 32];
+        let mut many;
+        let order: &mut [(f32, usize)] = if self.records.len() <= few.len() {
+            &mut few[..self.records.len()]
+        } else {
+            many = vec![(0.0, 0); self.records.len()];
+            &mut many
+        };
+        for (i, (slot, probe)) in order.iter_mut().zip(&self.records).enumerate() {
+            *slot = (probe.hits().fineness(point, normal), i);
+        }
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        for &(fine, i) in order.iter().take_while(|o| o.0 > 0.0) {
+            if let ControlFlow::Break(result) = visit(fine, i) {
+                return Some(result);
+            }
+        }
+        None
     }
 
     /// Irradiance at a point that an observation is about, given whether the sun reaches it; `cos` is the sun's cosine

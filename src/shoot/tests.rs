@@ -83,6 +83,23 @@ fn the_seam_and_the_poles_are_continuous() {
     assert!(Chart::perspective(8, 8, 1.0).place(Vec3::NEG_Y).is_none());
 }
 
+#[test]
+fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
+    let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
+    let picture = Picture { width: 32, height: 32, pixels: vec![Vec3::ONE; 32 * 32] };
+    let look = |turn: f32| {
+        let to_world = Mat3::from_rotation_z(turn);
+        (Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), to_world, Chart::perspective(32, 32, 1.2))), &picture, 1.0)
+    };
+    // +y, then behind
+    let light = Light::new(&scene, &[look(0.0), look(PI)], None, None);
+    for (probe, y, normal) in [(0, 4.0, Vec3::NEG_Y), (1, 0.0, Vec3::Y)] {
+        let found = light.finest(&scene, Vec3::new(2.1, y, 1.9), normal);
+        assert_eq!(found.map(|f| f.0), Some(probe), "the wall at y = {y}");
+    }
+    assert!(light.finest(&scene, Vec3::new(4.0, 2.0, 2.0), Vec3::NEG_X).is_none(), "no photograph shows this wall");
+}
+
 proptest! {
     #[test]
     fn weights_sum_to_one_and_cells_exist(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0, which in 0usize..8) {
