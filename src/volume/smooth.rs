@@ -12,32 +12,29 @@ use super::{Anchors, irradiance};
 use crate::panorama::luminance;
 use crate::scene::Scene;
 
-/// Lights that differ by no more than this times their variance may be the same.
-const SLACK: f32 = 1.0;
-
 /// Per gathered place the others beside it: index among the gathered, and how much each counts if lit alike.
 #[derive(Default)]
 pub(super) struct Beside(Vec<Vec<(u32, f32)>>);
 
 impl Beside {
-    /// Finds for each gathered place the gathered places beside it that it sees.
-    pub(super) fn find(scene: &Scene, anchors: &Anchors, gathered: &[Gathered]) -> Self {
+    /// Finds for each gathered place the gathered places beside it that it sees; `places` holds for each anchor the index
+    /// of the gathered place that stands for it.
+    pub(super) fn find(scene: &Scene, anchors: &Anchors, gathered: &[Gathered], places: &[u32]) -> Self {
         /// So many neighbours are enough.
         const ENOUGH: usize = 12;
         /// Cosine between normals from which on a place's vector irradiance, gathered over its own hemisphere, may speak
         /// for another.
         const FACING: f32 = 0.9;
-        let mut place_of = vec![u32::MAX; anchors.list.len()];
-        for (i, g) in gathered.iter().enumerate() {
-            place_of[g.anchor as usize] = i as u32;
-        }
+        // an anchor that is gathered stands for itself
+        let is_gathered =
+            |anchor: u32| gathered.get(places[anchor as usize] as usize).is_some_and(|g| g.anchor == anchor);
         let beside = |found: &mut Vec<_>, g: &Gathered| -> Vec<(u32, f32)> {
             let here = anchors.list[g.anchor as usize];
             anchors.around(here.position, here.normal, found);
             let alike = |other: u32| anchors.list[other as usize].normal.dot(here.normal) > FACING;
-            let others = found.iter().filter(|f| f.1 != g.anchor && place_of[f.1 as usize] != u32::MAX && alike(f.1));
+            let others = found.iter().filter(|f| f.1 != g.anchor && is_gathered(f.1) && alike(f.1));
             let seen = others.filter(|f| anchors.sees(scene, f.1, here.position, here.normal)).take(ENOUGH);
-            seen.map(|f| (place_of[f.1 as usize], (f.0 / Anchors::FULL_WEIGHT).sqrt())).collect()
+            seen.map(|f| (places[f.1 as usize], (f.0 / Anchors::FULL_WEIGHT).sqrt())).collect()
         };
         Self(gathered.par_iter().map_init(Vec::new, beside).collect())
     }
@@ -54,7 +51,7 @@ impl Beside {
         let variance = |place: usize| {
             let (g, vectors) = (&gathered[place], &vectors[place]);
             let e = luminance(irradiance(vectors, anchors.list[g.anchor as usize].normal));
-            SLACK * (squares[place] - e * e / g.rays as f32).max(0.0)
+            (squares[place] - e * e / g.rays as f32).max(0.0)
         };
         let variance: Vec<f32> = (0..gathered.len()).map(variance).collect();
         let mean = |(i, others): (usize, &Vec<(u32, f32)>)| {

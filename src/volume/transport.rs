@@ -120,7 +120,7 @@ impl Transport {
         let second = caster.second(&gathered, &mut places);
         gathered.extend(caster.wave(&second, settings.rays.div_ceil(FEWER)));
         caster.link(&mut gathered, &mut places);
-        let beside = Beside::find(scene, &anchors, &gathered);
+        let beside = Beside::find(scene, &anchors, &gathered, &places);
         Self { anchors, sun, gathered, places, beside }
     }
 }
