@@ -8,6 +8,8 @@ mod rays;
 mod relight;
 mod setup;
 mod shade;
+#[cfg(test)]
+mod tests;
 mod view;
 
 pub use frame::{Frame, Source};

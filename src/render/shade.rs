@@ -154,14 +154,16 @@ impl<'a> Shader<'a> {
     /// Finds the fragments of a pixel.
     fn collect(&mut self, hits: &[Option<Hit>], (x, y): (usize, usize)) {
         let Some(Some(first)) = hits.first() else { return self.part(hits, (x, y)) };
-        let whole = hits.iter().enumerate().all(|(i, hit)| {
-            hit.is_some_and(|hit| {
-                let at = |me: &Self| me.origin + me.rays.direction(x, y, i) * hit.t;
-                hit.triangle == first.triangle
-                    || self.shares && self.faces.carry_on(first.triangle, hit.triangle, at(self))
-            })
-        });
-        if !whole || !self.shares {
+        let whole = self.shares
+            && hits.iter().enumerate().all(|(i, hit)| {
+                hit.is_some_and(|hit| {
+                    hit.triangle == first.triangle || {
+                        let point = self.origin + self.rays.direction(x, y, i) * hit.t;
+                        self.faces.carry_on(first.triangle, hit.triangle, point)
+                    }
+                })
+            });
+        if !whole {
             return self.part(hits, (x, y));
         }
         let (mut least, mut most) = (f32::INFINITY, 0.0f32);
