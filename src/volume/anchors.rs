@@ -94,23 +94,28 @@ impl Anchors {
         found.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     }
 
-    /// The anchors that points (position, normal) take values from, each once, in order.
-    pub fn near(&self, scene: &Scene, points: &[(Vec3, Vec3)]) -> Vec<u32> {
-        let mut all: Vec<u32> = points
+    /// The anchors that points (position, normal) take values from, each once, in order, with how many points' worth of
+    /// light they speak for.
+    pub fn near(&self, scene: &Scene, points: &[(Vec3, Vec3)]) -> Vec<(u32, f32)> {
+        let mut all: Vec<(u32, f32)> = points
             .par_iter()
             .fold(
                 || (Vec::new(), Vec::new()),
                 |(mut all, mut found), &(point, normal)| {
                     self.around(point, normal, &mut found);
-                    self.taken(scene, point, normal, &found, |_, index| all.push(index));
+                    let first = all.len();
+                    self.taken(scene, point, normal, &found, |weight, index| all.push((index, weight)));
+                    let total: f32 = all[first..].iter().map(|a| a.1).sum();
+                    all[first..].iter_mut().for_each(|a| a.1 /= total);
                     (all, found)
                 },
             )
             .flat_map_iter(|(all, _)| all)
             .collect();
-        all.sort_unstable();
-        all.dedup();
-        all
+        // a stable sort, so that sums do not depend on threads
+        all.par_sort_by_key(|a| a.0);
+        let summed = |a: &[(u32, f32)]| (a[0].0, a.iter().map(|a| a.1).sum());
+        all.chunk_by(|a, b| a.0 == b.0).map(summed).collect()
     }
 
     /// Calls `take` with the few anchors, of those found [around](Self::around) a point, that it takes its value from:

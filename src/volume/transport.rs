@@ -17,13 +17,13 @@ use crate::shoot::{Light, sunlight};
 pub struct Settings {
     /// Cells along the scene's longest side.
     pub cells: u32,
-    /// Rays from each wanted anchor.
+    /// Rays from each wanted anchor, on average: those that light more of what is shown get more.
     pub rays: u32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { cells: 64, rays: 192 }
+        Self { cells: 64, rays: 144 }
     }
 }
 
@@ -96,7 +96,7 @@ const MOST_SPHERES: usize = 64;
 const NONE: u32 = u32::MAX;
 
 /// Unseen surfaces that are only found by rays get so many times fewer rays of their own.
-const FEWER: u32 = 8;
+const FEWER: u32 = 12;
 
 impl Transport {
     /// Casts rays from the anchors around `wanted` unseen points (position, normal), then fewer from the unseen places
@@ -109,20 +109,35 @@ impl Transport {
             let places = vec![NONE; anchors.list.len()];
             return Self { anchors, sun, gathered: Vec::new(), places, beside: Beside::default() };
         };
-        let first = anchors.near(scene, wanted);
+        let near = anchors.near(scene, wanted);
+        let first: Vec<u32> = near.iter().map(|n| n.0).collect();
+        let rays = shared_out(settings.rays, &near);
         let guide = guide(scene, &anchors, &first, lights);
         let caster = Caster { scene, anchors: &anchors, light, guide: &guide, sun };
-        let mut gathered = caster.wave(&first, settings.rays);
+        let mut gathered = caster.wave(&first, &rays);
         let mut places = vec![NONE; anchors.list.len()];
         for (i, &a) in first.iter().enumerate() {
             places[a as usize] = i as u32;
         }
         let second = caster.second(&gathered, &mut places);
-        gathered.extend(caster.wave(&second, settings.rays.div_ceil(FEWER)));
+        let few = vec![settings.rays.div_ceil(FEWER); second.len()];
+        gathered.extend(caster.wave(&second, &few));
         caster.link(&mut gathered, &mut places);
         let beside = Beside::find(scene, &anchors, &gathered, &places);
         Self { anchors, sun, gathered, places, beside }
     }
+}
+
+/// Rays for each anchor, about `mean` on average. An error is seen as often as the anchor counts, and falls with the root of
+/// the number of rays: the sum of its squares is least for rays as the root of what an anchor counts (Neyman, *On the
+/// two different aspects of the representative method*, 1934, with the same spread everywhere).
+fn shared_out(mean: u32, near: &[(u32, f32)]) -> Vec<u32> {
+    /// Least and most rays, of the mean.
+    const LEAST: f32 = 0.25;
+    const MOST: f32 = 3.0;
+    let mean = mean as f32;
+    let per_root = mean * near.len() as f32 / near.iter().map(|n| n.1.sqrt()).sum::<f32>();
+    near.iter().map(|n| (n.1.sqrt() * per_root).clamp(LEAST * mean, MOST * mean).ceil() as u32).collect()
 }
 
 struct Caster<'a> {
@@ -134,9 +149,9 @@ struct Caster<'a> {
 }
 
 impl Caster<'_> {
-    /// Gathers for anchors with so many rays each. Anchors close together share what they know of the guide's spheres:
+    /// Gathers for anchors with so many rays for each. Anchors close together share what they know of the guide's spheres:
     /// which of them they see.
-    fn wave(&self, wave: &[u32], rays: u32) -> Vec<Gathered> {
+    fn wave(&self, wave: &[u32], rays: &[u32]) -> Vec<Gathered> {
         let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
         for (i, &anchor) in wave.iter().enumerate() {
             groups.entry(self.anchors.neighbourhood(anchor)).or_default().push(i as u32);
@@ -147,8 +162,9 @@ impl Caster<'_> {
             .flat_map_iter(|group| {
                 let first = self.anchors.list[wave[group[0] as usize] as usize];
                 let origin = first.position + first.normal * self.anchors.lift();
-                let spheres = self.guide.clear(self.scene, origin, first.normal, MOST_SPHERES.min(rays as usize / 2));
-                group.iter().map(move |&i| (i, self.cast_from(wave[i as usize], &spheres, rays)))
+                let most = MOST_SPHERES.min(rays[group[0] as usize] as usize / 2);
+                let spheres = self.guide.clear(self.scene, origin, first.normal, most);
+                group.iter().map(move |&i| (i, self.cast_from(wave[i as usize], &spheres, rays[i as usize])))
             })
             .collect();
         cast.sort_unstable_by_key(|c| c.0);
