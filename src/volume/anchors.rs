@@ -2,6 +2,7 @@
 
 use glam::{IVec3, Vec2, Vec3};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 use super::Grid;
 use super::nearby::ENOUGH;
@@ -65,14 +66,46 @@ impl Anchors {
             .collect::<Vec<_>>()
             .concat();
         nearest(&mut best);
+        Self::sorted(grid, best.into_iter().map(|(key, _, anchor)| ((key / 27) as usize, anchor)).collect())
+    }
+
+    /// From anchors with their cells' indices, in order of these.
+    fn sorted(grid: Grid, all: Vec<(usize, Anchor)>) -> Self {
         let mut starts = vec![0u32; grid.len() + 1];
-        for (key, ..) in &best {
-            starts[(key / 27) as usize + 1] += 1;
+        for (cell, _) in &all {
+            starts[cell + 1] += 1;
         }
         for i in 0..grid.len() {
             starts[i + 1] += starts[i];
         }
-        Self { grid, list: best.into_iter().map(|b| b.2).collect(), starts }
+        Self { grid, list: all.into_iter().map(|a| a.1).collect(), starts }
+    }
+
+    /// Puts anchors on those of some points (position, normal) that see none: small things hide from the anchor of their
+    /// cell. At most one each third of a cell along and main direction.
+    pub(super) fn complete(&mut self, scene: &Scene, points: &[(Vec3, Vec3)]) {
+        const PARTS: f32 = 3.0;
+        let lonely: Vec<Anchor> = points
+            .par_iter()
+            .map_init(Vec::new, |found, &(position, normal)| {
+                self.around(position, normal, found);
+                let seen = found.iter().any(|f| self.sees(scene, f.1, position, normal));
+                (!seen).then_some(Anchor { position, normal })
+            })
+            .flatten()
+            .collect();
+        let mut new = BTreeMap::new();
+        for anchor in lonely {
+            let part = (self.grid.place(anchor.position) * PARTS).floor().as_ivec3().to_array();
+            new.entry((part, main_direction(anchor.normal))).or_insert(anchor);
+        }
+        let old = self.starts.windows(2).enumerate().flat_map(|(cell, ends)| {
+            self.list[ends[0] as usize..ends[1] as usize].iter().map(move |&anchor| (cell, anchor))
+        });
+        let cell = |anchor: &Anchor| self.grid.index(self.grid.cell(anchor.position)).unwrap_or(0);
+        let mut all: Vec<_> = old.chain(new.into_values().map(|anchor| (cell(&anchor), anchor))).collect();
+        all.sort_by_key(|a| a.0);
+        *self = Self::sorted(self.grid, all);
     }
 
     /// The anchors around a point whose side agrees with `normal`, with weights that fall to zero 1.5 cells away, so that

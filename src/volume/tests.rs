@@ -158,3 +158,31 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
     println!("mean {mean}");
     assert!((mean - 1.0).abs() < 0.01, "{mean}");
 }
+
+#[test]
+fn the_bottom_of_a_cup_that_hides_from_all_anchors_gets_one_of_its_own() {
+    // a room of 4 m, and a cup of 6 cm on its floor, between the lines of the lattice that anchors lie on
+    let mut quads = sides(Vec3::splat(4.0));
+    let (low, size) = (Vec3::new(1.635, 1.635, 0.02), 0.06);
+    let cup = sides(Vec3::splat(size)).into_iter().enumerate().filter(|&(i, _)| i != 1);
+    quads.extend(cup.map(|(_, (corner, u, v))| (low + corner, u, v)));
+    let scene = scene(&quads, 0.5);
+    let (min, max) = scene.mesh.bounds();
+    let mut anchors = Anchors::over(&scene, Grid::over(min, max, 8));
+    let before = anchors.list.len();
+    let points: Vec<(Vec3, Vec3)> = (0..25)
+        .map(|i| (low + Vec3::new(0.2 * (i % 5) as f32 + 0.1, 0.2 * (i / 5) as f32 + 0.1, 0.0) * size, Vec3::Z))
+        .collect();
+    let lonely = |anchors: &Anchors| {
+        let mut found = Vec::new();
+        let sees = |&&(point, normal): &&(Vec3, Vec3)| {
+            anchors.around(point, normal, &mut found);
+            !found.iter().any(|f| anchors.sees(&scene, f.1, point, normal))
+        };
+        points.iter().filter(sees).count()
+    };
+    assert_eq!(lonely(&anchors), points.len(), "the cup must hide from the room");
+    anchors.complete(&scene, &points);
+    assert_eq!(lonely(&anchors), 0);
+    assert!((1..=4).contains(&(anchors.list.len() - before)), "{}", anchors.list.len() - before);
+}

@@ -103,7 +103,8 @@ impl Transport {
     /// that those rays find. `lights` guide the rays to bright places, and the first tells where the sun stands.
     pub fn cast(scene: &Scene, wanted: &[(Vec3, Vec3)], lights: &[&Light], settings: &Settings) -> Self {
         let (low, high) = scene.mesh.bounds();
-        let anchors = Anchors::over(scene, Grid::over(low, high, settings.cells));
+        let mut anchors = Anchors::over(scene, Grid::over(low, high, settings.cells));
+        anchors.complete(scene, wanted);
         let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
         let Some(&light) = lights.first() else {
             let places = vec![NONE; anchors.list.len()];
