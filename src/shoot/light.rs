@@ -29,7 +29,7 @@ pub enum Outside {
 }
 
 /// A probe seen less sharply than this share of the sharpest one's solid angle per area is not asked.
-const COARSEST: f32 = 0.15;
+const COARSEST: f32 = 0.25;
 
 /// Below this weight records say too little of a point: all of them straddle edges.
 const LEAST_WEIGHT: f32 = 0.07;
