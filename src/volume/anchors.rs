@@ -94,16 +94,22 @@ impl Anchors {
             })
             .flatten()
             .collect();
-        let mut new = BTreeMap::new();
+        // the nearest to the middle of each part, so that one point more or less seldom matters
+        let mut new: BTreeMap<_, (f32, Anchor)> = BTreeMap::new();
         for anchor in lonely {
-            let part = (self.grid.place(anchor.position) * PARTS).floor().as_ivec3().to_array();
-            new.entry((part, main_direction(anchor.normal))).or_insert(anchor);
+            let place = self.grid.place(anchor.position) * PARTS;
+            let part = place.floor();
+            let off = (place - part - 0.5).length_squared();
+            let best = new.entry((part.as_ivec3().to_array(), main_direction(anchor.normal))).or_insert((off, anchor));
+            if off < best.0 {
+                *best = (off, anchor);
+            }
         }
         let old = self.starts.windows(2).enumerate().flat_map(|(cell, ends)| {
             self.list[ends[0] as usize..ends[1] as usize].iter().map(move |&anchor| (cell, anchor))
         });
         let cell = |anchor: &Anchor| self.grid.index(self.grid.cell(anchor.position)).unwrap_or(0);
-        let mut all: Vec<_> = old.chain(new.into_values().map(|anchor| (cell(&anchor), anchor))).collect();
+        let mut all: Vec<_> = old.chain(new.into_values().map(|(_, anchor)| (cell(&anchor), anchor))).collect();
         all.sort_by_key(|a| a.0);
         *self = Self::sorted(self.grid, all);
     }
@@ -212,6 +218,13 @@ impl Anchors {
         }
         let off_plane = (anchor.normal.dot(d).abs() + normal.dot(d).abs()) / self.grid.cell_m;
         near * near * facing * facing / (OFF_PLANE + off_plane)
+    }
+
+    /// A number for what an anchor's random choices are made from. It hangs on the anchor's cell and direction alone, so
+    /// that one anchor more or less elsewhere changes nothing here.
+    pub(super) fn seed(&self, anchor: u32) -> u64 {
+        let Anchor { position, normal } = self.list[anchor as usize];
+        self.grid.index(self.grid.cell(position)).map_or(0, |i| i as u64 * 27 + main_direction(normal))
     }
 
     /// Anchors with the same number face much the same way, within a few cells.

@@ -176,7 +176,7 @@ impl Caster<'_> {
         let anchor = self.anchors.list[index as usize];
         let origin = anchor.position + anchor.normal * self.anchors.lift();
         let lobes = self.guide.of(origin, anchor.normal, spheres);
-        let turn = plastic(u64::from(index) * 7919 + 1);
+        let turn = plastic(self.anchors.seed(index) * 7919 + 1);
         let share = 1.0 / rays as f32;
         let mut all = Gathered { anchor: index, rays, sky: vec![], seen: vec![], unseen: vec![], links: vec![] };
         for k in 0..rays {
@@ -303,7 +303,7 @@ fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Light, thresh
         let anchor = anchors.list[index as usize];
         let origin = anchor.position + anchor.normal * anchors.lift();
         let lobes = Guide::default().from(origin, anchor.normal);
-        let turn = plastic(u64::from(index) * 104_729 + 1);
+        let turn = plastic(anchors.seed(index) * 104_729 + 1);
         let seen: Vec<Seen> = (0..RAYS)
             .filter_map(|k| {
                 let u: Vec2 = (plastic(u64::from(k)) + turn).fract();
