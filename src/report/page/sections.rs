@@ -149,7 +149,7 @@ fn finding_table(title: &str, list: &[Finding]) -> String {
              <td><span class=\"kind {class}\">{kind}</span> {what}</td>\
              <td class=\"number\" data-value=\"{}\">{}</td><td class=\"number\">{:.2}</td>\
              <td class=\"number\">{:.0}</td><td class=\"number\" data-value=\"{off}\">{shown}</td>\
-             <td>{position}</td><td>{material}</td><td>{note}</td></tr>\n",
+             <td>{position}</td><td>{material}</td><td class=\"prose\">{note}</td></tr>\n",
             f.score,
             percent(f.score),
             f.size_m,
