@@ -5,10 +5,13 @@
 //! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around.
 
 mod align;
+mod behind;
 mod bins;
 mod colour;
+mod decision;
 mod error;
 mod explain;
+mod figures;
 mod files;
 mod findings;
 mod geometry;
