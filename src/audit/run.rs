@@ -7,8 +7,8 @@ use super::judge::{self, Judged};
 use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
-    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Shift, Verdict,
-    ViewSummary, What, verdict,
+    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary,
+    What, verdict,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -223,7 +223,7 @@ fn note(f: &Finding) -> String {
             d.uncertainty_m * 100.0
         );
     }
-    if let Some((side, metres)) = f.shift.as_ref().map(Shift::words) {
+    if let Some((side, metres)) = f.shift.map(|s| s.words()) {
         text += &format!(
             "; it stands {:.0} cm {side} of where the model has it, as the photograph sees it",
             metres * 100.0
