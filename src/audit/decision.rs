@@ -10,12 +10,17 @@ use super::scores::{COLOUR, PIXELS_OFF, Scores};
 use super::view::{Maps, Prepared};
 use super::{Displacement, Evidence, Kind, Reason, What};
 
+/// Cost, in units of what a right model has, from which on a region's place is contradicted.
+const MISMATCH: f32 = 2.5;
 /// A displacement of a region of so many pixels is told although it explains less of the difference.
 const LARGE_PX: usize = 1000;
 /// In a small region, a displacement must explain a difference of more than this, and one probe alone is not believed.
 const SMALL_MISMATCH: f32 = 3.0;
+/// A surface further off its place than so many times its thickness in the picture is not told to be moved: what a probe
+/// sees of something in its way fits everywhere beside that.
+const THICKNESS: f32 = 1.0;
 /// Cost from which on one probe is believed where the texture's test marks the region, too.
-const STRONG: f32 = 6.0;
+const STRONG: f32 = 5.0;
 /// What lies behind a region is what the photograph shows if its cost is at most this share of the region's own, and in
 /// itself no more than this.
 const BEHIND: f32 = 0.25;
@@ -53,8 +58,9 @@ pub(super) fn judged(
 ) -> Option<Judged> {
     let f = Figures::of(prepared, maps, scores, &region, least);
     let mut evidence = vec![
-        Evidence::new("geometry mismatch", f.swept.here, 2.5, "× variance"),
+        Evidence::new("geometry mismatch", f.swept.here, MISMATCH, "× variance"),
         Evidence::new("texture", f.texture, 1.0, "× threshold"),
+        Evidence::new("odds of another structure", f.odds, REGION_ODDS, "logarithm"),
     ];
     let decision = opening(&f).or_else(|| shape(&f, shares)).or_else(|| picture(&f))?;
     evidence.extend(decision.evidence);
@@ -91,7 +97,8 @@ fn moved(f: &Figures) -> bool {
     };
     let strong = !f.small || swept.here > SMALL_MISMATCH;
     let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
-    f.able && strong && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF
+    let far = swept.pixels > THICKNESS * f.thickness;
+    f.able && strong && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF && !far
 }
 
 /// An opening of the model that the photograph does not have.
@@ -117,8 +124,8 @@ fn opening(f: &Figures) -> Option<Decision> {
 fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     let swept = &f.swept;
     let moved = moved(f);
-    // the probes agree with the photograph on a surface whose picture alone is wrong
-    let torn = f.textured >= TEXTURED && swept.here > 1.7;
+    // a surface whose picture alone is wrong agrees with the probes, and nowhere better than in its place
+    let torn = f.textured >= TEXTURED && (swept.here > MISMATCH || (swept.here > 1.7 && explains(f) > 0.05));
     let wrong = f.able && (torn || (f.marked > 0.3 && swept.here > 3.5 && f.texture > 0.5));
     if !moved && !wrong {
         return None;
@@ -143,14 +150,15 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     let explained = Evidence::new("explained by a displacement", explains(f), 1.0, "× what is left");
     let borne_out = f.texture >= 1.0 && swept.here > STRONG;
     Some(Decision {
-        strength: f.geometry.max(swept.here / 2.5).max(f.texture),
+        strength: f.geometry.max(swept.here / MISMATCH).max(f.texture),
         kind: Kind::Geometry,
         what,
         displacement: (moved && !gone)
             .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
         reason: match swept.twin {
-            Some(_) if moved && swept.here < 2.5 => Reason::Periodic,
-            _ if f.small && !f.several => Reason::ProbesDisagree,
+            Some(_) if moved && swept.here < MISMATCH => Reason::Periodic,
+            // but what the same probe saw behind it, and the other test bears out, is no fault of the probe
+            _ if f.small && !f.several && !(gone && f.texture >= 1.0) => Reason::ProbesDisagree,
             // a picture that is not the model's, either, cannot be the probe's fault
             _ if moved || gone || f.several || f.structural || borne_out => Reason::None,
             _ => Reason::ProbesDisagree,
@@ -168,6 +176,7 @@ fn picture(f: &Figures) -> Option<Decision> {
     }
     let colour = f.upper(&maps.texture.colour);
     let explained = explain(f.prepared.scene, maps, f.region, colour / COLOUR);
+    let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
     let size = (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
     let unseen = f.share(|i| maps.geometry.seen[i] == 0) > 0.5;
     let foreign = f.share(|i| f.scores.foreign[i] >= 1.0) >= 0.3;
@@ -178,7 +187,6 @@ fn picture(f: &Figures) -> Option<Decision> {
     // where structure says nothing, coding or darkness may have spoilt colour, too
     let told = f.structural || f.odds <= -REGION_ODDS || explained.as_is > 0.6;
     let coloured = tinted && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
-    let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > 0.6 || f.odds <= -REGION_ODDS);
     if !coloured && !foreign && !f.structural && f.odds < 0.5 * REGION_ODDS && mean < COLOUR_DOUBT {
@@ -208,7 +216,6 @@ fn picture(f: &Figures) -> Option<Decision> {
         evidence: vec![
             Evidence::new("correlation with the model's texture", explained.as_is, 0.5, "correlation"),
             Evidence::new("colour difference", colour, COLOUR_STRENGTH / size, "ΔE00"),
-            Evidence::new("odds of another structure", f.odds, REGION_ODDS, "logarithm"),
         ],
     })
 }

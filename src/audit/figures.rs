@@ -36,6 +36,8 @@ pub(super) struct Figures<'a> {
     pub(super) small: bool,
     /// Some probe can tell the place of enough of it.
     pub(super) able: bool,
+    /// Its area over its greatest extent, pixels.
+    pub(super) thickness: f32,
 }
 
 impl<'a> Figures<'a> {
@@ -65,6 +67,7 @@ impl<'a> Figures<'a> {
             small: n < SMALL_SHARE * maps.usable.len() as f32,
             // a part that is large enough speaks for all of it
             able: swept.able >= 0.3 || swept.able * n >= 5.0 * least as f32,
+            thickness: n / extent(&region.pixels, maps.surfaces.width),
             swept,
         }
     }
@@ -83,6 +86,18 @@ impl<'a> Figures<'a> {
     pub(super) fn upper(&self, values: &[f32]) -> f32 {
         upper(self.region, values)
     }
+}
+
+/// The longer side of the box around pixels.
+fn extent(pixels: &[usize], width: usize) -> f32 {
+    let [x, y] = [|i: &usize, w: usize| i % w, |i: &usize, w: usize| i / w].map(|along| {
+        let (low, high) = pixels.iter().fold((usize::MAX, 0), |(low, high), i| {
+            let at = along(i, width);
+            (low.min(at), high.max(at))
+        });
+        high + 1 - low.min(high)
+    });
+    x.max(y) as f32
 }
 
 fn share(region: &Region, holds: impl Fn(usize) -> bool) -> f32 {

@@ -6,7 +6,7 @@ use super::regions::{Region, closed, components, opened};
 use super::scores::{LOW, Scores};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision};
+use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(super) const WHITE: f32 = 8.0;
@@ -70,7 +70,7 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
             judged.push(j);
         }
     }
-    with_shifted(united(judged, maps), outline::shifted(prepared, maps), maps)
+    extent::grown(prepared, maps, with_shifted(united(judged, maps), outline::shifted(prepared, maps), maps))
 }
 
 /// Adds parts that stand beside their place. They explain what lies mostly within them.

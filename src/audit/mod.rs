@@ -11,6 +11,7 @@ mod colour;
 mod decision;
 mod error;
 mod explain;
+mod extent;
 mod figures;
 mod files;
 mod findings;
