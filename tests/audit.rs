@@ -125,6 +125,44 @@ fn a_moved_wall_is_found_with_sign_and_size() {
     }
 }
 
+/// Where two rooms' surfaces part in the view, by the middles of its pixels.
+fn parted(truth: &Plan, model: &Plan) -> Vec<bool> {
+    let (real, modelled) = (truth.build(), model.build());
+    let camera = real.site.views[0].camera;
+    let (w, h) = (camera.width as usize, camera.height as usize);
+    let distance = |scene: &Scene, i: usize| {
+        let d = camera.direction((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+        let ray = scene::Ray { origin: scene.local(camera.pose.position), direction: d.as_vec3() };
+        scene.tracer.closest(&ray, 1e-3).map_or(f32::MAX, |hit| hit.t)
+    };
+    (0..w * h).map(|i| (distance(&real.scene, i) - distance(&modelled.scene, i)).abs() > 0.01).collect()
+}
+
+#[test]
+fn faults_of_shape_reach_as_far_as_the_photograph_shows_them() {
+    let furnished = [room(), support::closed(v(2.3, 3.5, 0.0), v(3.1, 4.0, 1.3), 0)].concat();
+    // the far wall lacks a square of 1 m, beyond which there is nothing
+    let mut open = room();
+    open.remove(3);
+    for (corner, along, up) in
+        [(0.0, 2.6, [0.0, 3.0]), (3.6, 2.4, [0.0, 3.0]), (2.6, 1.0, [0.0, 0.9]), (2.6, 1.0, [1.9, 3.0])]
+    {
+        open.push(Quad(v(corner, 5.0, up[0]), v(along, 0.0, 0.0), v(0.0, 0.0, up[1] - up[0]), 0));
+    }
+    for (real, modelled, least) in [(furnished, room(), 0.5), (room(), open, 0.8)] {
+        let (truth, model) = (plan(real, &[grey(0.5)]), plan(modelled, &[grey(0.5)]));
+        // rich in contrast: what is seen through an opening must fit there and nowhere else
+        let audit = audited(&photographed(&truth, &model, |s| Vec3::splat(pattern(s.position).powi(4))));
+        let sure = |id: &str| audit.findings.iter().any(|f| f.id == id && f.what == What::Missing);
+        let masks: Vec<&Vec<bool>> = audit.views[0].masks.iter().filter(|m| sure(&m.0)).map(|m| &m.1).collect();
+        let expected = parted(&truth, &model);
+        let found = |i: usize| masks.iter().any(|m| m[i]);
+        let count = |f: &dyn Fn(usize) -> bool| (0..expected.len()).filter(|i| f(*i)).count() as f64;
+        let overlap = count(&|i| found(i) && expected[i]) / count(&|i| found(i) || expected[i]);
+        assert!(overlap > least, "{overlap:.2}: {:?} {:?}", audit.findings, audit.doubts);
+    }
+}
+
 #[test]
 fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
     let truth = plan(room(), &[grey(0.5)]);

@@ -12,6 +12,8 @@ use super::{Displacement, Evidence, Kind, Reason, What};
 
 /// Cost, in units of what a right model has, from which on a region's place is contradicted.
 const MISMATCH: f32 = 2.5;
+/// The same where the texture's test marks the region, too.
+const TORN: f32 = 1.7;
 /// A displacement of a region of so many pixels is told although it explains less of the difference.
 const LARGE_PX: usize = 1000;
 /// In a small region, a displacement must explain a difference of more than this, and one probe alone is not believed.
@@ -125,7 +127,7 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     let swept = &f.swept;
     let moved = moved(f);
     // a surface whose picture alone is wrong agrees with the probes, and nowhere better than in its place
-    let torn = f.textured >= TEXTURED && (swept.here > MISMATCH || (swept.here > 1.7 && explains(f) > 0.05));
+    let torn = f.textured >= TEXTURED && (swept.here > MISMATCH || (swept.here > TORN && explains(f) > 0.05));
     let wrong = f.able && (torn || (f.marked > 0.3 && swept.here > 3.5 && f.texture > 0.5));
     if !moved && !wrong {
         return None;
@@ -157,6 +159,8 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
             .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
         reason: match swept.twin {
             Some(_) if moved && swept.here < MISMATCH => Reason::Periodic,
+            // the photograph shows the model's structure in its place: what differs is in the probes' way
+            _ if !moved && !gone && f.odds <= -REGION_ODDS => Reason::ProbesDisagree,
             // but what the same probe saw behind it, and the other test bears out, is no fault of the probe
             _ if f.small && !f.several && !(gone && f.texture >= 1.0) => Reason::ProbesDisagree,
             // a picture that is not the model's, either, cannot be the probe's fault
@@ -189,7 +193,8 @@ fn picture(f: &Figures) -> Option<Decision> {
     let coloured = tinted && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > 0.6 || f.odds <= -REGION_ODDS);
-    if !coloured && !foreign && !f.structural && f.odds < 0.5 * REGION_ODDS && mean < COLOUR_DOUBT {
+    let doubtful = f.odds >= 0.5 * REGION_ODDS || mean >= COLOUR_DOUBT || (f.able && f.swept.here > TORN);
+    if !coloured && !foreign && !f.structural && !doubtful {
         return None;
     }
     Some(Decision {

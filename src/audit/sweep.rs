@@ -105,3 +105,15 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
         twin,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_region_is_tried_from_far_behind_to_far_before_its_place() {
+        let (places, own) = places();
+        assert!(places.windows(2).all(|p| p[0] < p[1]) && places[own] == 0.0);
+        assert!(places.iter().zip(places.iter().rev()).all(|(a, b)| *a == -*b) && places[0] < -1.5);
+    }
+}
