@@ -25,6 +25,9 @@ pub(super) struct Swept {
 /// A region is also tried further off than its pixels are, metres: deep niches.
 const FAR_M: [f32; 5] = [0.68, 0.85, 1.07, 1.34, 1.7];
 
+/// A place that far off must leave less than this share of what the best nearer one leaves.
+const FAR_BETTER: f64 = 0.5;
+
 /// All places that a region is tried at, and which of them is the model's own.
 fn places() -> (Vec<f64>, usize) {
     let near = (0..PLACES).map(place);
@@ -62,7 +65,11 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
     };
     let (places, own) = places();
     let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
-    let at = (0..mean.len()).fold(own, |best, k| if mean[k] < mean[best] { k } else { best });
+    let better = |best: usize, k: usize| if mean[k] < mean[best] { k } else { best };
+    let near = FAR_M.len()..FAR_M.len() + PLACES;
+    let (nearest, any) = (near.clone().fold(own, better), (0..mean.len()).fold(own, better));
+    // far off, pictures of anything are compared: by chance one of them is a little better
+    let at = if mean[any] < FAR_BETTER * mean[nearest] { any } else { nearest };
     let (mut best_m, mut least, mut curvature) = (places[at], mean[at], 0.0);
     if at > 0 && at + 1 < places.len() {
         // finer between the neighbours, and the parabola through the best three
@@ -88,8 +95,7 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
-    let near = FAR_M.len() + 1..FAR_M.len() + PLACES - 1;
-    let twin = near
+    let twin = (near.start + 1..near.end - 1)
         .filter(|k| k.abs_diff(at) > 4)
         .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
         .filter(|&k| k != own && mean[k] < least + 0.15 * (mean[own] - least))
