@@ -125,6 +125,38 @@ fn a_moved_wall_is_found_with_sign_and_size() {
     }
 }
 
+/// Where two rooms' surfaces part in the view, by the middles of its pixels.
+fn parted(truth: &Plan, model: &Plan) -> Vec<bool> {
+    let (real, modelled) = (truth.build(), model.build());
+    let camera = real.site.views[0].camera;
+    let (w, h) = (camera.width as usize, camera.height as usize);
+    let distance = |scene: &Scene, i: usize| {
+        let d = camera.direction((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+        let ray = scene::Ray { origin: scene.local(camera.pose.position), direction: d.as_vec3() };
+        scene.tracer.closest(&ray, 1e-3).map_or(f32::MAX, |hit| hit.t)
+    };
+    (0..w * h).map(|i| (distance(&real.scene, i) - distance(&modelled.scene, i)).abs() > 0.01).collect()
+}
+
+#[test]
+fn an_opening_that_is_not_there_is_found_as_large_as_it_is() {
+    // the model's far wall lacks a square of 1 m, beyond which there is nothing
+    let mut open = room();
+    open.remove(3);
+    let around = [(0.0, 2.6, 0.0, 3.0), (3.6, 2.4, 0.0, 3.0), (2.6, 1.0, 0.0, 0.9), (2.6, 1.0, 1.9, 1.1)];
+    open.extend(around.map(|(x, wide, z, high)| Quad(v(x, 5.0, z), v(wide, 0.0, 0.0), v(0.0, 0.0, high), 0)));
+    let (truth, model) = (plan(room(), &[grey(0.5)]), plan(open, &[grey(0.5)]));
+    // rich in contrast: what is seen through the opening must fit there and nowhere else
+    let audit = audited(&photographed(&truth, &model, |s| Vec3::splat(pattern(s.position).powi(4))));
+    let missing = audit.findings.iter().filter(|f| f.what == What::Missing).max_by_key(|f| f.area_px);
+    let id = &missing.unwrap_or_else(|| panic!("{:?}", audit.doubts)).id;
+    let mask = &audit.views[0].masks.iter().find(|m| m.0 == *id).unwrap().1;
+    let expected = parted(&truth, &model);
+    let count = |f: &dyn Fn(usize) -> bool| (0..expected.len()).filter(|i| f(*i)).count() as f64;
+    let overlap = count(&|i| mask[i] && expected[i]) / count(&|i| mask[i] || expected[i]);
+    assert!(overlap > 0.7, "{overlap:.2}");
+}
+
 #[test]
 fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
     let truth = plan(room(), &[grey(0.5)]);

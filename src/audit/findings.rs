@@ -92,6 +92,13 @@ pub struct Evidence {
     pub unit: String,
 }
 
+impl Evidence {
+    /// A figure with what it would have to stay below.
+    pub(super) fn new(test: &str, value: impl Into<f64>, threshold: impl Into<f64>, unit: &str) -> Self {
+        Self { test: test.into(), value: value.into(), threshold: threshold.into(), unit: unit.into() }
+    }
+}
+
 /// How far a part stands beside its modelled place, across the line of sight, as the photograph sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shift {

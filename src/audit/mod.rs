@@ -5,10 +5,14 @@
 //! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around.
 
 mod align;
+mod behind;
 mod bins;
 mod colour;
+mod decision;
 mod error;
 mod explain;
+mod extent;
+mod figures;
 mod files;
 mod findings;
 mod geometry;

@@ -24,7 +24,8 @@ const LOST: f32 = 0.4;
 /// Where the model's own surface can be compared, it must fit this many times worse.
 const WORSE: f32 = 3.0;
 
-/// Else the photograph must be as bright as beside the opening, within this difference of logarithms.
+/// Else the photograph must be as bright as beside the opening, within this difference of logarithms or what the
+/// surface's own pattern differs by.
 const ALIKE: f32 = 0.5;
 
 /// A surface is continued over at most this share of the picture's width.
@@ -35,6 +36,9 @@ const REACH: f32 = 0.35;
 /// of a surface.
 const DISTINCT: f32 = 2.0;
 const ELSEWHERE: [f32; 3] = [0.95, 1.05, 1e3];
+
+/// A second side must go on at least so surely: floors are not so flat that all sides' planes fit alike.
+const SECOND: f32 = 0.5;
 
 /// Surfaces seen flatter than this are not continued.
 const FLATTEST: f32 = 0.2;
@@ -149,12 +153,14 @@ pub(super) fn test(
             let least = [&a, &b, &c].iter().filter(|o| o.1[i] > 0.5).map(|o| o.0[i]).reduce(f32::min);
             let least = if contrast > RIGHT * RIGHT { least } else { None };
             let elsewhere = least.map_or(0.0, |e| e / (DISTINCT * rest[i]).max(right).max(1e-6));
-            let better = if owned[i] > 0.3 { own[i] / (WORSE * rest[i].max(1e-4)) } else { ALIKE / apart.max(1e-3) };
+            let better = if owned[i] > 0.3 {
+                own[i] / (WORSE * rest[i].max(1e-4))
+            } else {
+                ALIKE.max(contrast.sqrt()) / apart.max(1e-3)
+            };
             let s = fits.min(better.max(elsewhere)).min(2.0);
-            if s >= 1.0 {
-                sides[i] += 1;
-                distinct[i] |= elsewhere >= 1.0;
-            }
+            sides[i] += u8::from(s >= SECOND);
+            distinct[i] |= s >= 1.0 && elsewhere >= 1.0;
             score[i] = score[i].max(s);
         }
     }

@@ -7,8 +7,8 @@ use super::judge::{self, Judged};
 use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
-    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Shift, Verdict,
-    ViewSummary, What,
+    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary,
+    What, verdict,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -86,7 +86,7 @@ struct Assessed {
 fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &Maps) -> Assessed {
     let scores = Scores::of(maps);
     let judged = judge::judge(prepared, maps, &scores);
-    let (small_verdicts, small_reasons) = judge::verdicts(maps, &judged);
+    let (small_verdicts, small_reasons) = verdict::verdicts(maps, &judged);
     let (w, h) = (photo.picture.width, photo.picture.height);
     let n = maps.reduced_by as usize;
     let small = |i: usize| (i / w / n) * maps.surfaces.width + i % w / n;
@@ -223,7 +223,7 @@ fn note(f: &Finding) -> String {
             d.uncertainty_m * 100.0
         );
     }
-    if let Some((side, metres)) = f.shift.as_ref().map(Shift::words) {
+    if let Some((side, metres)) = f.shift.map(|s| s.words()) {
         text += &format!(
             "; it stands {:.0} cm {side} of where the model has it, as the photograph sees it",
             metres * 100.0
@@ -321,7 +321,7 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
     let thresholds = [
         ("geometry_mismatch_variances", scores::MISMATCH),
         ("displacement_pixels", scores::PIXELS_OFF),
-        ("sensitivity", judge::SENSITIVITY),
+        ("sensitivity", verdict::SENSITIVITY),
         ("structure_log_odds", scores::ODDS),
         ("colour_delta_e00", scores::COLOUR),
         ("foreign_chroma", scores::FOREIGN),

@@ -22,6 +22,19 @@ pub(super) struct Swept {
     pub(super) twin: Option<f32>,
 }
 
+/// A region is also tried further off than its pixels are, metres: deep niches.
+const FAR_M: [f32; 5] = [0.68, 0.85, 1.07, 1.34, 1.7];
+
+/// A place that far off must leave less than this share of what the best nearer one leaves.
+const FAR_BETTER: f64 = 0.5;
+
+/// All places that a region is tried at, and which of them is the model's own.
+fn places() -> (Vec<f64>, usize) {
+    let near = (0..PLACES).map(place);
+    let all = FAR_M.iter().rev().map(|m| -m).chain(near).chain(FAR_M);
+    (all.map(f64::from).collect(), FAR_M.len() + HERE)
+}
+
 /// More pixels than this tell no more of a region's place.
 const SAMPLES: usize = 6000;
 
@@ -50,11 +63,15 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
         let costs = chosen.iter().map(|i| f64::from(g.cost(&maps.surfaces, &prepared.probes, *i, metres as f32)));
         costs.sum::<f64>() / weights.max(1.0)
     };
-    let places: Vec<f64> = (0..PLACES).map(|k| f64::from(place(k))).collect();
+    let (places, own) = places();
     let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
-    let at = (0..mean.len()).fold(HERE, |best, k| if mean[k] < mean[best] { k } else { best });
+    let better = |best: usize, k: usize| if mean[k] < mean[best] { k } else { best };
+    let near = FAR_M.len()..FAR_M.len() + PLACES;
+    let (nearest, any) = (near.clone().fold(own, better), (0..mean.len()).fold(own, better));
+    // far off, pictures of anything are compared: by chance one of them is a little better
+    let at = if mean[any] < FAR_BETTER * mean[nearest] { any } else { nearest };
     let (mut best_m, mut least, mut curvature) = (places[at], mean[at], 0.0);
-    if at > 0 && at + 1 < PLACES {
+    if at > 0 && at + 1 < places.len() {
         // finer between the neighbours, and the parabola through the best three
         const FINE: usize = 16;
         let between = |k: usize| places[at - 1] + (places[at + 1] - places[at - 1]) * k as f64 / FINE as f64;
@@ -78,19 +95,31 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
-    let twin = (0..mean.len())
-        .filter(|k| k.abs_diff(at) > 4 && *k > 0 && *k + 1 < mean.len())
+    let twin = (near.start + 1..near.end - 1)
+        .filter(|k| k.abs_diff(at) > 4)
         .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
-        .filter(|&k| k != HERE && mean[k] < least + 0.15 * (mean[HERE] - least))
+        .filter(|&k| k != own && mean[k] < least + 0.15 * (mean[own] - least))
         .map(|k| places[k] as f32)
         .next();
     Swept {
-        here: mean[HERE] as f32,
+        here: mean[own] as f32,
         least: least as f32,
         best_m,
         uncertainty_m,
         pixels: (best_m.abs() * parallax) as f32,
         able,
         twin,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_region_is_tried_from_far_behind_to_far_before_its_place() {
+        let (places, own) = places();
+        assert!(places.windows(2).all(|p| p[0] < p[1]) && places[own] == 0.0);
+        assert!(places.iter().zip(places.iter().rev()).all(|(a, b)| *a == -*b) && places[0] < -1.5);
     }
 }

@@ -12,7 +12,7 @@ use super::scores::Scores;
 use super::soften::soften;
 use super::surfaces::{Surfaces, reduced};
 use super::texture::{self, Texture};
-use super::{PoseCorrection, Reason, Verdict, align, parts};
+use super::{PoseCorrection, Reason, Verdict, align, parts, verdict};
 use crate::panorama::{Picture, luminance};
 use crate::render::{Relit, render};
 use crate::scene::Scene;
@@ -172,7 +172,7 @@ impl Maps {
     /// The regions that both tests end in, and a verdict for each pixel.
     pub fn judged(&self, prepared: &Prepared) -> (Vec<Judged>, Vec<Verdict>) {
         let judged = judge::judge(prepared, self, &Scores::of(self));
-        let (verdicts, _) = judge::verdicts(self, &judged);
+        let (verdicts, _) = verdict::verdicts(self, &judged);
         (judged, verdicts)
     }
 

@@ -2,7 +2,7 @@
 
 use super::pictures::{png, reduced};
 use super::{AuditSheet, listed, look_of, words};
-use crate::audit::{Finding, Shift};
+use crate::audit::Finding;
 use crate::panorama::{Exposure, Picture};
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
 use crate::report::{Svg, Text, wrap};
@@ -131,7 +131,7 @@ pub(super) fn area(cm2: f64) -> String {
 }
 
 fn displacement(f: &Finding) -> Vec<String> {
-    if let Some((side, metres)) = f.shift.as_ref().map(Shift::words) {
+    if let Some((side, metres)) = f.shift.map(|s| s.words()) {
         return vec![format!("{:.0} cm", 100.0 * metres), side.to_owned()];
     }
     match &f.displacement {

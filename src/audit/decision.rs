@@ -1,0 +1,226 @@
+//! What is wrong with a region: an opening that is not there, its shape, or its picture. The first that its figures bear
+//! out is what it is.
+
+use super::behind::behind;
+use super::explain::explain;
+use super::figures::{Figures, REGION_ODDS};
+use super::judge::{Judged, confidence};
+use super::regions::Region;
+use super::scores::{COLOUR, PIXELS_OFF, Scores};
+use super::view::{Maps, Prepared};
+use super::{Displacement, Evidence, Kind, Reason, What};
+
+/// Cost, in units of what a right model has, from which on a region's place is contradicted.
+const MISMATCH: f32 = 2.5;
+/// The same where the texture's test marks the region, too.
+const TORN: f32 = 1.7;
+/// A displacement of a region of so many pixels is told although it explains less of the difference.
+const LARGE_PX: usize = 1000;
+/// In a small region, a displacement must explain a difference of more than this, and one probe alone is not believed.
+const SMALL_MISMATCH: f32 = 3.0;
+/// A surface further off its place than so many times its thickness in the picture is not told to be moved: what a probe
+/// sees of something in its way fits everywhere beside that.
+const THICKNESS: f32 = 1.0;
+/// Cost from which on one probe is believed where the texture's test marks the region, too.
+const STRONG: f32 = 5.0;
+/// What lies behind a region is what the photograph shows if its cost is at most this share of the region's own, and in
+/// itself no more than this.
+const BEHIND: f32 = 0.25;
+const BEHIND_MOST: f32 = 2.0;
+/// A surface goes on over an opening if more than this share of it says so.
+const BRIDGED: f64 = 0.4;
+/// Less marked by the texture's test is no fault of a picture.
+const TEXTURED: f32 = 0.25;
+/// A colour's strength: its mean ΔE00 times the root of its area over this share of the picture. The light that surfaces
+/// throw on each other is known coarsely, and errors of its colour are strong only where they are small.
+const COLOUR_SHARE: f32 = 6e-3;
+const COLOUR_STRENGTH: f32 = 12.0;
+/// Less is a doubt only with this ΔE00.
+const COLOUR_DOUBT: f32 = 9.0;
+
+/// What is wrong with a region, how surely, and why.
+struct Decision {
+    kind: Kind,
+    what: What,
+    strength: f32,
+    displacement: Option<Displacement>,
+    reason: Reason,
+    evidence: Vec<Evidence>,
+}
+
+/// Judges a region; `None` where its sum does not bear out what its pixels say. `shares` are of each pixel's piece, see
+/// [`super::regions::Pieces`]; regions have at least `least` pixels.
+pub(super) fn judged(
+    prepared: &Prepared,
+    maps: &Maps,
+    scores: &Scores,
+    shares: &[(u32, u32)],
+    region: Region,
+    least: usize,
+) -> Option<Judged> {
+    let f = Figures::of(prepared, maps, scores, &region, least);
+    let mut evidence = vec![
+        Evidence::new("geometry mismatch", f.swept.here, MISMATCH, "× variance"),
+        Evidence::new("texture", f.texture, 1.0, "× threshold"),
+        Evidence::new("odds of another structure", f.odds, REGION_ODDS, "logarithm"),
+    ];
+    let decision = opening(&f).or_else(|| shape(&f, shares)).or_else(|| picture(&f))?;
+    evidence.extend(decision.evidence);
+    Some(Judged {
+        score: confidence(f64::from(decision.strength), f.size()),
+        kind: decision.kind,
+        what: decision.what,
+        displacement: decision.displacement,
+        shift: None,
+        reason: decision.reason,
+        evidence,
+        region,
+    })
+}
+
+/// Share of a region over which the surface beside it goes on.
+fn bridged(f: &Figures) -> f64 {
+    f.share(|i| f.maps.bridged.score[i] >= 1.0).into()
+}
+
+/// Share of the difference that a displacement explains, as a ratio to what it leaves.
+fn explains(f: &Figures) -> f32 {
+    (f.swept.here - f.swept.least) / (f.swept.least + 0.3)
+}
+
+/// Whether the surface fits at another place, and only there.
+fn moved(f: &Figures) -> bool {
+    let (swept, explains) = (&f.swept, explains(f));
+    // one probe alone may be at fault itself, unless the other test bears it out or a displacement explains all
+    let explained = if f.several {
+        explains > if f.region.pixels.len() >= LARGE_PX { 0.6 } else { 1.0 }
+    } else {
+        (explains > 1.5 && f.structural) || explains > 3.0
+    };
+    let strong = !f.small || swept.here > SMALL_MISMATCH;
+    let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
+    let far = swept.pixels > THICKNESS * f.thickness;
+    f.able && strong && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF && !far
+}
+
+/// An opening of the model that the photograph does not have.
+fn opening(f: &Figures) -> Option<Decision> {
+    let bridged = bridged(f);
+    if bridged <= BRIDGED || moved(f) {
+        return None;
+    }
+    let distinct = f.share(|i| f.maps.bridged.distinct[i]) > 0.25;
+    Some(Decision {
+        strength: f.upper(&f.maps.bridged.score),
+        kind: Kind::Geometry,
+        what: What::Missing,
+        displacement: None,
+        // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else;
+        // and few pixels fit something by chance
+        reason: if (f.several || distinct) && !f.small { Reason::None } else { Reason::ProbesDisagree },
+        evidence: vec![Evidence::new("the surface around goes on", bridged, BRIDGED, "share")],
+    })
+}
+
+/// A surface that is off its place, not there, or hidden by something.
+fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
+    let swept = &f.swept;
+    let moved = moved(f);
+    // a surface whose picture alone is wrong agrees with the probes, and nowhere better than in its place
+    let torn = f.textured >= TEXTURED && (swept.here > MISMATCH || (swept.here > TORN && explains(f) > 0.05));
+    let wrong = f.able && (torn || (f.marked > 0.3 && swept.here > 3.5 && f.texture > 0.5));
+    if !moved && !wrong {
+        return None;
+    }
+    let behind = behind(f.prepared, f.maps, f.region);
+    let (covered, whole) = f
+        .region
+        .pixels
+        .iter()
+        .map(|i| shares[*i])
+        .fold((0.0f64, 0.0f64), |(c, a), (size, part)| (c + f64::from(part), a + f64::from(size)));
+    let whole_surface = covered / whole.max(1.0) > 0.6;
+    let gone = behind.is_some_and(|(here, there)| there < BEHIND * here && there < 0.6 * swept.least.max(BEHIND_MOST));
+    let what = match (moved, gone, whole_surface) {
+        (_, true, _) => What::Extra,
+        _ if bridged(f) > BRIDGED => What::Missing,
+        (true, _, true) => What::Moved,
+        _ => What::Missing,
+    };
+    let fit =
+        behind.map(|(here, there)| Evidence::new("fit of what lies behind", there / here, BEHIND, "× the surface's"));
+    let explained = Evidence::new("explained by a displacement", explains(f), 1.0, "× what is left");
+    let borne_out = f.texture >= 1.0 && swept.here > STRONG;
+    Some(Decision {
+        strength: f.geometry.max(swept.here / MISMATCH).max(f.texture),
+        kind: Kind::Geometry,
+        what,
+        displacement: (moved && !gone)
+            .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
+        reason: match swept.twin {
+            Some(_) if moved && swept.here < MISMATCH => Reason::Periodic,
+            // the photograph shows the model's structure in its place: what differs is in the probes' way
+            _ if !moved && !gone && f.odds <= -REGION_ODDS => Reason::ProbesDisagree,
+            // but what the same probe saw behind it, and the other test bears out, is no fault of the probe
+            _ if f.small && !f.several && !(gone && f.texture >= 1.0) => Reason::ProbesDisagree,
+            // a picture that is not the model's, either, cannot be the probe's fault
+            _ if moved || gone || f.several || f.structural || borne_out => Reason::None,
+            _ => Reason::ProbesDisagree,
+        },
+        evidence: fit.into_iter().chain([explained]).collect(),
+    })
+}
+
+/// A picture that is not the model's.
+fn picture(f: &Figures) -> Option<Decision> {
+    let (maps, n) = (f.maps, f.size());
+    // only the geometry test marks it, and its sum does not bear it out
+    if f.textured < TEXTURED {
+        return None;
+    }
+    let colour = f.upper(&maps.texture.colour);
+    let explained = explain(f.prepared.scene, maps, f.region, colour / COLOUR);
+    let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
+    let size = (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
+    let unseen = f.share(|i| maps.geometry.seen[i] == 0) > 0.5;
+    let foreign = f.share(|i| f.scores.foreign[i] >= 1.0) >= 0.3;
+    let tinted = f.share(|i| f.scores.colour[i] >= 1.0) >= 0.3;
+    let seen = f.region.pixels.iter().filter(|i| maps.texture.tested[**i]);
+    let (sum, tested) = seen.fold((0.0, 0.0f32), |(s, n), i| (s + maps.texture.colour[*i], n + 1.0));
+    let mean = sum / tested.max(1.0);
+    // where structure says nothing, coding or darkness may have spoilt colour, too
+    let told = f.structural || f.odds <= -REGION_ODDS || explained.as_is > 0.6;
+    let coloured = tinted && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
+    // a surface that is off its place would not show the model's structure in another colour
+    let recoloured = coloured && (explained.as_is > 0.6 || f.odds <= -REGION_ODDS);
+    let doubtful = f.odds >= 0.5 * REGION_ODDS || mean >= COLOUR_DOUBT || (f.able && f.swept.here > TORN);
+    if !coloured && !foreign && !f.structural && !doubtful {
+        return None;
+    }
+    Some(Decision {
+        strength: f.texture,
+        kind: Kind::Texture,
+        what: match explained.what {
+            // structure that is borne out was not turned
+            _ if f.odds <= -REGION_ODDS => What::Recoloured,
+            // that it fits better when turned is not enough: it must fit, and not fit as it is
+            What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !(found && f.structural) => What::Changed,
+            what => what,
+        },
+        displacement: None,
+        reason: if !coloured && !foreign && !f.structural {
+            Reason::Undecided
+        } else if f.able || recoloured || (found && f.structural) {
+            // a texture that fits when turned is a texture's fault, wherever the surface may be
+            Reason::None
+        } else if unseen {
+            Reason::Unseen
+        } else {
+            Reason::NoParallax
+        },
+        evidence: vec![
+            Evidence::new("correlation with the model's texture", explained.as_is, 0.5, "correlation"),
+            Evidence::new("colour difference", colour, COLOUR_STRENGTH / size, "ΔE00"),
+        ],
+    })
+}

@@ -1,0 +1,111 @@
+//! What both tests say of a region as a whole: the figures that it is judged by.
+
+use super::regions::Region;
+use super::scores::{LOW, Scores};
+use super::sweep::{Swept, sweep};
+use super::texture::odds_of;
+use super::view::{Maps, Prepared};
+
+/// Odds from which on a region's structure is another than the model's.
+pub(super) const REGION_ODDS: f32 = 6.0;
+
+/// With less than this share of the usual structure, it is not the model's.
+const OTHER: f32 = 0.5;
+
+/// A region smaller than this share of the picture may fit something by chance.
+const SMALL_SHARE: f32 = 5e-3;
+
+/// A region's figures.
+pub(super) struct Figures<'a> {
+    pub(super) prepared: &'a Prepared<'a>,
+    pub(super) maps: &'a Maps,
+    pub(super) scores: &'a Scores,
+    pub(super) region: &'a Region,
+    /// Upper quartiles of the tests' scores.
+    pub(super) texture: f32,
+    pub(super) geometry: f32,
+    pub(super) swept: Swept,
+    /// Logarithm of the odds of another structure than the model's, and whether that is told.
+    pub(super) odds: f32,
+    pub(super) structural: bool,
+    /// Shares that the geometry and the texture test mark.
+    pub(super) marked: f32,
+    pub(super) textured: f32,
+    /// More than one probe can tell.
+    pub(super) several: bool,
+    pub(super) small: bool,
+    /// Some probe can tell the place of enough of it.
+    pub(super) able: bool,
+    /// Its area over its greatest extent, pixels.
+    pub(super) thickness: f32,
+}
+
+impl<'a> Figures<'a> {
+    pub(super) fn of(
+        prepared: &'a Prepared,
+        maps: &'a Maps,
+        scores: &'a Scores,
+        region: &'a Region,
+        least: usize,
+    ) -> Self {
+        let n = region.pixels.len() as f32;
+        let swept = sweep(prepared, maps, region);
+        let (odds, slope) = odds_of(&maps.texture, maps.surfaces.width, &region.pixels);
+        let able = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n;
+        Self {
+            prepared,
+            maps,
+            scores,
+            region,
+            texture: upper(region, &scores.texture),
+            geometry: upper(region, &scores.geometry),
+            odds,
+            structural: odds >= REGION_ODDS && slope < OTHER,
+            marked: share(region, |i| scores.geometry[i] >= LOW),
+            textured: share(region, |i| scores.texture[i] >= LOW),
+            several: able >= 1.5,
+            small: n < SMALL_SHARE * maps.usable.len() as f32,
+            // a part that is large enough speaks for all of it
+            able: swept.able >= 0.3 || swept.able * n >= 5.0 * least as f32,
+            thickness: n / extent(&region.pixels, maps.surfaces.width),
+            swept,
+        }
+    }
+
+    /// Pixels.
+    pub(super) fn size(&self) -> f32 {
+        self.region.pixels.len() as f32
+    }
+
+    /// Share of the pixels that something holds for.
+    pub(super) fn share(&self, holds: impl Fn(usize) -> bool) -> f32 {
+        share(self.region, holds)
+    }
+
+    /// Upper quartile.
+    pub(super) fn upper(&self, values: &[f32]) -> f32 {
+        upper(self.region, values)
+    }
+}
+
+/// The longer side of the box around pixels.
+fn extent(pixels: &[usize], width: usize) -> f32 {
+    let [x, y] = [|i: &usize, w: usize| i % w, |i: &usize, w: usize| i / w].map(|along| {
+        let (low, high) = pixels.iter().fold((usize::MAX, 0), |(low, high), i| {
+            let at = along(i, width);
+            (low.min(at), high.max(at))
+        });
+        high + 1 - low.min(high)
+    });
+    x.max(y) as f32
+}
+
+fn share(region: &Region, holds: impl Fn(usize) -> bool) -> f32 {
+    region.pixels.iter().filter(|i| holds(**i)).count() as f32 / region.pixels.len() as f32
+}
+
+fn upper(region: &Region, values: &[f32]) -> f32 {
+    let mut all: Vec<f32> = region.pixels.iter().map(|i| values[*i]).collect();
+    let at = (all.len() * 3 / 4).min(all.len().saturating_sub(1));
+    *all.select_nth_unstable_by(at, f32::total_cmp).1
+}
