@@ -3,9 +3,9 @@
 use glam::{Mat2, Vec2};
 use rayon::prelude::*;
 
-use super::What;
 use super::regions::Region;
 use super::view::Maps;
+use super::{What, correlation};
 use crate::panorama::luminance;
 use crate::scene::{Scene, Texture};
 
@@ -20,6 +20,9 @@ const FOUND: f32 = 0.45;
 
 /// What must be gained over the texture as it is.
 const GAINED: f32 = 0.2;
+
+/// Brightness of less variance than this is even.
+const LEAST_VARIANCE: f64 = 1e-8;
 
 /// What the photograph shows of a texture.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +65,7 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
         .map(|&i| luminance(maps.albedo[i] * maps.texture.ratio[i].map(f32::exp)).max(1e-6).ln())
         .collect();
     let modelled: Vec<f32> = chosen.iter().map(|&i| luminance(maps.albedo[i]).max(1e-6).ln()).collect();
-    let as_is = correlation(&real, &modelled);
+    let as_is = alike(&real, &modelled);
     let recoloured = |as_is| if as_is > 0.6 || colour > 1.5 { What::Recoloured } else { What::Changed };
     // the texture that most of the region has
     let texture_of = |i: usize| scene.materials[s.material[i] as usize].texture;
@@ -102,7 +105,7 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
             .iter()
             .map(|(_, uv, level)| luminance(texture.sample(centre + m * (*uv - centre) + shift, *level)).max(1e-4).ln())
             .collect();
-        correlation(&photo, &shown)
+        alike(&photo, &shown)
     };
     let search = |m: Mat2| {
         let mut best = (f32::NEG_INFINITY, Vec2::ZERO);
@@ -141,18 +144,6 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
     Explained { what: best.0, as_is, best: best.1 }
 }
 
-/// Pearson's correlation; 0 where either does not vary.
-fn correlation(a: &[f32], b: &[f32]) -> f32 {
-    let n = a.len().max(1) as f64;
-    let (mut sa, mut sb, mut aa, mut bb, mut ab) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
-    for (&a, &b) in a.iter().zip(b) {
-        let (a, b) = (f64::from(a), f64::from(b));
-        sa += a;
-        sb += b;
-        aa += a * a;
-        bb += b * b;
-        ab += a * b;
-    }
-    let (va, vb) = (aa / n - (sa / n).powi(2), bb / n - (sb / n).powi(2));
-    if va < 1e-8 || vb < 1e-8 { 0.0 } else { ((ab / n - sa * sb / n / n) / (va * vb).sqrt()) as f32 }
+fn alike(a: &[f32], b: &[f32]) -> f32 {
+    correlation(a.iter().copied().zip(b.iter().copied()), LEAST_VARIANCE).0
 }
