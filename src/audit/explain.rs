@@ -24,6 +24,13 @@ const GAINED: f32 = 0.2;
 /// Brightness of less variance than this is even.
 const LEAST_VARIANCE: f64 = 1e-8;
 
+/// Neighbouring samples are alike: so many tell as much as one.
+const ALIKE: f32 = 12.0;
+
+/// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
+/// when it is shifted.
+const ODDS: f32 = 3.0;
+
 /// What the photograph shows of a texture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Explained {
@@ -117,7 +124,7 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
             }
         }
         let mut step = 0.5 / SHIFTS as f32;
-        for _ in 0..4 {
+        for _ in 0..6 {
             for d in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
                 let c = score(m, best.1 + d * step);
                 if c > best.0 {
@@ -132,9 +139,14 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
     let found: Vec<(f32, Vec2)> = candidates.par_iter().map(|(_, m)| search(*m)).collect();
     let mut best = (What::Changed, as_is);
     for ((what, _), (c, _)) in candidates.iter().zip(&found) {
-        // the likelier comes first and a less likely one must be better by a margin
-        let margin = if best.0 == What::Changed { GAINED } else { 0.04 };
-        if *c > FOUND && *c > best.1 + margin {
+        // the likelier comes first, and a less likely one must explain what the likelier cannot
+        let better = if best.0 == What::Changed {
+            *c > best.1 + GAINED
+        } else {
+            let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
+            0.5 * places.len() as f32 / ALIKE * (left(best.1) / left(*c)).ln() > ODDS
+        };
+        if *c > FOUND && better {
             best = (*what, *c);
         }
     }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::border::Border;
 use super::explain::explain;
 use super::outline::{self, Shifted};
 use super::regions::{Region, closed, components, opened};
@@ -33,6 +34,9 @@ const COLOUR_SHARE: f32 = 6e-3;
 const COLOUR_STRENGTH: f32 = 12.0;
 /// Less is a doubt only with this ΔE00.
 const COLOUR_DOUBT: f32 = 9.0;
+/// A surface of another colour as a whole is one only from this ΔE00 on, unless the colour changes on it by this share.
+const COLOUR_SURE: f32 = 18.0;
+const PAINT_STEP: f32 = 0.5;
 /// Cost from which on one probe is believed where the texture's test marks the region, too.
 const STRONG: f32 = 6.0;
 /// In a region smaller than this share of the picture, a displacement must explain a difference of more than this, and
@@ -216,8 +220,10 @@ fn judge_one(
     let moved = able && strong && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF;
     let bridged = share(&|i| maps.bridged.score[i] >= 1.0) > 0.4;
     let distinct = share(&|i| maps.bridged.distinct[i]) > 0.25;
-    // the probes agree with the photograph on a surface whose picture alone is wrong
-    let torn = textured >= 0.25 && swept.here > 1.7;
+    // the probes agree with the photograph on a surface whose picture alone is wrong, or no better beside it
+    let border = if textured >= 0.25 { Border::of(maps, &scores.surface, &region) } else { None };
+    let beside = border.as_ref().is_some_and(|b| b.alike_in_shape(maps));
+    let torn = textured >= 0.25 && swept.here > 1.7 && !beside;
     let borne_out = t >= 1.0 && swept.here > STRONG;
     let wrong = able && (torn || (marked > 0.3 && swept.here > 3.5 && t > 0.5));
     let mut evidence = vec![
@@ -327,7 +333,9 @@ fn judge_one(
     let strength = mean * (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
     // where structure says nothing, coding or darkness may have spoilt colour, too
     let told = structural || odds <= -REGION_ODDS || explained.as_is > 0.6;
-    let coloured = tinted && strength >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
+    // light of another colour falls on whole surfaces, paint ends anywhere
+    let paint = border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean) || mean >= COLOUR_SURE;
+    let coloured = tinted && paint && strength >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > 0.6 || odds <= -REGION_ODDS);

@@ -6,6 +6,7 @@
 
 mod align;
 mod bins;
+mod border;
 mod colour;
 mod error;
 mod explain;
