@@ -34,7 +34,8 @@ const COLOUR_SHARE: f32 = 6e-3;
 const COLOUR_STRENGTH: f32 = 12.0;
 /// Less is a doubt only with this ΔE00.
 const COLOUR_DOUBT: f32 = 9.0;
-/// A surface of another colour as a whole is one only from this ΔE00 on, unless the colour changes on it by this share.
+/// A surface of another colour as a whole is one only from this ΔE00 on, unless its structure fits or the colour changes on
+/// it by this share.
 const COLOUR_SURE: f32 = 18.0;
 const PAINT_STEP: f32 = 0.5;
 /// Cost from which on one probe is believed where the texture's test marks the region, too.
@@ -333,8 +334,9 @@ fn judge_one(
     let strength = mean * (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
     // where structure says nothing, coding or darkness may have spoilt colour, too
     let told = structural || odds <= -REGION_ODDS || explained.as_is > 0.6;
-    // light of another colour falls on whole surfaces, paint ends anywhere
-    let paint = border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean) || mean >= COLOUR_SURE;
+    // light of another colour falls on whole surfaces, paint ends anywhere and leaves the structure as it is
+    let stepped = border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean);
+    let paint = stepped || mean >= COLOUR_SURE || explained.as_is > 0.6;
     let coloured = tinted && paint && strength >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
     // a surface that is off its place would not show the model's structure in another colour
