@@ -13,11 +13,15 @@ pub(super) struct Bins {
 impl Bins {
     /// Of a photograph's logarithm.
     pub(super) fn new(log_photo: &[Vec3]) -> Self {
-        let bright: Vec<f32> = log_photo.iter().map(|p| p.element_sum()).collect();
-        let mut sorted: Vec<f32> = bright.iter().copied().filter(|b| b.is_finite()).collect();
+        Self::by(&log_photo.iter().map(|p| p.element_sum()).collect::<Vec<f32>>())
+    }
+
+    /// By any other value.
+    pub(super) fn by(values: &[f32]) -> Self {
+        let mut sorted: Vec<f32> = values.iter().copied().filter(|b| b.is_finite()).collect();
         sorted.sort_unstable_by(f32::total_cmp);
         let limits: Vec<f32> = (1..BINS).filter_map(|k| sorted.get(k * sorted.len() / BINS).copied()).collect();
-        Self { of: bright.iter().map(|b| limits.partition_point(|l| l < b)).collect() }
+        Self { of: values.iter().map(|b| limits.partition_point(|l| l < b)).collect() }
     }
 
     /// Per bin, the value that this share (0..1) of those that count stay below; 0 where none does.

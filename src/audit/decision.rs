@@ -3,7 +3,7 @@
 
 use super::behind::behind;
 use super::explain::explain;
-use super::figures::{Figures, REGION_ODDS};
+use super::figures::{Figures, REGION_ODDS, TEXTURED};
 use super::judge::{Judged, confidence};
 use super::regions::Region;
 use super::scores::{COLOUR, PIXELS_OFF, Scores};
@@ -29,14 +29,16 @@ const BEHIND: f32 = 0.25;
 const BEHIND_MOST: f32 = 2.0;
 /// A surface goes on over an opening if more than this share of it says so.
 const BRIDGED: f64 = 0.4;
-/// Less marked by the texture's test is no fault of a picture.
-const TEXTURED: f32 = 0.25;
 /// A colour's strength: its mean ΔE00 times the root of its area over this share of the picture. The light that surfaces
 /// throw on each other is known coarsely, and errors of its colour are strong only where they are small.
 const COLOUR_SHARE: f32 = 6e-3;
 const COLOUR_STRENGTH: f32 = 12.0;
 /// Less is a doubt only with this ΔE00.
 const COLOUR_DOUBT: f32 = 9.0;
+/// A surface of another colour as a whole is one only from this ΔE00 on, unless its structure fits or the colour changes on
+/// it by this share.
+const COLOUR_SURE: f32 = 18.0;
+const PAINT_STEP: f32 = 0.5;
 
 /// What is wrong with a region, how surely, and why.
 struct Decision {
@@ -126,8 +128,11 @@ fn opening(f: &Figures) -> Option<Decision> {
 fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     let swept = &f.swept;
     let moved = moved(f);
-    // a surface whose picture alone is wrong agrees with the probes, and nowhere better than in its place
-    let torn = f.textured >= TEXTURED && (swept.here > MISMATCH || (swept.here > TORN && explains(f) > 0.05));
+    // a surface whose picture alone is wrong agrees with the probes no less than beside it, and nowhere better than in
+    // its place
+    let beside = f.border.as_ref().is_some_and(|b| b.alike_in_shape(f.maps));
+    let torn =
+        f.textured >= TEXTURED && !beside && (swept.here > MISMATCH || (swept.here > TORN && explains(f) > 0.05));
     let wrong = f.able && (torn || (f.marked > 0.3 && swept.here > 3.5 && f.texture > 0.5));
     if !moved && !wrong {
         return None;
@@ -190,7 +195,10 @@ fn picture(f: &Figures) -> Option<Decision> {
     let mean = sum / tested.max(1.0);
     // where structure says nothing, coding or darkness may have spoilt colour, too
     let told = f.structural || f.odds <= -REGION_ODDS || explained.as_is > 0.6;
-    let coloured = tinted && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
+    // light of another colour falls on whole surfaces, paint ends anywhere and leaves the structure as it is
+    let stepped = f.border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean);
+    let paint = stepped || mean >= COLOUR_SURE || explained.as_is > 0.6;
+    let coloured = tinted && paint && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > 0.6 || f.odds <= -REGION_ODDS);
     let doubtful = f.odds >= 0.5 * REGION_ODDS || mean >= COLOUR_DOUBT || (f.able && f.swept.here > TORN);

@@ -3,9 +3,9 @@
 use glam::{Mat2, Vec2};
 use rayon::prelude::*;
 
-use super::What;
 use super::regions::Region;
 use super::view::Maps;
+use super::{What, correlation};
 use crate::panorama::luminance;
 use crate::scene::{Scene, Texture};
 
@@ -15,11 +15,24 @@ const SAMPLES: usize = 1200;
 /// Shifts that are tried along each side of the picture.
 const SHIFTS: usize = 20;
 
+/// The highest places among these from which a better one is looked for.
+const PEAKS: usize = 8;
+
 /// A correlation from which on a texture counts as found.
 const FOUND: f32 = 0.45;
 
 /// What must be gained over the texture as it is.
 const GAINED: f32 = 0.2;
+
+/// Brightness of less variance than this is even.
+const LEAST_VARIANCE: f64 = 1e-8;
+
+/// Neighbouring samples are alike: so many tell as much as one.
+const ALIKE: f32 = 12.0;
+
+/// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
+/// when it is shifted.
+const ODDS: f32 = 3.0;
 
 /// What the photograph shows of a texture.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +75,7 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
         .map(|&i| luminance(maps.albedo[i] * maps.texture.ratio[i].map(f32::exp)).max(1e-6).ln())
         .collect();
     let modelled: Vec<f32> = chosen.iter().map(|&i| luminance(maps.albedo[i]).max(1e-6).ln()).collect();
-    let as_is = correlation(&real, &modelled);
+    let as_is = alike(&real, &modelled);
     let recoloured = |as_is| if as_is > 0.6 || colour > 1.5 { What::Recoloured } else { What::Changed };
     // the texture that most of the region has
     let texture_of = |i: usize| scene.materials[s.material[i] as usize].texture;
@@ -102,36 +115,41 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
             .iter()
             .map(|(_, uv, level)| luminance(texture.sample(centre + m * (*uv - centre) + shift, *level)).max(1e-4).ln())
             .collect();
-        correlation(&photo, &shown)
+        alike(&photo, &shown)
     };
+    // fine structure has narrow peaks: the highest point of a coarse grid need not lie on the highest of them
     let search = |m: Mat2| {
-        let mut best = (f32::NEG_INFINITY, Vec2::ZERO);
-        for k in 0..SHIFTS * SHIFTS {
-            let shift = Vec2::new((k % SHIFTS) as f32, (k / SHIFTS) as f32) / SHIFTS as f32;
-            let c = score(m, shift);
-            if c > best.0 {
-                best = (c, shift);
-            }
-        }
-        let mut step = 0.5 / SHIFTS as f32;
-        for _ in 0..4 {
-            for d in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
-                let c = score(m, best.1 + d * step);
-                if c > best.0 {
-                    best = (c, best.1 + d * step);
+        let at = |k: usize| Vec2::new((k % SHIFTS) as f32, (k / SHIFTS) as f32) / SHIFTS as f32;
+        let grid: Vec<f32> = (0..SHIFTS * SHIFTS).map(|k| score(m, at(k))).collect();
+        let mut peaks = peaks(&grid);
+        peaks.sort_by(|a, b| grid[*b].total_cmp(&grid[*a]));
+        let climbed = peaks.into_iter().take(PEAKS).map(|k| {
+            let (mut best, mut step) = ((grid[k], at(k)), 0.5 / SHIFTS as f32);
+            for _ in 0..6 {
+                for d in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
+                    let c = score(m, best.1 + d * step);
+                    if c > best.0 {
+                        best = (c, best.1 + d * step);
+                    }
                 }
+                step *= 0.5;
             }
-            step *= 0.5;
-        }
-        best
+            best
+        });
+        climbed.fold((f32::NEG_INFINITY, Vec2::ZERO), |best, c| if c.0 > best.0 { c } else { best })
     };
     let candidates = candidates(w as f32 / h as f32);
     let found: Vec<(f32, Vec2)> = candidates.par_iter().map(|(_, m)| search(*m)).collect();
     let mut best = (What::Changed, as_is);
     for ((what, _), (c, _)) in candidates.iter().zip(&found) {
-        // the likelier comes first and a less likely one must be better by a margin
-        let margin = if best.0 == What::Changed { GAINED } else { 0.04 };
-        if *c > FOUND && *c > best.1 + margin {
+        // the likelier comes first, and a less likely one must explain what the likelier cannot
+        let better = if best.0 == What::Changed {
+            *c > best.1 + GAINED
+        } else {
+            let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
+            0.5 * places.len() as f32 / ALIKE * (left(best.1) / left(*c)).ln() > ODDS
+        };
+        if *c > FOUND && better {
             best = (*what, *c);
         }
     }
@@ -141,18 +159,16 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
     Explained { what: best.0, as_is, best: best.1 }
 }
 
-/// Pearson's correlation; 0 where either does not vary.
-fn correlation(a: &[f32], b: &[f32]) -> f32 {
-    let n = a.len().max(1) as f64;
-    let (mut sa, mut sb, mut aa, mut bb, mut ab) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
-    for (&a, &b) in a.iter().zip(b) {
-        let (a, b) = (f64::from(a), f64::from(b));
-        sa += a;
-        sb += b;
-        aa += a * a;
-        bb += b * b;
-        ab += a * b;
-    }
-    let (va, vb) = (aa / n - (sa / n).powi(2), bb / n - (sb / n).powi(2));
-    if va < 1e-8 || vb < 1e-8 { 0.0 } else { ((ab / n - sa * sb / n / n) / (va * vb).sqrt()) as f32 }
+/// The places of a square grid that repeats on all sides where no neighbour is higher.
+fn peaks(grid: &[f32]) -> Vec<usize> {
+    let value = |x: usize, y: usize| grid[(y % SHIFTS) * SHIFTS + x % SHIFTS];
+    let is_peak = |k: &usize| {
+        let (x, y) = (k % SHIFTS + SHIFTS, k / SHIFTS + SHIFTS);
+        (0..9).all(|n| value(x + n % 3 - 1, y + n / 3 - 1) <= grid[*k])
+    };
+    (0..grid.len()).filter(is_peak).collect()
+}
+
+fn alike(a: &[f32], b: &[f32]) -> f32 {
+    correlation(a.iter().copied().zip(b.iter().copied()), LEAST_VARIANCE).0
 }

@@ -1,5 +1,6 @@
 //! What both tests say of a region as a whole: the figures that it is judged by.
 
+use super::border::Border;
 use super::regions::Region;
 use super::scores::{LOW, Scores};
 use super::sweep::{Swept, sweep};
@@ -14,6 +15,9 @@ const OTHER: f32 = 0.5;
 
 /// A region smaller than this share of the picture may fit something by chance.
 const SMALL_SHARE: f32 = 5e-3;
+
+/// Less marked by the texture's test is no fault of a picture.
+pub(super) const TEXTURED: f32 = 0.25;
 
 /// A region's figures.
 pub(super) struct Figures<'a> {
@@ -31,6 +35,8 @@ pub(super) struct Figures<'a> {
     /// Shares that the geometry and the texture test mark.
     pub(super) marked: f32,
     pub(super) textured: f32,
+    /// How it differs from the same surface beside it, where the texture test marks enough of it.
+    pub(super) border: Option<Border>,
     /// More than one probe can tell.
     pub(super) several: bool,
     pub(super) small: bool,
@@ -52,6 +58,7 @@ impl<'a> Figures<'a> {
         let swept = sweep(prepared, maps, region);
         let (odds, slope) = odds_of(&maps.texture, maps.surfaces.width, &region.pixels);
         let able = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n;
+        let textured = share(region, |i| scores.texture[i] >= LOW);
         Self {
             prepared,
             maps,
@@ -62,7 +69,8 @@ impl<'a> Figures<'a> {
             odds,
             structural: odds >= REGION_ODDS && slope < OTHER,
             marked: share(region, |i| scores.geometry[i] >= LOW),
-            textured: share(region, |i| scores.texture[i] >= LOW),
+            textured,
+            border: if textured >= TEXTURED { Border::of(maps, &scores.surface, region) } else { None },
             several: able >= 1.5,
             small: n < SMALL_SHARE * maps.usable.len() as f32,
             // a part that is large enough speaks for all of it

@@ -7,6 +7,7 @@
 mod align;
 mod behind;
 mod bins;
+mod border;
 mod colour;
 mod decision;
 mod error;
@@ -52,4 +53,22 @@ use joins::Joins;
 fn median(values: &mut [f32]) -> f32 {
     let middle = values.len() / 2;
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
+}
+
+/// Pearson's correlation of pairs, and how many there are; 0 where either side varies by less than `least`.
+fn correlation(pairs: impl Iterator<Item = (f32, f32)>, least: f64) -> (f32, f64) {
+    let [mut n, mut a, mut b, mut aa, mut bb, mut ab] = [0.0f64; 6];
+    for (p, q) in pairs {
+        let (p, q) = (f64::from(p), f64::from(q));
+        n += 1.0;
+        a += p;
+        b += q;
+        aa += p * p;
+        bb += q * q;
+        ab += p * q;
+    }
+    let m = n.max(1.0);
+    let (va, vb) = (aa / m - (a / m).powi(2), bb / m - (b / m).powi(2));
+    let c = if va < least || vb < least { 0.0 } else { (ab / m - a * b / m / m) / (va * vb).sqrt() };
+    (c as f32, n)
 }

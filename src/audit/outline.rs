@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::regions::dilated;
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Joins, Shift};
+use super::{Joins, Shift, correlation};
 use crate::panorama::luminance;
 
 /// The test works on pictures of about this size.
@@ -36,6 +36,9 @@ const LARGEST: f32 = 0.35;
 
 /// Neighbouring pixels along an outline are alike: so many tell as much as one.
 const ALIKE_PX: f32 = 8.0;
+
+/// Structure of less variance than this is none.
+const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Correlation from which on an outline counts as found.
 const FOUND: f32 = 0.6;
@@ -197,31 +200,15 @@ impl Small {
     /// Correlation of the model's structure with the photograph's at a shift, and over how many pixels.
     fn correlation(&self, band: &[usize], [dx, dy]: [isize; 2]) -> (f32, f32) {
         let (w, h) = (self.width as isize, self.height as isize);
-        let [mut n, mut a, mut b, mut aa, mut bb, mut ab] = [0.0f64; 6];
-        for &i in band {
+        let pairs = band.iter().filter_map(|&i| {
             let (x, y) = (i as isize % w + dx, i as isize / w + dy);
-            if x < 0 || y < 0 || x >= w || y >= h {
-                continue;
-            }
-            let j = (y * w + x) as usize;
-            if self.usable[j] == 0.0 {
-                continue;
-            }
-            let (p, q) = (f64::from(self.model[i]), f64::from(self.photo[j]));
-            n += 1.0;
-            a += p;
-            b += q;
-            aa += p * p;
-            bb += q * q;
-            ab += p * q;
-        }
+            let inside = x >= 0 && y >= 0 && x < w && y < h;
+            let j = inside.then(|| (y * w + x) as usize)?;
+            (self.usable[j] != 0.0).then(|| (self.model[i], self.photo[j]))
+        });
+        let (c, n) = correlation(pairs, LEAST_VARIANCE);
         // what is mostly shifted out of the picture is not compared
-        if n < 0.7 * band.len() as f64 {
-            return (f32::NEG_INFINITY, 0.0);
-        }
-        let (va, vb) = (aa / n - (a / n).powi(2), bb / n - (b / n).powi(2));
-        let c = if va < 1e-6 || vb < 1e-6 { 0.0 } else { (ab / n - a * b / n / n) / (va * vb).sqrt() };
-        (c as f32, n as f32)
+        if n < 0.7 * band.len() as f64 { (f32::NEG_INFINITY, 0.0) } else { (c, n as f32) }
     }
 
     /// The part at the audit's size.

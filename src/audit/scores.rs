@@ -25,11 +25,11 @@ const STRONG_COLOUR: f32 = 12.0;
 const BRIGHTNESS: f32 = 0.4;
 /// Brightness that the albedo does not have, from which on it may be a shadow.
 pub(super) const SHADING: f32 = 0.25;
-/// A piece of a texture is wrong as a whole from these odds on, with less than half of its structure there, if half of
-/// what has structure is marked …
+/// A piece of a texture is wrong as a whole from these odds on, with less than half of its structure there, if at least
+/// this share of it has structure …
 const PIECE_ODDS: f32 = 8.0;
-const STRUCTURED_SHARE: f32 = 0.5;
-/// … or if this share of all of it is marked.
+const STRUCTURED_SHARE: f32 = 0.25;
+/// … or if this share of it is marked.
 const MARKED_SHARE: f32 = 0.6;
 /// Fewer tested pixels tell nothing of a piece.
 const PIECE_PX: usize = 60;
@@ -45,6 +45,8 @@ pub(super) struct Scores {
     pub(super) foreign: Vec<f32>,
     /// What is mapped in one piece.
     pub(super) pieces: Pieces,
+    /// The smooth surface that each pixel is on, whatever its material.
+    pub(super) surface: Vec<u32>,
 }
 
 impl Scores {
@@ -61,6 +63,9 @@ impl Scores {
             (0..n).map(|i| if t.tested[i] { of(i) } else { 0.0 }).collect()
         };
         let colour = over(&t.colour, COLOUR, NOISE, level(&t.colour, &tested));
+        // over a whole piece, coding and noise average out
+        let in_all = over(&t.piece_colour, COLOUR, NOISE, level(&t.piece_colour, &tested));
+        let colour: Vec<f32> = colour.iter().zip(&in_all).map(|(c, p)| c.max(*p)).collect();
         let foreign = over(&t.foreign, FOREIGN, FOREIGN_NOISE, bins.quantile(&t.foreign, 0.75, tested));
         let shading = level(&t.shading, &tested);
         let mismatch = level(&g.mismatch, &able);
@@ -89,7 +94,7 @@ impl Scores {
                 piece.iter().for_each(|&i| texture[i] = texture[i].max(score));
             }
         }
-        Self { texture, geometry, colour, foreign, pieces }
+        Self { texture, geometry, colour, foreign, pieces, surface: maps.surfaces.shape.labels() }
     }
 
     /// The greater of both, to rank pixels by.
@@ -106,11 +111,10 @@ fn whole(t: &Texture, scores: &[f32], width: usize, piece: &[usize]) -> Option<f
     }
     let marked: Vec<f32> = tested.iter().map(|i| scores[*i]).filter(|s| *s >= LOW).collect();
     let structured = tested.iter().filter(|i| t.structured[**i]).count();
-    let wrong = tested.iter().filter(|i| t.structured[**i] && scores[**i] >= LOW).count();
-    let share = |a: usize, b: usize| a as f32 / b.max(1) as f32;
-    let as_one = share(marked.len(), tested.len()) >= MARKED_SHARE || {
-        let half = share(wrong, structured) >= STRUCTURED_SHARE && 4 * structured >= tested.len();
-        let (odds, slope) = if half { odds_of(t, width, piece) } else { (0.0, 1.0) };
+    // what no window tells by itself, all of them together may
+    let as_one = marked.len() as f32 >= MARKED_SHARE * tested.len() as f32 || {
+        let enough = structured as f32 >= STRUCTURED_SHARE * tested.len() as f32;
+        let (odds, slope) = if enough { odds_of(t, width, piece) } else { (0.0, 1.0) };
         odds >= PIECE_ODDS && slope < 0.5
     };
     as_one.then(|| (marked.iter().sum::<f32>() / marked.len().max(1) as f32).max(1.0))

@@ -3,7 +3,7 @@
 //! The irradiance is gathered from what the probes saw all around, not divided out of the surface's own light, so that a
 //! wrong texture cannot cancel out. What the photograph has beyond it is the real albedo over the model's.
 
-use glam::Vec3;
+use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::bins::Bins;
@@ -39,6 +39,9 @@ const FLOOR: f32 = 0.02;
 /// Colours are compared over windows of this standard deviation, pixels.
 const COLOUR_WINDOW: f32 = 4.0;
 
+/// Pieces with fewer tested pixels than this are too small to tell a colour by.
+const FEWEST: f64 = 60.0;
+
 /// Contrast of the albedo (standard deviation of its logarithm within the band) that is enough to compare structure.
 const LEAST_CONTRAST: f32 = 0.02;
 
@@ -60,8 +63,12 @@ pub(super) struct Texture {
     /// What a right texture has at the pixel's brightness: how much of the albedo's structure, and the variance of what
     /// does not follow it.
     pub(super) usual: Vec<[f32; 2]>,
+    /// Variance of what does not follow the albedo, over a window, with what a right texture has of it.
+    pub(super) variance: Vec<f32>,
     /// ΔE00 between the model's albedo and what the photograph says it is, brightness apart, over a window.
     pub(super) colour: Vec<f32>,
+    /// The same over all that is mapped in one piece.
+    pub(super) piece_colour: Vec<f32>,
     /// Standard deviation over a window of the colour (not brightness) that the albedo does not have.
     pub(super) foreign: Vec<f32>,
     /// Standard deviation over a window of brightness that the albedo does not have.
@@ -147,19 +154,34 @@ pub(super) fn test(
     for (r, t) in ratio.iter_mut().zip(&tested) {
         *r = if *t { *r - middle } else { Vec3::ZERO };
     }
-    let white_balance = colour_difference(Vec3::splat(0.3), middle.x - middle.y, middle.z - middle.y);
-    let Structure { bands, odds, structured, usual } = structure(joins, &weight, log_photo, albedo);
+    let white_balance = colour_of(middle.x - middle.y, middle.z - middle.y);
+    let Structure { bands, odds, structured, usual, variance } = structure(joins, &weight, log_photo, albedo);
     let chroma: [Vec<f32>; 2] = [0, 2].map(|c| ratio.iter().map(|r| r[c] - r.y).collect());
     let means = [0, 1].map(|c| joins.mean(&chroma[c], &weight, COLOUR_WINDOW));
     let colour = (0..n)
         .into_par_iter()
         .map(|i| if tested[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
+    let piece_colour = by_piece(joins, &chroma, &tested, albedo);
     let foreign = foreign(joins, &chroma, &weight);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let shading = deviation(joins, &bright, &weight);
     let brightness = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
-    Texture { ratio, odds, bands, usual, colour, foreign, shading, brightness, white_balance, tested, structured }
+    Texture {
+        ratio,
+        odds,
+        bands,
+        usual,
+        variance,
+        colour,
+        piece_colour,
+        foreign,
+        shading,
+        brightness,
+        white_balance,
+        tested,
+        structured,
+    }
 }
 
 struct Structure {
@@ -167,6 +189,27 @@ struct Structure {
     odds: Vec<f32>,
     structured: Vec<bool>,
     usual: Vec<[f32; 2]>,
+    variance: Vec<f32>,
+}
+
+/// Difference of colour over all that is mapped in one piece: coding and noise average out over it.
+fn by_piece(joins: &Joins, chroma: &[Vec<f32>; 2], tested: &[bool], albedo: &[Vec3]) -> Vec<f32> {
+    let of = joins.labels();
+    let mut sums = vec![(0.0f64, DVec2::ZERO, DVec3::ZERO); of.iter().map(|k| *k as usize + 1).max().unwrap_or(0)];
+    for i in (0..of.len()).filter(|i| tested[*i]) {
+        let (count, sum, colour) = &mut sums[of[i] as usize];
+        *count += 1.0;
+        *sum += DVec2::new(f64::from(chroma[0][i]), f64::from(chroma[1][i]));
+        *colour += albedo[i].as_dvec3();
+    }
+    let each: Vec<f32> = sums
+        .into_par_iter()
+        .map(|(count, sum, colour)| {
+            let (mean, colour) = ((sum / count.max(1.0)).as_vec2(), (colour / count.max(1.0)).as_vec3());
+            if count < FEWEST { 0.0 } else { colour_difference(colour, mean.x, mean.y) }
+        })
+        .collect();
+    (0..of.len()).map(|i| if tested[i] { each[of[i] as usize] } else { 0.0 }).collect()
 }
 
 /// How far the photograph follows the albedo's structure, over windows.
@@ -192,12 +235,17 @@ fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> 
         (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > LEAST_CONTRAST * LEAST_CONTRAST).collect();
     // what the picture shows of its texture, and what besides, is what a right texture has; a wrong floor may fill more
     // than half of it, so that a quarter must do
-    let bins = Bins::new(photo);
     let slope: Vec<f32> = sums.iter().map(Sums::slope).collect();
     let rest: Vec<f32> = sums.iter().map(Sums::rest).collect();
-    let slope = bins.quantile(&slope, 0.75, |i| structured[i]).map(|s| s.clamp(SOFTEST, 1.0));
-    let rest = bins.quantile(&rest, 0.75, |i| structured[i]);
-    let usual: Vec<[f32; 2]> = bins.of.iter().map(|k| [slope[*k], rest[*k]]).collect();
+    // faint structure has less of it than strong structure as bright: the lesser of both
+    let contrast: Vec<f32> = (0..n).map(|i| if structured[i] { sums[i].bb } else { f32::NAN }).collect();
+    let usually = |bins: &Bins| -> Vec<[f32; 2]> {
+        let slope = bins.quantile(&slope, 0.75, |i| structured[i]).map(|s| s.clamp(SOFTEST, 1.0));
+        let rest = bins.quantile(&rest, 0.75, |i| structured[i]);
+        bins.of.iter().map(|k| [slope[*k], rest[*k]]).collect()
+    };
+    let both = usually(&Bins::new(photo)).into_iter().zip(usually(&Bins::by(&contrast)));
+    let usual: Vec<[f32; 2]> = both.map(|(a, b)| [a[0].min(b[0]), a[1].min(b[1])]).collect();
     // a piece smaller than the window tells no more than its pixels
     let window_px = 4.0 * std::f32::consts::PI * WINDOW * WINDOW;
     let pieces = joins.labels();
@@ -209,7 +257,8 @@ fn structure(joins: &Joins, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> 
             if weight[i] > 0.0 { sums[i].log_odds(usual[i], pixels) } else { 0.0 }
         })
         .collect();
-    Structure { bands: [a, b], odds, structured, usual }
+    let variance = (0..n).map(|i| sums[i].variance(usual[i])).collect();
+    Structure { bands: [a, b], odds, structured, usual, variance }
 }
 
 /// Mean squares and product of the photograph's structure a and the albedo's b.
@@ -228,6 +277,10 @@ impl Sums {
         (self.aa - self.ab * self.slope()).max(0.0)
     }
 
+    fn variance(&self, [_, usual_rest]: [f32; 2]) -> f32 {
+        self.rest() + usual_rest + FLOOR * FLOOR
+    }
+
     /// Logarithm of the odds of “nothing of the albedo's structure is in the photograph” against “as much as usual”.
     ///
     /// Under a = βb + rest with a Gaussian rest of variance v, the hypotheses β = 0 and β = s differ by
@@ -236,15 +289,15 @@ impl Sums {
     /// blurred, dark or coarsely coded there, and speaks for nothing.
     fn log_odds(&self, [slope, rest]: [f32; 2], pixels: f32) -> f32 {
         let expected = slope * slope * self.bb;
-        let variance = self.rest() + rest + FLOOR * FLOOR;
-        let odds = pixels / ALIKE_PX * (expected - 2.0 * slope * self.ab) / (2.0 * variance);
+        let odds = pixels / ALIKE_PX * (expected - 2.0 * slope * self.ab) / (2.0 * self.variance([slope, rest]));
         let odds = if self.aa < FAINT * expected { odds.min(0.0) } else { odds };
         odds.clamp(-MOST_ODDS, MOST_ODDS)
     }
 }
 
 /// The same over a set of pixels, for the place within a pixel's slack where the photograph agrees best, and how much
-/// of the albedo's structure is there then (1: as much as usual).
+/// of the albedo's structure is there then (1: as much as usual). Each pixel counts by the variance around it, so that a
+/// shadow's edge does not drown what the rest of the set says.
 pub(super) fn odds_of(texture: &Texture, width: usize, pixels: &[usize]) -> (f32, f32) {
     let [a, b] = &texture.bands;
     let n = a.len();
@@ -252,22 +305,23 @@ pub(super) fn odds_of(texture: &Texture, width: usize, pixels: &[usize]) -> (f32
     let mut best: Option<(f32, f32)> = None;
     for dy in -SLACK_PX..=SLACK_PX {
         for dx in -SLACK_PX..=SLACK_PX {
-            let (mut aa, mut bb, mut ab, mut slope, mut rest) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
+            let [mut seen, mut expected, mut followed] = [0.0f64; 3];
             for &i in &all {
                 let j = i as isize + dy * width as isize + dx;
                 if j < 0 || j >= n as isize || !texture.tested[j as usize] {
                     continue;
                 }
                 let (a, b) = (f64::from(a[i]), f64::from(b[j as usize]));
-                (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
-                slope += f64::from(texture.usual[i][0]);
-                rest += f64::from(texture.usual[i][1]);
+                let (slope, weight) = (f64::from(texture.usual[i][0]), 1.0 / f64::from(texture.variance[i]));
+                seen += weight * a * a;
+                expected += weight * slope * slope * b * b;
+                followed += weight * slope * a * b;
             }
-            let mean = |v: f64| (v / all.len().max(1) as f64) as f32;
-            let sums = Sums { aa: mean(aa), bb: mean(bb), ab: mean(ab) };
-            let odds = sums.log_odds([mean(slope), mean(rest)], all.len() as f32);
+            let odds = (expected - 2.0 * followed) / f64::from(2.0 * ALIKE_PX);
+            let faint = seen < f64::from(FAINT) * expected;
+            let odds = if faint { odds.min(0.0) } else { odds } as f32;
             if best.is_none_or(|(o, _)| odds < o) {
-                best = Some((odds, sums.slope() / mean(slope).max(SOFTEST)));
+                best = Some((odds.clamp(-MOST_ODDS, MOST_ODDS), (followed / expected.max(1e-9)) as f32));
             }
         }
     }
@@ -294,6 +348,11 @@ fn colour_difference(albedo: Vec3, red: f32, blue: f32) -> f32 {
     // seen at the lightness of a mid grey, so that dark and light surfaces count alike
     let scale = 0.3 / luminance(albedo).max(1e-6);
     super::colour::ciede2000(super::colour::lab(albedo * scale), super::colour::lab(other * scale))
+}
+
+/// ΔE00 between mid grey and the same with its red and blue over green changed by these logarithms.
+pub(super) fn colour_of(red: f32, blue: f32) -> f32 {
+    colour_difference(Vec3::splat(0.3), red, blue)
 }
 
 #[cfg(test)]
@@ -343,5 +402,20 @@ mod tests {
         let grey = vec![0.4; SIDE * SIDE];
         assert_eq!(share(&grey, &blotches(1), 1.0), 0.0);
         assert_eq!(share(&blotches(1), &grey, 1.0), 0.0);
+    }
+
+    #[test]
+    fn a_piece_s_colour_is_told_where_its_pixels_are_too_noisy() {
+        let joins = Joins::new(SIDE, SIDE, |i, j| (i % SIDE < SIDE / 2) == (j % SIDE < SIDE / 2));
+        // blocks of 8 × 8 pixels that are off by a fifth either way; red is off by a tenth in the left half
+        let noise = |i: usize| if (i % SIDE / 8 + i / SIDE / 8).is_multiple_of(2) { 0.2 } else { -0.2 };
+        let red = (0..SIDE * SIDE).map(|i| noise(i) + if i % SIDE < SIDE / 2 { 0.1 } else { 0.0 }).collect();
+        let chroma = [red, vec![0.0; SIDE * SIDE]];
+        let told = by_piece(&joins, &chroma, &[true; SIDE * SIDE], &[Vec3::splat(0.3); SIDE * SIDE]);
+        let expected = colour_of(0.1, 0.0);
+        assert!(expected > 2.0 && (told[0] - expected).abs() < 0.1 && told[SIDE - 1] < 0.1, "{} {expected}", told[0]);
+        // what was not tested, or is too small, says nothing
+        let few: Vec<bool> = (0..SIDE * SIDE).map(|i| i < 20).collect();
+        assert!(by_piece(&joins, &chroma, &few, &[Vec3::splat(0.3); SIDE * SIDE]).iter().all(|d| *d == 0.0));
     }
 }
