@@ -96,7 +96,7 @@ const MOST_SPHERES: usize = 64;
 const NONE: u32 = u32::MAX;
 
 /// Unseen surfaces that are only found by rays get so many times fewer rays of their own.
-const FEWER: u32 = 12;
+const FEWER: u32 = 6;
 
 impl Transport {
     /// Casts rays from the anchors around `wanted` unseen points (position, normal), then fewer from the unseen places
@@ -134,7 +134,7 @@ impl Transport {
 /// two different aspects of the representative method*, 1934, with the same spread everywhere).
 fn shared_out(mean: u32, near: &[(u32, f32)]) -> Vec<u32> {
     /// Least and most rays, of the mean.
-    const LEAST: f32 = 0.25;
+    const LEAST: f32 = 0.5;
     const MOST: f32 = 3.0;
     let mean = mean as f32;
     let per_root = mean * near.len() as f32 / near.iter().map(|n| n.1.sqrt()).sum::<f32>();
