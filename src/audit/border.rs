@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::regions::{Region, dilated};
+use super::regions::{Region, bounds, dilated};
 use super::texture::colour_of;
 use super::view::Maps;
 
@@ -54,11 +54,10 @@ impl Border {
 
 /// Pixels on either side of a region's border, on surfaces that hold some of it.
 fn strips(w: usize, h: usize, surface: &[u32], region: &[usize]) -> (Vec<usize>, Vec<usize>) {
-    let bounds = |along: &dyn Fn(usize) -> usize, end: usize| {
-        let range = region.iter().fold((end, 0), |(a, b), i| (a.min(along(*i)), b.max(along(*i) + 1)));
-        (range.0.saturating_sub(OFF + WIDE), (range.1 + OFF + WIDE).min(end))
-    };
-    let ((left, right), (top, bottom)) = (bounds(&|i| i % w, w), bounds(&|i| i / w, h));
+    let [left, top, right, bottom] = bounds(region, w);
+    let margin = OFF + WIDE;
+    let (left, top) = (left.saturating_sub(margin), top.saturating_sub(margin));
+    let (right, bottom) = ((right + margin).min(w), (bottom + margin).min(h));
     let (wide, high) = (right.saturating_sub(left), bottom.saturating_sub(top));
     // only what lies around the region is looked at
     let here = |i: usize| (i / w - top) * wide + i % w - left;

@@ -1,7 +1,7 @@
 //! What both tests say of a region as a whole: the figures that it is judged by.
 
 use super::border::Border;
-use super::regions::Region;
+use super::regions::{Region, bounds};
 use super::scores::{LOW, Scores};
 use super::sweep::{Swept, sweep};
 use super::texture::odds_of;
@@ -59,6 +59,7 @@ impl<'a> Figures<'a> {
         let (odds, slope) = odds_of(&maps.texture, maps.surfaces.width, &region.pixels);
         let able = region.pixels.iter().map(|i| f32::from(maps.geometry.able[*i])).sum::<f32>() / n;
         let textured = share(region, |i| scores.texture[i] >= LOW);
+        let [left, top, right, bottom] = bounds(&region.pixels, maps.surfaces.width);
         Self {
             prepared,
             maps,
@@ -75,7 +76,7 @@ impl<'a> Figures<'a> {
             small: n < SMALL_SHARE * maps.usable.len() as f32,
             // a part that is large enough speaks for all of it
             able: swept.able >= 0.3 || swept.able * n >= 5.0 * least as f32,
-            thickness: n / extent(&region.pixels, maps.surfaces.width),
+            thickness: n / (right - left).max(bottom - top) as f32,
             swept,
         }
     }
@@ -94,18 +95,6 @@ impl<'a> Figures<'a> {
     pub(super) fn upper(&self, values: &[f32]) -> f32 {
         upper(self.region, values)
     }
-}
-
-/// The longer side of the box around pixels.
-fn extent(pixels: &[usize], width: usize) -> f32 {
-    let [x, y] = [|i: &usize, w: usize| i % w, |i: &usize, w: usize| i / w].map(|along| {
-        let (low, high) = pixels.iter().fold((usize::MAX, 0), |(low, high), i| {
-            let at = along(i, width);
-            (low.min(at), high.max(at))
-        });
-        high + 1 - low.min(high)
-    });
-    x.max(y) as f32
 }
 
 fn share(region: &Region, holds: impl Fn(usize) -> bool) -> f32 {

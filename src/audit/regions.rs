@@ -8,22 +8,30 @@ pub(super) struct Region {
     pub(super) pixels: Vec<usize>,
 }
 
-/// Pixels within `radius` (a diamond's steps) of a set one.
+/// The box around pixels: left, top, and one past its right and bottom.
+pub(super) fn bounds(pixels: &[usize], width: usize) -> [usize; 4] {
+    let places = pixels.iter().map(|i| (i % width, i / width));
+    places.fold([usize::MAX, usize::MAX, 0, 0], |[left, top, right, bottom], (x, y)| {
+        [left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1)]
+    })
+}
+
+/// Pixels within `radius` (a diamond's steps) of a set one: by their distance from the nearest, found in two passes
+/// (Rosenfeld and Pfaltz, *Sequential operations in digital picture processing*, 1966).
 pub(super) fn dilated(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
-    let mut mask = mask.to_vec();
-    for _ in 0..radius {
-        mask = (0..mask.len())
-            .map(|i| {
-                let (x, y) = (i % width, i / width);
-                mask[i]
-                    || (x > 0 && mask[i - 1])
-                    || (x + 1 < width && mask[i + 1])
-                    || (y > 0 && mask[i - width])
-                    || (y + 1 < height && mask[i + width])
-            })
-            .collect();
+    let far = width + height;
+    let mut steps: Vec<usize> = mask.iter().map(|m| if *m { 0 } else { far }).collect();
+    for i in 0..steps.len() {
+        let left = if i % width > 0 { steps[i - 1] + 1 } else { far };
+        let above = if i >= width { steps[i - width] + 1 } else { far };
+        steps[i] = steps[i].min(left).min(above);
     }
-    mask
+    for i in (0..steps.len()).rev() {
+        let right = if i % width + 1 < width { steps[i + 1] + 1 } else { far };
+        let below = if i + width < steps.len() { steps[i + width] + 1 } else { far };
+        steps[i] = steps[i].min(right).min(below);
+    }
+    steps.iter().map(|s| *s < far && *s <= radius).collect()
 }
 
 fn inverted(mask: &[bool]) -> Vec<bool> {
@@ -130,6 +138,18 @@ mod tests {
         seeds[9] = true;
         let found = components(&m, &seeds, 5, 1, |_, _| true);
         assert_eq!(found, [Region { pixels: vec![4, 9] }]);
+    }
+
+    #[test]
+    fn what_is_within_so_many_steps_is_a_diamond() {
+        let (w, h) = (13, 9);
+        for (radius, set) in [(0, vec![40]), (2, vec![0, 60]), (3, vec![12, 104, 58]), (40, vec![5]), (7, vec![])] {
+            let mask: Vec<bool> = (0..w * h).map(|i| set.contains(&i)).collect();
+            let near = |i: usize, j: usize| (i % w).abs_diff(j % w) + (i / w).abs_diff(j / w) <= radius;
+            let expected: Vec<bool> = (0..w * h).map(|i| set.iter().any(|j| near(i, *j))).collect();
+            assert_eq!(dilated(&mask, w, h, radius), expected, "{radius} {set:?}");
+        }
+        assert_eq!(bounds(&[14, 40, 28], w), [1, 1, 3, 4]);
     }
 
     #[test]

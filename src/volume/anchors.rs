@@ -224,15 +224,19 @@ impl Anchors {
     /// that one anchor more or less elsewhere changes nothing here.
     pub(super) fn seed(&self, anchor: u32) -> u64 {
         let Anchor { position, normal } = self.list[anchor as usize];
-        self.grid.index(self.grid.cell(position)).map_or(0, |i| i as u64 * 27 + main_direction(normal))
+        self.key(self.grid.cell(position), normal)
     }
 
     /// Anchors with the same number face much the same way, within a few cells.
     pub(super) fn neighbourhood(&self, anchor: u32) -> u64 {
         const CELLS: IVec3 = IVec3::splat(3);
         let Anchor { position, normal } = self.list[anchor as usize];
-        let block = self.grid.cell(position) / CELLS * CELLS;
-        self.grid.index(block).map_or(0, |i| i as u64 * 27 + main_direction(normal))
+        self.key(self.grid.cell(position) / CELLS * CELLS, normal)
+    }
+
+    /// A number for a cell of the grid and a main direction.
+    fn key(&self, cell: IVec3, normal: Vec3) -> u64 {
+        self.grid.index(cell).map_or(0, |i| i as u64 * 27 + main_direction(normal))
     }
 
     /// How far above a surface its light is gathered, metres: past doubled walls, and small against a cell.
