@@ -1,4 +1,4 @@
-//! Building both trees from one.
+//! Building both trees from one of obvhs's.
 
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
@@ -6,14 +6,12 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 
 use super::pairs::Pairs;
+use super::quads::Quads;
 use super::triangle::Corners;
-use super::wide::Wide;
 use super::{Mesh, Tracer, Triangles};
 
 /// obvhs recurses as deep as the tree, which coincident triangles make very deep.
@@ -39,27 +37,15 @@ pub(super) fn build(mesh: &Mesh) -> Tracer {
 }
 
 fn plant(mesh: &Mesh) -> Tracer {
-    let (wide, pairs) = trees(mesh);
-    let ids = wide.primitive_indices.clone();
-    let corners = ids.par_iter().map(|&i| Corners::new(mesh.corners(i))).collect();
-    Tracer { triangles: Triangles { corners, ids }, pairs, wide: Wide::new(wide) }
-}
-
-/// The eight-wide tree, and the two-wide tree with slots in the eight-wide's leaf order.
-fn trees(mesh: &Mesh) -> (CwBvh, Pairs) {
     let mut tree = sown(mesh);
     let mut optimizer = ReinsertionOptimizer::default();
     optimizer.run(&mut tree, PRESET.reinsertion_batch_ratio, None);
-    let wide = bvh2_to_cwbvh(&tree, PRESET.max_prims_per_leaf.clamp(1, 3), true, false);
     collapse(&mut tree, PRESET.max_prims_per_leaf, PRESET.collapse_traversal_cost);
     let again = PRESET.reinsertion_batch_ratio * PRESET.post_collapse_reinsertion_batch_ratio_multiplier;
     optimizer.run(&mut tree, again, None);
-    let mut slot_of = vec![0; wide.primitive_indices.len()];
-    for (slot, &id) in wide.primitive_indices.iter().enumerate() {
-        slot_of[id as usize] = slot as u32;
-    }
-    let pairs = Pairs::new(&tree, &slot_of);
-    (wide, pairs)
+    let (pairs, ids) = Pairs::new(&tree);
+    let corners = ids.par_iter().map(|&i| Corners::new(mesh.corners(i))).collect();
+    Tracer { triangles: Triangles { corners, ids }, quads: Quads::new(&pairs), pairs }
 }
 
 /// A tree with one triangle a leaf.

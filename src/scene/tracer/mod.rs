@@ -1,22 +1,22 @@
 //! Ray casting: the one door to obvhs.
 //!
-//! obvhs builds the trees; its eight-wide compressed tree carries single rays ([`wide`]), its two-wide tree, laid out
-//! anew, carries packets of rays that start at one point ([`packet`]). Both end in one triangle test ([`triangle`]),
-//! so a ray gets the same hit, to the bit, whichever way it goes.
+//! obvhs builds the tree; laid out anew it carries packets of rays that start at one point ([`packet`]), and with four
+//! children a node single rays ([`quads`]). Both end in one triangle test ([`triangle`]), so a ray gets the same hit, to
+//! the bit, whichever way it goes.
 
 mod build;
 mod packet;
 mod pairs;
+mod quads;
 mod triangle;
-mod wide;
 
 use glam::Vec3;
 
 use super::Mesh;
 use packet::{Beam, PACKET};
 use pairs::Pairs;
+use quads::Quads;
 use triangle::Corners;
-use wide::Wide;
 
 /// A half line.
 #[derive(Clone, Copy, Debug)]
@@ -41,8 +41,7 @@ pub struct Hit {
 pub struct Tracer {
     triangles: Triangles,
     pairs: Pairs,
-    /// Absent where the tree is too deep for obvhs's traversal stack.
-    wide: Option<Wide>,
+    quads: Quads,
 }
 
 /// The triangles in the order of the tree's leaves; a place in that order is a slot.
@@ -77,18 +76,12 @@ impl Tracer {
 
     /// The nearest hit farther than `t_min` metres.
     pub fn closest(&self, ray: &Ray, t_min: f32) -> Option<Hit> {
-        match &self.wide {
-            Some(wide) => wide.closest(&self.triangles, ray, t_min),
-            None => self.lone(ray, t_min, f32::MAX),
-        }
+        self.quads.closest(&self.triangles, ray, t_min)
     }
 
     /// Whether anything stands on the ray farther than `t_min` and nearer than `t_max` metres.
     pub fn occluded(&self, ray: &Ray, t_min: f32, t_max: f32) -> bool {
-        match &self.wide {
-            Some(wide) => wide.occluded(&self.triangles, ray, t_min, t_max),
-            None => self.lone(ray, t_min, t_max.min(f32::MAX)).is_some_and(|hit| hit.t < t_max),
-        }
+        self.quads.occluded(&self.triangles, ray, t_min, t_max)
     }
 
     /// The nearest hits farther than `t_min` metres of many rays from one point, exactly as [`Tracer::closest`] finds
@@ -98,7 +91,7 @@ impl Tracer {
     pub fn closest_packet(&self, origin: Vec3, directions: &[Vec3], t_min: f32, hits: &mut [Option<Hit>]) {
         for (directions, hits) in directions.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
             match Beam::new(origin, directions) {
-                Some(beam) => beam.closest(&self.pairs, &self.triangles, t_min, f32::MAX, hits),
+                Some(beam) => beam.closest(&self.pairs, &self.triangles, t_min, hits),
                 None => {
                     for (&direction, hit) in directions.iter().zip(hits) {
                         *hit = self.closest(&Ray { origin, direction }, t_min);
@@ -111,16 +104,9 @@ impl Tracer {
     /// Bytes that the trees and the triangles in them take.
     pub fn bytes(&self) -> usize {
         self.pairs.bytes()
-            + self.wide.as_ref().map_or(0, Wide::bytes)
+            + self.quads.bytes()
             + size_of_val(self.triangles.corners.as_slice())
             + size_of_val(self.triangles.ids.as_slice())
-    }
-
-    /// One ray through the two-wide tree, which can be of any depth.
-    fn lone(&self, ray: &Ray, t_min: f32, t_max: f32) -> Option<Hit> {
-        let mut hit = [None];
-        Beam::lone(ray)?.closest(&self.pairs, &self.triangles, t_min, t_max, &mut hit);
-        hit[0]
     }
 }
 
@@ -139,9 +125,8 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_too_deep_for_obvhs_to_traverse_still_finds_the_first_of_equals() {
+    fn a_very_deep_tree_still_finds_the_first_of_equals() {
         let tracer = Tracer::new(&pile(4000, 0.0));
-        assert!(tracer.wide.is_none());
         let ray = Ray { origin: Vec3::new(0.2, 0.2, 3.0), direction: Vec3::NEG_Z };
         assert_eq!(tracer.closest(&ray, 0.0), Some(Hit { t: 3.0, triangle: 0 }));
         assert_eq!(tracer.closest(&ray, 3.0), None);

@@ -7,10 +7,11 @@
 //! distribution ray tracing*, 2006). glam's `Vec4` is the machine's four-wide register.
 
 use glam::{BVec4A, Mat4, Vec3, Vec4, Vec4Swizzles};
+use smallvec::SmallVec;
 
 use super::pairs::{Child, Kind, Pair, Pairs};
 use super::triangle::Corners;
-use super::{Hit, Ray, Triangles};
+use super::{Hit, Triangles};
 
 /// Most rays in one packet.
 pub(super) const PACKET: usize = 64;
@@ -65,16 +66,7 @@ struct Waiting {
 
 impl Beam {
     /// Nothing where the rays spread too far to be cast together.
-    pub(super) fn new(origin: Vec3, directions: &[Vec3]) -> Option<Self> {
-        Self::gather(origin, directions, WIDEST, LEAST_ALONG)
-    }
-
-    /// A beam of one ray. Nothing where its direction is not a direction.
-    pub(super) fn lone(ray: &Ray) -> Option<Self> {
-        Self::gather(ray.origin, &[ray.direction], WIDEST, 0.0)
-    }
-
-    fn gather(origin: Vec3, rays: &[Vec3], widest: f32, least_along: f32) -> Option<Self> {
+    pub(super) fn new(origin: Vec3, rays: &[Vec3]) -> Option<Self> {
         let last = *rays.last()?;
         let middle = rays[0] + rays[rays.len() / 2] + last;
         let main = middle.abs().max_position();
@@ -102,8 +94,8 @@ impl Beam {
         let along = beam.directions[main][..groups].iter().fold(Vec4::MAX, |least, &d| least.min(d * sign));
         beam.span();
         let wide = |s: Span<Vec4>| s.high.x - s.low.x;
-        let narrow = wide(beam.slopes[0]) <= widest && wide(beam.slopes[1]) <= widest;
-        (along.min_element() > least_along && narrow).then_some(beam)
+        let narrow = wide(beam.slopes[0]) <= WIDEST && wide(beam.slopes[1]) <= WIDEST;
+        (along.min_element() > LEAST_ALONG && narrow).then_some(beam)
     }
 
     /// Finds the slopes of the groups and of the whole.
@@ -125,16 +117,9 @@ impl Beam {
         self.slopes = whole.map(|s| widened(Vec4::splat(s.low.min_element()), Vec4::splat(s.high.max_element())));
     }
 
-    /// Finds the nearest hits farther than `t_min` and no farther than `t_max`.
-    pub(super) fn closest(
-        &self,
-        tree: &Pairs,
-        triangles: &Triangles,
-        t_min: f32,
-        t_max: f32,
-        hits: &mut [Option<Hit>],
-    ) {
-        let mut best = Best { t: [Vec4::splat(t_max); GROUPS], triangle: [[u32::MAX; 4]; GROUPS], depth: t_max };
+    /// Finds the nearest hits farther than `t_min`.
+    pub(super) fn closest(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, hits: &mut [Option<Hit>]) {
+        let mut best = Best { t: [Vec4::MAX; GROUPS], triangle: [[u32::MAX; 4]; GROUPS], depth: f32::MAX };
         self.traverse(tree, triangles, t_min, &mut best);
         for (i, hit) in hits.iter_mut().enumerate() {
             let (t, triangle) = (best.t[i / 4][i % 4], best.triangle[i / 4][i % 4]);
@@ -144,7 +129,7 @@ impl Beam {
 
     fn traverse(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, best: &mut Best) {
         let Some(mut pair) = tree.pairs.first() else { return };
-        let mut waiting: Vec<Waiting> = Vec::with_capacity(64);
+        let mut waiting: SmallVec<[Waiting; 64]> = SmallVec::new();
         loop {
             let (seen, near) = self.sees(pair, best.depth);
             let mut next = None;
@@ -169,7 +154,7 @@ impl Beam {
                         pair = &tree.pairs[index];
                         break;
                     }
-                    Kind::Leaf(range) => self.leaf(&tree.slots[range], triangles, t_min, best),
+                    Kind::Leaf(slots) => self.leaf(slots, triangles, t_min, best),
                 }
             }
         }
@@ -193,13 +178,13 @@ impl Beam {
     }
 
     #[inline(always)]
-    fn leaf(&self, slots: &[u32], triangles: &Triangles, t_min: f32, best: &mut Best) {
+    fn leaf(&self, slots: std::ops::Range<usize>, triangles: &Triangles, t_min: f32, best: &mut Best) {
         let mut found = false;
-        for &slot in slots {
-            let corners = triangles.corners[slot as usize].seen_from(&self.origin);
+        for slot in slots {
+            let corners = triangles.corners[slot].seen_from(&self.origin);
             let groups = self.groups_that_see(&corners, best.depth);
             if groups != 0 {
-                found |= self.test(&corners, groups, triangles.ids[slot as usize], t_min, best);
+                found |= self.test(&corners, groups, triangles.ids[slot], t_min, best);
             }
         }
         if found {

@@ -11,8 +11,6 @@ const LEAF: u32 = 1 << 31;
 #[derive(Default)]
 pub(super) struct Pairs {
     pub(super) pairs: Vec<Pair>,
-    /// Slots of the triangles in the leaves.
-    pub(super) slots: Vec<u32>,
 }
 
 /// Two siblings: one cache line.
@@ -34,11 +32,34 @@ pub(super) struct Child {
 pub(super) enum Kind {
     /// The index of the pair of its children.
     Inner(usize),
-    /// The range of its triangles in [`Pairs::slots`].
+    /// The slots of its triangles.
     Leaf(std::ops::Range<usize>),
 }
 
+/// A child with its box.
+#[derive(Clone, Copy)]
+pub(super) struct Boxed {
+    pub(super) low: Vec3,
+    pub(super) high: Vec3,
+    pub(super) child: Child,
+}
+
+impl Boxed {
+    /// Half of the box's surface.
+    pub(super) fn area(&self) -> f32 {
+        let side = self.high - self.low;
+        side.x * side.y + side.y * side.z + side.z * side.x
+    }
+}
+
 impl Child {
+    /// A leaf without triangles.
+    pub(super) const NOTHING: Self = Self { first: 0, count: LEAF };
+
+    pub(super) fn inner(index: usize) -> Self {
+        Self { first: index as u32, count: 0 }
+    }
+
     #[inline(always)]
     pub(super) fn kind(self) -> Kind {
         let first = self.first as usize;
@@ -50,16 +71,23 @@ impl Child {
     }
 }
 
+impl Pair {
+    pub(super) fn boxes(&self) -> [Boxed; 2] {
+        let corner = |lane: usize| Vec3::from_array(self.bounds.map(|b| b[lane]));
+        [0, 1].map(|i| Boxed { low: corner(i), high: corner(2 + i), child: self.children[i] })
+    }
+}
+
 impl Pairs {
-    /// Lays out a tree depth first. `slot_of` tells the slot of a primitive.
-    pub(super) fn new(tree: &Bvh2, slot_of: &[u32]) -> Self {
-        let slots: Vec<u32> = tree.primitive_indices.iter().map(|&i| slot_of[i as usize]).collect();
+    /// Lays out a tree depth first. Also gives the primitive of each slot: slots are counted in the order of the leaves.
+    pub(super) fn new(tree: &Bvh2) -> (Self, Vec<u32>) {
+        let mut primitives = Vec::with_capacity(tree.primitive_indices.len());
         let mut pairs = Vec::with_capacity(tree.nodes.len() / 2 + 1);
-        let Some(root) = tree.nodes.first() else { return Self::default() };
+        let Some(root) = tree.nodes.first() else { return Default::default() };
         if root.is_leaf() {
-            let nothing = Child { first: 0, count: LEAF };
-            pairs.push(Pair { bounds: bounds(root, root), children: [leaf(root), nothing] });
-            return Self { pairs, slots };
+            let only = leaf(tree, root, &mut primitives);
+            pairs.push(Pair { bounds: bounds(root, root), children: [only, Child::NOTHING] });
+            return (Self { pairs }, primitives);
         }
         // where in `pairs` the reference to an inner node waits to be filled in
         let mut open: Vec<(u32, Option<(usize, usize)>)> = vec![(root.first_index, None)];
@@ -67,27 +95,31 @@ impl Pairs {
             let index = pairs.len();
             if let Some((pair, side)) = parent {
                 let pair: &mut Pair = &mut pairs[pair];
-                pair.children[side].first = index as u32;
+                pair.children[side] = Child::inner(index);
             }
             let siblings = [&tree.nodes[first as usize], &tree.nodes[first as usize + 1]];
-            pairs.push(Pair { bounds: bounds(siblings[0], siblings[1]), children: siblings.map(leaf) });
+            let children = siblings.map(|n| if n.is_leaf() { leaf(tree, n, &mut primitives) } else { Child::NOTHING });
+            pairs.push(Pair { bounds: bounds(siblings[0], siblings[1]), children });
             for side in [1, 0] {
                 if !siblings[side].is_leaf() {
-                    pairs[index].children[side].count = 0;
                     open.push((siblings[side].first_index, Some((index, side))));
                 }
             }
         }
-        Self { pairs, slots }
+        (Self { pairs }, primitives)
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.pairs.as_slice()) + size_of_val(self.slots.as_slice())
+        size_of_val(self.pairs.as_slice())
     }
 }
 
-fn leaf(node: &Bvh2Node) -> Child {
-    Child { first: node.first_index, count: node.prim_count | LEAF }
+/// A leaf with the next slots for its primitives.
+fn leaf(tree: &Bvh2, node: &Bvh2Node, primitives: &mut Vec<u32>) -> Child {
+    let slot = primitives.len() as u32;
+    let first = node.first_index as usize;
+    primitives.extend(&tree.primitive_indices[first..first + node.prim_count as usize]);
+    Child { first: slot, count: node.prim_count | LEAF }
 }
 
 fn bounds(a: &Bvh2Node, b: &Bvh2Node) -> [Vec4; 3] {

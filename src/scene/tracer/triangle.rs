@@ -14,7 +14,7 @@ use glam::{BVec4A, Vec3, Vec4, Vec4Swizzles};
 const ROUNDING: f32 = 2.5e-7;
 
 /// How far a hit may lie outside of its triangle's box, as a part of the distance.
-const BESIDE: f32 = 4e-6;
+pub(super) const BESIDE: f32 = 4e-6;
 
 /// Corners of a triangle: the x of all three, then y, then z; the fourth lane repeats the first.
 #[derive(Clone, Copy, Debug)]
