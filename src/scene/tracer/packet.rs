@@ -51,9 +51,10 @@ struct Span<T> {
 
 /// The nearest hits so far.
 struct Best {
-    t: [Vec4; GROUPS],
-    triangle: [[u32; 4]; GROUPS],
-    /// How far along the main axis the farthest of them lies.
+    hits: [[Hit; 4]; GROUPS],
+    /// How far a hit may lie to count.
+    reach: [Vec4; GROUPS],
+    /// How far along the main axis the farthest of these lies.
     depth: f32,
 }
 
@@ -119,11 +120,10 @@ impl Beam {
 
     /// Finds the nearest hits farther than `t_min`.
     pub(super) fn closest(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, hits: &mut [Option<Hit>]) {
-        let mut best = Best { t: [Vec4::MAX; GROUPS], triangle: [[u32::MAX; 4]; GROUPS], depth: f32::MAX };
+        let mut best = Best { hits: [[Hit::NONE; 4]; GROUPS], reach: [Vec4::MAX; GROUPS], depth: f32::MAX };
         self.traverse(tree, triangles, t_min, &mut best);
         for (i, hit) in hits.iter_mut().enumerate() {
-            let (t, triangle) = (best.t[i / 4][i % 4], best.triangle[i / 4][i % 4]);
-            *hit = (triangle != u32::MAX).then_some(Hit { t, triangle });
+            *hit = best.hits[i / 4][i % 4].found();
         }
     }
 
@@ -189,7 +189,7 @@ impl Beam {
         }
         if found {
             let along = &self.directions[self.axes[0]];
-            let depth = (0..self.groups).fold(Vec4::ZERO, |d, g| d.max(best.t[g] * along[g].abs()));
+            let depth = (0..self.groups).fold(Vec4::ZERO, |d, g| d.max(best.reach[g] * along[g].abs()));
             best.depth = depth.max_element() * (1.0 + SLACK);
         }
     }
@@ -234,13 +234,14 @@ impl Beam {
                 continue;
             }
             let t = corners.distance(&directions);
-            let mut nearer = (inside & t.cmpgt(Vec4::splat(t_min)) & t.cmple(best.t[g])).bitmask();
+            let mut nearer = (inside & t.cmpgt(Vec4::splat(t_min)) & t.cmple(best.reach[g])).bitmask();
             while nearer != 0 {
                 let lane = nearer.trailing_zeros() as usize % 4;
                 nearer &= nearer - 1;
-                if t[lane] < best.t[g][lane] || id < best.triangle[g][lane] {
-                    best.t[g][lane] = t[lane];
-                    best.triangle[g][lane] = id;
+                let hit = Hit { t: t[lane], triangle: id };
+                if hit.before(&best.hits[g][lane]) {
+                    best.hits[g][lane] = hit;
+                    best.reach[g][lane] = hit.reach();
                     found = true;
                 }
             }

@@ -95,11 +95,11 @@ impl Quads {
 
     pub(super) fn closest(&self, triangles: &Triangles, ray: &Ray, t_min: f32) -> Option<Hit> {
         let slabs = Slabs::new(ray);
-        let mut best = Hit { t: f32::MAX, triangle: u32::MAX };
+        let (mut best, mut reach) = (Hit::NONE, f32::MAX);
         let mut waiting: SmallVec<[Waiting; WAITING]> = SmallVec::new();
         let mut quad = self.0.first()?;
         loop {
-            let (mut met, near) = slabs.meet(quad, best.t);
+            let (mut met, near) = slabs.meet(quad, reach);
             let first = waiting.len();
             while met != 0 {
                 let lane = met.trailing_zeros() as usize % 4;
@@ -113,17 +113,17 @@ impl Quads {
             }
             quad = loop {
                 match waiting.pop() {
-                    None => return (best.triangle != u32::MAX).then_some(best),
-                    Some(w) if w.near > best.t => {}
+                    None => return best.found(),
+                    Some(w) if w.near > reach => {}
                     Some(w) => match w.child.kind() {
                         Kind::Inner(index) => break &self.0[index],
                         Kind::Leaf(slots) => {
                             for slot in slots {
-                                if let Some(t) = triangles.corners[slot].seen_from(&slabs.origin).meet(ray.direction)
-                                    && t > t_min
-                                    && (t < best.t || t == best.t && triangles.ids[slot] < best.triangle)
-                                {
-                                    best = Hit { t, triangle: triangles.ids[slot] };
+                                let meets = triangles.corners[slot].seen_from(&slabs.origin).meet(ray.direction);
+                                let Some(t) = meets.filter(|&t| t > t_min && t <= reach) else { continue };
+                                let hit = Hit { t, triangle: triangles.ids[slot] };
+                                if hit.before(&best) {
+                                    (best, reach) = (hit, hit.reach());
                                 }
                             }
                         }
