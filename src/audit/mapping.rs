@@ -16,14 +16,14 @@ const LARGE: u32 = 150;
 
 /// How texture coordinates change along a triangle, per metre.
 #[derive(Clone, Copy)]
-struct Gradient {
+pub(super) struct Gradient {
     u: Vec3,
     v: Vec3,
 }
 
 impl Gradient {
     /// `None` without texture coordinates or area.
-    fn of(mesh: &Mesh, triangle: u32) -> Option<Self> {
+    pub(super) fn of(mesh: &Mesh, triangle: u32) -> Option<Self> {
         let [a, b, c] = mesh.corners(triangle);
         let [i, j, k] = mesh.triangles[triangle as usize].map(|i| i as usize);
         let (&ua, &ub, &uc) = (mesh.uvs.get(i)?, mesh.uvs.get(j)?, mesh.uvs.get(k)?);
@@ -39,7 +39,8 @@ impl Gradient {
         Some(Self { u: along_p * s.x + along_q * t.x, v: along_p * s.y + along_q * t.y })
     }
 
-    fn step(&self, along: Vec3) -> Vec2 {
+    /// How far texture coordinates change along a way on the triangle, in metres.
+    pub(super) fn step(&self, along: Vec3) -> Vec2 {
         Vec2::new(self.u.dot(along), self.v.dot(along))
     }
 }

@@ -21,11 +21,11 @@ pub(super) const BLACK: f32 = 0.015;
 const STRIDE: usize = 4;
 
 /// Structure is what a blur of this standard deviation takes away, pixels, compared over a window of the second.
-const BAND: f32 = 3.0;
+pub(super) const BAND: f32 = 3.0;
 const WINDOW: f32 = 5.0;
 
 /// Structure is alike over some three or four pixels each way: so many tell as much as one.
-const ALIKE_PX: f32 = 12.0;
+pub(super) const ALIKE_PX: f32 = 12.0;
 
 /// A photograph that shows less than this share of the albedo's contrast all over is too soft to be compared.
 const SOFTEST: f32 = 0.3;

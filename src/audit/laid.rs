@@ -1,0 +1,301 @@
+//! How well a photograph shows a texture that is laid otherwise than the model has it: turned, mirrored, scaled or shifted.
+//!
+//! All shifts of one turn and scale are tried at once: a texture repeats, so that the pixels' structure, put where the
+//! texture has it, correlates with the texture by Fourier transforms, folded to one period. That is coarse; the best places
+//! are then sampled as the photograph would show them.
+
+use glam::{Mat2, Vec2};
+
+use super::fourier::{Complex, Fourier, times_conjugate};
+use super::mapping::Gradient;
+use super::regions::bounds;
+use super::surfaces::NONE;
+use super::texture::{ALIKE_PX, BAND};
+use super::view::Maps;
+use super::Joins;
+use crate::panorama::luminance;
+use crate::scene::{Scene, Texture};
+
+/// Sides of the grids that a texture's period is divided into.
+const SIDES: [usize; 2] = [32, 128];
+
+/// Variance along a side of a square pixel, in squared pixels.
+const PIXEL: f32 = 1.0 / 12.0;
+
+/// Shifts of one turn and scale that are looked at closely.
+const PEAKS: usize = 3;
+
+/// With more pixels than this, only blocks of them are looked at.
+const MOST_PX: usize = 6000;
+const BLOCK_PX: usize = 32;
+
+/// Fewer pixels tell nothing.
+const FEWEST: usize = 40;
+
+/// Structure of less variance than this is none.
+const LEAST_VARIANCE: f32 = 1e-6;
+
+/// A pixel's place in a texture: its middle, and how far the pixel reaches to its right and down.
+#[derive(Clone, Copy)]
+struct Place {
+    at: Vec2,
+    right: Vec2,
+    down: Vec2,
+}
+
+/// Pixels that show one texture, cut out of the picture.
+pub(super) struct Laid<'a> {
+    texture: &'a Texture,
+    /// Which of the cut-out's pixels hang together.
+    joins: Joins,
+    /// Per pixel of the cut-out, 1 where there is a place, and the same smoothed.
+    here: Vec<f32>,
+    smoothed: Vec<f32>,
+    /// The pixels' indices in the cut-out, places, the structure that the photograph shows there and how much it counts.
+    pixels: Vec<usize>,
+    places: Vec<Place>,
+    photo: Vec<f32>,
+    weight: Vec<f32>,
+    /// Middle of the places.
+    centre: Vec2,
+    /// Covariance of the patch of texture that a disk of radius 1 pixel has as its own: [uu, uv, vv].
+    spread: [f32; 3],
+    fourier: Fourier,
+    side: usize,
+    /// Transform of the texture's logarithm of brightness over the grid.
+    period: Vec<Complex>,
+}
+
+/// A turn and scale of a texture about a middle, and a shift.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Laying {
+    pub(super) turn: Mat2,
+    pub(super) shift: Vec2,
+}
+
+impl<'a> Laid<'a> {
+    /// Takes those of the pixels that could be tested and have the texture that most of them have; `None` where they are too
+    /// few, or most have none.
+    pub(super) fn of(scene: &'a Scene, maps: &Maps, pixels: &[usize]) -> Option<Self> {
+        let s = &maps.surfaces;
+        let texture_of = |i: usize| scene.materials[s.material[i] as usize].texture;
+        let tested: Vec<usize> = pixels.iter().copied().filter(|i| maps.texture.tested[*i]).collect();
+        let mut votes = vec![0usize; scene.textures.len()];
+        tested.iter().filter_map(|i| texture_of(*i)).for_each(|t| votes[t as usize] += 1);
+        let (id, _) = votes.iter().enumerate().max_by_key(|(_, v)| **v).filter(|(_, v)| 2 * **v > tested.len())?;
+        let texture = &scene.textures[id];
+        let stride = tested.len().div_ceil(MOST_PX);
+        let w = s.width;
+        let in_block = |i: usize| (i % w / BLOCK_PX + i / w / BLOCK_PX).is_multiple_of(stride);
+        let chosen: Vec<(usize, Place)> = tested
+            .into_iter()
+            .filter(|i| in_block(*i) && texture_of(*i) == Some(id as u32))
+            .filter_map(|i| place(scene, maps, i).map(|p| (i, p)))
+            .collect();
+        if chosen.len() < FEWEST {
+            return None;
+        }
+        let (all, places): (Vec<usize>, Vec<Place>) = chosen.into_iter().unzip();
+        let [left, top, right, bottom] = bounds(&all, w);
+        let (wide, high) = (right - left, bottom - top);
+        let inside = |i: usize| (i / w - top) * wide + i % w - left;
+        let outside = |k: usize| (k / wide + top) * w + k % wide + left;
+        let mut here = vec![0.0f32; wide * high];
+        let pixels: Vec<usize> = all.iter().map(|i| inside(*i)).collect();
+        pixels.iter().for_each(|k| here[*k] = 1.0);
+        let same_block = |i: usize, j: usize| {
+            stride == 1 || (i % w / BLOCK_PX, i / w / BLOCK_PX) == (j % w / BLOCK_PX, j / w / BLOCK_PX)
+        };
+        let joins = Joins::new(wide, high, |k, l| {
+            let (i, j) = (outside(k), outside(l));
+            here[k] > 0.0 && here[l] > 0.0 && s.paint.joined(i, j) && same_block(i, j)
+        });
+        let smoothed = joins.smoothed(&here, BAND);
+        let n = places.len() as f32;
+        let centre = places.iter().map(|p| p.at).sum::<Vec2>() / n;
+        let spread = places.iter().fold([0.0; 3], |sum, p| {
+            let (r, d) = (p.right, p.down);
+            let own = [r.x * r.x + d.x * d.x, r.x * r.y + d.x * d.y, r.y * r.y + d.y * d.y];
+            [0, 1, 2].map(|k| sum[k] + own[k] / n)
+        });
+        // as many steps to a period as it has pixels along the side that has more of them
+        let pixels_across = 1.0 / spread[0].min(spread[2]).sqrt().max(1e-6);
+        let side = (pixels_across as usize).next_power_of_two().clamp(SIDES[0], SIDES[1]);
+        let fourier = Fourier::new(side);
+        let (across, along) = texture.size();
+        let level = Texture::level_of(across.max(along) as f32 / side as f32);
+        let step = 1.0 / side as f32;
+        let at = |k: usize| Vec2::new((k % side) as f32, (k / side) as f32) * step;
+        let period = fourier.of_real((0..side * side).map(|k| ln(luminance(texture.sample(at(k), level)))));
+        let mut this = Self {
+            texture,
+            joins,
+            here,
+            smoothed,
+            pixels,
+            places,
+            photo: Vec::new(),
+            weight: all.iter().map(|i| 1.0 / maps.texture.variance[*i]).collect(),
+            centre,
+            spread,
+            fourier,
+            side,
+            period,
+        };
+        // the albedo as it is, times what the photograph says it would have to be multiplied by
+        let real = |i: &usize| ln(luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp)));
+        this.photo = this.structure(all.iter().map(real));
+        (this.independent() > 1.0).then_some(this)
+    }
+
+    /// How many pixels count as independent of each other.
+    pub(super) fn independent(&self) -> f32 {
+        let (sum, square) = self.weight.iter().fold((0.0f64, 0.0f64), |(s, q), w| {
+            let w = f64::from(*w);
+            (s + w, q + w * w)
+        });
+        (sum * sum / square.max(1e-30)) as f32 / ALIKE_PX
+    }
+
+    /// The texture's width over its height, texels.
+    pub(super) fn aspect(&self) -> f32 {
+        let (w, h) = self.texture.size();
+        w as f32 / h as f32
+    }
+
+    /// Length in pixels of a shift, but for whole periods.
+    pub(super) fn length_px(&self, shift: Vec2) -> f32 {
+        (shift - shift.round()).abs().dot(self.pixel().recip().min(Vec2::splat(1e6)))
+    }
+
+    /// About how far a pixel reaches along each side of the texture.
+    fn pixel(&self) -> Vec2 {
+        Vec2::new(self.spread[0].sqrt(), self.spread[2].sqrt()).max(Vec2::splat(1e-6))
+    }
+
+    /// What is not smooth of values at the places.
+    fn structure(&self, values: impl Iterator<Item = f32>) -> Vec<f32> {
+        let mut plane = vec![0.0f32; self.here.len()];
+        self.pixels.iter().zip(values).for_each(|(k, v)| plane[*k] = v);
+        let smooth = self.joins.mean_with(&plane, &self.here, &self.smoothed, BAND);
+        self.pixels.iter().map(|k| plane[*k] - smooth[*k]).collect()
+    }
+
+    /// Correlation between the photograph's structure and that of the texture laid so.
+    pub(super) fn fit(&self, laying: Laying) -> f32 {
+        let Laying { turn, shift } = laying;
+        let shown = self.structure(self.places.iter().map(|p| {
+            let at = self.centre + turn * (p.at - self.centre) + shift;
+            ln(luminance(self.texture.patch(at, turn * p.right, turn * p.down)))
+        }));
+        let [mut sum, mut aa, mut bb, mut ab] = [0.0f32; 4];
+        for ((a, b), w) in self.photo.iter().zip(&shown).zip(&self.weight) {
+            sum += w;
+            aa += w * a * a;
+            bb += w * b * b;
+            ab += w * a * b;
+        }
+        if aa.min(bb) < LEAST_VARIANCE * sum { 0.0 } else { ab / (aa * bb).sqrt() }
+    }
+
+    /// The shifts at which the texture, turned and scaled so, correlates best with the photograph, the best first, as far
+    /// as a grid over its period shows.
+    pub(super) fn shifts(&self, turn: Mat2) -> Vec<(f32, Vec2)> {
+        let n = self.side;
+        let [mut seen, mut weight] = [(); 2].map(|()| vec![0.0f32; n * n]);
+        let mut energy = 0.0f32;
+        for ((p, a), w) in self.places.iter().zip(&self.photo).zip(&self.weight) {
+            let at = (self.centre + turn * (p.at - self.centre)) * n as f32;
+            let [x, y] = at.round().to_array().map(|v| (v as i64).rem_euclid(n as i64) as usize);
+            seen[y * n + x] += w * a;
+            weight[y * n + x] += w;
+            energy += w * a * a;
+        }
+        let [seen, weight] = [seen, weight].map(|v| self.fourier.of_real(v.into_iter()));
+        let shown: Vec<Complex> = self.period.iter().enumerate().map(|(k, v)| v.map(|v| v * self.pass(k, turn))).collect();
+        let mut square = shown.clone();
+        self.fourier.back(&mut square);
+        let square = self.fourier.of_real(square.iter().map(|v| v[0] * v[0]));
+        // two real results in one transform: what follows the photograph, and its own energy
+        let mut both: Vec<Complex> = (0..n * n)
+            .map(|k| {
+                let (follows, own) = (times_conjugate(shown[k], seen[k]), times_conjugate(square[k], weight[k]));
+                [follows[0] - own[1], follows[1] + own[0]]
+            })
+            .collect();
+        self.fourier.back(&mut both);
+        let most = both.iter().fold(0.0f32, |m, v| m.max(v[1]));
+        let fit: Vec<f32> = both
+            .iter()
+            .map(|v| if v[1] > 1e-3 * most { v[0] / (v[1] * energy).sqrt().max(1e-20) } else { 0.0 })
+            .collect();
+        let mut peaks = peaks(&fit, n);
+        peaks.sort_by(|a, b| fit[*b].total_cmp(&fit[*a]).then(a.cmp(b)));
+        let at = |k: usize| Vec2::new((k % n) as f32, (k / n) as f32) / n as f32;
+        peaks.into_iter().take(PEAKS).map(|k| (fit[k], at(k))).collect()
+    }
+
+    /// How much of a wave of the period a photograph of the texture, turned and scaled so, has as structure.
+    fn pass(&self, k: usize, turn: Mat2) -> f32 {
+        let n = self.side;
+        let waves = |k: usize| std::f32::consts::TAU * if 2 * k > n { k as f32 - n as f32 } else { k as f32 };
+        // the wave as it runs over the texture as it is
+        let wave = turn.transpose() * Vec2::new(waves(k % n), waves(k / n));
+        let [uu, uv, vv] = self.spread;
+        let square = wave.x * wave.x * uu + 2.0 * wave.x * wave.y * uv + wave.y * wave.y * vv;
+        (-0.5 * PIXEL * square).exp() * (1.0 - (-0.5 * BAND * BAND * square).exp())
+    }
+
+    /// Goes from a shift to where the fit is best near by, in ever shorter steps, the first of them this long (pixels).
+    pub(super) fn climbed(&self, from: Laying, first_px: f32, halvings: u32) -> (f32, Laying) {
+        let mut best = (self.fit(from), from);
+        for k in 0..=halvings {
+            let step = self.pixel() * (first_px * 0.5f32.powi(k as i32));
+            for d in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
+                let next = Laying { shift: best.1.shift + d * step, ..best.1 };
+                let fit = self.fit(next);
+                if fit > best.0 {
+                    best = (fit, next);
+                }
+            }
+        }
+        best
+    }
+
+    /// The grid's step in pixels, along the side where it is longer.
+    pub(super) fn step_px(&self) -> f32 {
+        self.pixel().recip().max_element() / self.side as f32
+    }
+}
+
+/// The place of a pixel in its texture; `None` without texture coordinates.
+fn place(scene: &Scene, maps: &Maps, i: usize) -> Option<Place> {
+    let s = &maps.surfaces;
+    let at = scene.mesh.uv(s.triangle[i], s.barycentric[i])?;
+    let gradient = Gradient::of(&scene.mesh, s.triangle[i])?;
+    // where a neighbour's ray meets the pixel's plane
+    let step = |j: usize| {
+        let height = s.normal[i].dot(s.position[i] - s.origin);
+        let along = s.normal[i].dot(s.ray[j]);
+        let to = s.origin + s.ray[j] * (height / along.min(-1e-6));
+        gradient.step(to - s.position[i])
+    };
+    let (x, y) = (i % s.width, i / s.width);
+    let right = if x + 1 < s.width { step(i + 1) } else { -step(i - 1) };
+    let down = if y + 1 < s.height { step(i + s.width) } else { -step(i - s.width) };
+    (s.triangle[i] != NONE && right.is_finite() && down.is_finite()).then_some(Place { at, right, down })
+}
+
+/// The places of a square grid that repeats on all sides where no neighbour is higher.
+fn peaks(grid: &[f32], side: usize) -> Vec<usize> {
+    let value = |x: usize, y: usize| grid[(y % side) * side + x % side];
+    let is_peak = |k: &usize| {
+        let (x, y) = (k % side + side, k / side + side);
+        (0..9).all(|n| value(x + n % 3 - 1, y + n / 3 - 1) <= grid[*k])
+    };
+    (0..grid.len()).filter(is_peak).collect()
+}
+
+fn ln(brightness: f32) -> f32 {
+    brightness.max(1e-4).ln()
+}
