@@ -112,8 +112,7 @@ mod tests {
     fn back_undoes_forward() {
         for side in [1, 2, 32] {
             let fourier = Fourier::new(side);
-            let first: Vec<Complex> =
-                (0..side * side).map(|i| [(i % 7) as f32, (i % 11) as f32 - 5.0]).collect();
+            let first: Vec<Complex> = (0..side * side).map(|i| [(i % 7) as f32, (i % 11) as f32 - 5.0]).collect();
             let mut grid = first.clone();
             fourier.forward(&mut grid);
             fourier.back(&mut grid);

@@ -54,7 +54,7 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
     let high = opened(&high, w, h, 2);
     let low = closed(&opened(&low, w, h, 1), w, h, 2);
     let s = &maps.surfaces;
-    let shares = scores.pieces.shares(&low);
+    let shares = s.pieces.shares(&low);
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     for region in components(&low, &high, w, least, same) {
         let judged_one = decision::judged(prepared, maps, scores, &shares, region, least);
@@ -70,16 +70,17 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
             judged.push(j);
         }
     }
-    let judged = united(with_relaid(judged, prepared, maps, scores), maps);
+    let judged = united(with_relaid(judged, prepared, maps), maps);
     extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps))
 }
 
 /// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
 /// lies mostly within them.
-fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Judged> {
-    for (k, found) in relaid::pieces(prepared.scene, maps, &scores.pieces, least(maps)) {
-        let piece = &scores.pieces.pixels[k];
-        let within = |j: &Judged| j.region.pixels.iter().filter(|i| scores.pieces.of[**i] as usize == k).count();
+fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec<Judged> {
+    let pieces = &maps.surfaces.pieces;
+    for (k, found) in relaid::pieces(prepared.scene, maps, least(maps)) {
+        let piece = &pieces.pixels[k];
+        let within = |j: &Judged| j.region.pixels.iter().filter(|i| pieces.of[**i] as usize == k).count();
         let of_shape = |j: &&Judged| j.kind == Kind::Geometry && j.reason == Reason::None;
         let misshapen: usize = judged.iter().filter(of_shape).map(within).sum();
         if 3 * misshapen > piece.len() {

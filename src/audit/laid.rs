@@ -6,13 +6,13 @@
 
 use glam::{Mat2, Vec2};
 
+use super::Joins;
 use super::fourier::{Complex, Fourier, times_conjugate};
 use super::mapping::Gradient;
 use super::regions::bounds;
+use super::structure::{ALIKE_PX, BAND};
 use super::surfaces::NONE;
-use super::texture::{ALIKE_PX, BAND};
 use super::view::Maps;
-use super::Joins;
 use crate::panorama::luminance;
 use crate::scene::{Scene, Texture};
 
@@ -100,16 +100,35 @@ impl<'a> Laid<'a> {
         let (wide, high) = (right - left, bottom - top);
         let inside = |i: usize| (i / w - top) * wide + i % w - left;
         let outside = |k: usize| (k / wide + top) * w + k % wide + left;
-        let mut here = vec![0.0f32; wide * high];
+        let mut here = vec![false; wide * high];
         let pixels: Vec<usize> = all.iter().map(|i| inside(*i)).collect();
-        pixels.iter().for_each(|k| here[*k] = 1.0);
+        pixels.iter().for_each(|k| here[*k] = true);
         let same_block = |i: usize, j: usize| {
             stride == 1 || (i % w / BLOCK_PX, i / w / BLOCK_PX) == (j % w / BLOCK_PX, j / w / BLOCK_PX)
         };
         let joins = Joins::new(wide, high, |k, l| {
             let (i, j) = (outside(k), outside(l));
-            here[k] > 0.0 && here[l] > 0.0 && s.paint.joined(i, j) && same_block(i, j)
+            here[k] && here[l] && s.paint.joined(i, j) && same_block(i, j)
         });
+        // the albedo as it is, times what the photograph says it would have to be multiplied by
+        let real = |i: &usize| ln(luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp)));
+        let photo = all.iter().map(real);
+        let weight = all.iter().map(|i| 1.0 / maps.texture.variance[*i]).collect();
+        Some(Self::new(texture, joins, pixels, places, photo, weight))
+    }
+
+    /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, the logarithm of what the
+    /// photograph shows of the texture there and how much it counts.
+    fn new(
+        texture: &'a Texture,
+        joins: Joins,
+        pixels: Vec<usize>,
+        places: Vec<Place>,
+        photo: impl Iterator<Item = f32>,
+        weight: Vec<f32>,
+    ) -> Self {
+        let mut here = vec![0.0f32; joins.width * joins.height];
+        pixels.iter().for_each(|k| here[*k] = 1.0);
         let smoothed = joins.smoothed(&here, BAND);
         let n = places.len() as f32;
         let centre = places.iter().map(|p| p.at).sum::<Vec2>() / n;
@@ -135,17 +154,15 @@ impl<'a> Laid<'a> {
             pixels,
             places,
             photo: Vec::new(),
-            weight: all.iter().map(|i| 1.0 / maps.texture.variance[*i]).collect(),
+            weight,
             centre,
             spread,
             fourier,
             side,
             period,
         };
-        // the albedo as it is, times what the photograph says it would have to be multiplied by
-        let real = |i: &usize| ln(luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp)));
-        this.photo = this.structure(all.iter().map(real));
-        (this.independent() > 1.0).then_some(this)
+        this.photo = this.structure(photo);
+        this
     }
 
     /// How many pixels count as independent of each other.
@@ -212,7 +229,8 @@ impl<'a> Laid<'a> {
             energy += w * a * a;
         }
         let [seen, weight] = [seen, weight].map(|v| self.fourier.of_real(v.into_iter()));
-        let shown: Vec<Complex> = self.period.iter().enumerate().map(|(k, v)| v.map(|v| v * self.pass(k, turn))).collect();
+        let shown: Vec<Complex> =
+            self.period.iter().enumerate().map(|(k, v)| v.map(|v| v * self.pass(k, turn))).collect();
         let mut square = shown.clone();
         self.fourier.back(&mut square);
         let square = self.fourier.of_real(square.iter().map(|v| v[0] * v[0]));
@@ -298,4 +316,59 @@ fn peaks(grid: &[f32], side: usize) -> Vec<usize> {
 
 fn ln(brightness: f32) -> f32 {
     brightness.max(1e-4).ln()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Side of a photograph that shows a texture straight on, half a period of it.
+    const SIDE: usize = 48;
+
+    /// Blotches of a few texels, the same left and right but for some.
+    pub(in crate::audit) fn blotches() -> Texture {
+        let value = |i: usize| {
+            let (x, y) = (i % 96 / 3, i / 96 / 3);
+            (((x * 7919 + y * 104_729 + 15_485_863) * 2_654_435_761) >> 7) % 160 + 60
+        };
+        let texels = (0..96 * 96).map(|i| [value(i) as u8, value(i) as u8, value(i) as u8, 255]).collect();
+        Texture::new("blotches".to_owned(), 96, 96, texels)
+    }
+
+    /// A photograph that shows the texture laid so, with noise of so many times its contrast.
+    pub(in crate::audit) fn photographed(texture: &Texture, laying: Laying, noise: f32) -> Laid<'_> {
+        let step = 1.0 / 96.0;
+        let place = |k: usize| Place {
+            at: Vec2::new((k % SIDE) as f32 + 0.5, (k / SIDE) as f32 + 0.5) * step,
+            right: Vec2::X * step,
+            down: Vec2::Y * step,
+        };
+        let places: Vec<Place> = (0..SIDE * SIDE).map(place).collect();
+        let hash = |k: usize| ((k * 2_654_435_761) >> 9) % 1000;
+        let middle = Vec2::splat(0.25);
+        let photo: Vec<f32> = places
+            .iter()
+            .enumerate()
+            .map(|(k, p)| {
+                let at = middle + laying.turn * (p.at - middle) + laying.shift;
+                let shown = texture.patch(at, laying.turn * p.right, laying.turn * p.down);
+                ln(luminance(shown)) + noise * (hash(k) as f32 / 500.0 - 1.0)
+            })
+            .collect();
+        let joins = Joins::open(SIDE, SIDE);
+        Laid::new(texture, joins, (0..SIDE * SIDE).collect(), places, photo.into_iter(), vec![1.0; SIDE * SIDE])
+    }
+
+    #[test]
+    fn the_grid_has_its_peak_where_the_texture_lies() {
+        let texture = blotches();
+        let turn = Mat2::from_cols(Vec2::Y, Vec2::NEG_X);
+        let shift = Vec2::new(0.3, 0.71);
+        let laid = photographed(&texture, Laying { turn, shift }, 0.3);
+        let (coarse, at) = laid.shifts(turn)[0];
+        assert!(coarse > 0.4 && laid.length_px(at - shift) < 2.0, "{coarse} at {at}");
+        let (fine, climbed) = laid.climbed(Laying { turn, shift: at }, 1.0, 2);
+        assert!(fine > 0.7 && laid.length_px(climbed.shift - shift) < 0.5, "{fine} at {:?}", climbed.shift);
+        assert!(laid.fit(Laying { turn: Mat2::IDENTITY, shift: Vec2::ZERO }).abs() < 0.2);
+    }
 }

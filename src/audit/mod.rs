@@ -33,6 +33,7 @@ mod rim;
 mod run;
 mod scores;
 mod soften;
+mod structure;
 mod surfaces;
 mod sweep;
 mod texture;

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::What;
 use super::laid::{Laid, Laying};
-use super::regions::Pieces;
 use super::view::Maps;
 use crate::scene::Scene;
 
@@ -42,7 +41,7 @@ fn candidates(aspect: f32) -> Vec<(What, Mat2)> {
         all.extend([1.0, -1.0].map(|q| (What::Rotated, turn(q, aspect))));
         all.extend([1.0, -1.0].map(|q| (What::Rotated, turn(q, 1.0 / aspect))));
     }
-    // from one and a tenth on
+    // a surface that is a little nearer than the model has it looks a little larger: less is not told
     let steps = (2..=SCALES).flat_map(|k| [k, -k]);
     all.extend(steps.map(|k| (What::Scaled, scale(SCALE_STEP.powi(k)))));
     all
@@ -62,7 +61,10 @@ pub(super) struct Relaid {
 /// Looks for the laying of the texture on some pixels that the photograph shows; `None` where none fits better than the
 /// model's, or no texture is there to be laid.
 pub(super) fn relaid(scene: &Scene, maps: &Maps, pixels: &[usize]) -> Option<Relaid> {
-    let laid = Laid::of(scene, maps, pixels)?;
+    searched(&Laid::of(scene, maps, pixels)?)
+}
+
+fn searched(laid: &Laid) -> Option<Relaid> {
     let (as_is, _) = laid.climbed(Laying { turn: Mat2::IDENTITY, shift: Vec2::ZERO }, 0.7, 1);
     let n = laid.independent();
     // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
@@ -98,8 +100,34 @@ pub(super) fn relaid(scene: &Scene, maps: &Maps, pixels: &[usize]) -> Option<Rel
 }
 
 /// The pieces of texture, of at least so many pixels, that the photograph shows laid otherwise: each by its number.
-pub(super) fn pieces(scene: &Scene, maps: &Maps, pieces: &Pieces, least: usize) -> Vec<(usize, Relaid)> {
+pub(super) fn pieces(scene: &Scene, maps: &Maps, least: usize) -> Vec<(usize, Relaid)> {
+    let pieces = &maps.surfaces.pieces;
     let large = |k: &usize| pieces.pixels[*k].len() >= least;
     let all: Vec<usize> = (0..pieces.pixels.len()).filter(large).collect();
     all.into_par_iter().filter_map(|k| Some((k, relaid(scene, maps, &pieces.pixels[k])?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::laid::tests::{blotches, photographed};
+    use super::*;
+
+    #[test]
+    fn another_laying_is_told_and_the_model_s_is_not() {
+        let texture = blotches();
+        let found = |turn, shift, noise| searched(&photographed(&texture, Laying { turn, shift }, noise));
+        let as_it_is = |noise| found(Mat2::IDENTITY, Vec2::ZERO, noise);
+        assert!(as_it_is(0.0).is_none() && as_it_is(0.3).is_none() && as_it_is(3.0).is_none());
+        let cases = [
+            (What::Shifted, Mat2::IDENTITY),
+            (What::Rotated, Mat2::from_diagonal(Vec2::NEG_ONE)),
+            (What::Rotated, Mat2::from_cols(Vec2::NEG_Y, Vec2::X)),
+            (What::Mirrored, Mat2::from_diagonal(Vec2::new(1.0, -1.0))),
+            (What::Scaled, Mat2::from_diagonal(Vec2::splat(1.0 / 1.5))),
+        ];
+        for (what, turn) in cases {
+            let told = found(turn, Vec2::new(0.21, 0.47), 0.3).unwrap();
+            assert!(told.what == what && told.odds > 2.0 * TOLD && told.best > told.as_is, "{told:?} for {what:?}");
+        }
+    }
 }
