@@ -27,7 +27,8 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
     let ln = |i: usize, ratio: f32| luminance(maps.albedo[i] * (t.ratio[i] * ratio).map(f32::exp)).max(1e-6).ln();
     let (as_is, _) = correlation(tested.map(|&i| (ln(i, 1.0), ln(i, 0.0))), LEAST_VARIANCE);
     let other = if as_is > 0.6 || colour > 1.5 { What::Recoloured } else { What::Changed };
-    let relaid = if as_is > 0.75 { None } else { relaid(scene, maps, &region.pixels) };
+    let relaid =
+        if as_is > 0.75 { None } else { relaid(scene, maps, &region.pixels).filter(|r| r.what != What::Moved) };
     let (what, odds) = relaid.map_or((other, 0.0), |r| (r.what, r.odds));
     Explained { what, as_is, odds }
 }

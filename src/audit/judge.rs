@@ -86,12 +86,14 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
         if 3 * misshapen > piece.len() {
             continue;
         }
+        let moved = found.what == What::Moved;
         judged.retain(|j| of_shape(&j) || 2 * within(j) <= j.region.pixels.len());
         judged.push(Judged {
             score: confidence(f64::from(found.odds / relaid::TOLD), piece.len() as f32),
-            kind: Kind::Texture,
+            kind: if moved { Kind::Geometry } else { Kind::Texture },
             what: found.what,
-            displacement: None,
+            displacement: moved
+                .then_some(Displacement { metres: found.off_m.into(), uncertainty_m: found.uncertainty_m.into() }),
             shift: None,
             reason: Reason::None,
             evidence: vec![

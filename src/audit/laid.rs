@@ -41,6 +41,8 @@ struct Place {
     at: Vec2,
     right: Vec2,
     down: Vec2,
+    /// How far it moves when the surface comes a metre towards the camera's side.
+    parallax: Vec2,
 }
 
 /// Pixels that show one texture, cut out of the picture.
@@ -66,11 +68,18 @@ pub(super) struct Laid<'a> {
     period: Vec<Complex>,
 }
 
-/// A turn and scale of a texture about a middle, and a shift.
+/// A turn and scale of a texture about a middle, a shift, and how far the surface is off its place, metres towards the
+/// camera's side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Laying {
     pub(super) turn: Mat2,
     pub(super) shift: Vec2,
+    pub(super) off_m: f32,
+}
+
+impl Laying {
+    /// As the model has it.
+    pub(super) const AS_IS: Self = Self { turn: Mat2::IDENTITY, shift: Vec2::ZERO, off_m: 0.0 };
 }
 
 impl<'a> Laid<'a> {
@@ -185,6 +194,12 @@ impl<'a> Laid<'a> {
         (shift - shift.round()).abs().dot(self.pixel().recip().min(Vec2::splat(1e6)))
     }
 
+    /// By how many pixels the texture moves when the surface comes a metre towards the camera's side.
+    pub(super) fn parallax_px(&self) -> f32 {
+        let mean = self.places.iter().map(|p| p.parallax).sum::<Vec2>() / self.places.len() as f32;
+        (mean.abs() / self.pixel()).element_sum()
+    }
+
     /// About how far a pixel reaches along each side of the texture.
     fn pixel(&self) -> Vec2 {
         Vec2::new(self.spread[0].sqrt(), self.spread[2].sqrt()).max(Vec2::splat(1e-6))
@@ -200,9 +215,9 @@ impl<'a> Laid<'a> {
 
     /// Correlation between the photograph's structure and that of the texture laid so.
     pub(super) fn fit(&self, laying: Laying) -> f32 {
-        let Laying { turn, shift } = laying;
+        let Laying { turn, shift, off_m } = laying;
         let shown = self.structure(self.places.iter().map(|p| {
-            let at = self.centre + turn * (p.at - self.centre) + shift;
+            let at = self.centre + turn * (p.at - self.centre) + shift + p.parallax * off_m;
             ln(luminance(self.texture.patch(at, turn * p.right, turn * p.down)))
         }));
         let [mut sum, mut aa, mut bb, mut ab] = [0.0f32; 4];
@@ -301,7 +316,11 @@ fn place(scene: &Scene, maps: &Maps, i: usize) -> Option<Place> {
     let (x, y) = (i % s.width, i / s.width);
     let right = if x + 1 < s.width { step(i + 1) } else { -step(i - 1) };
     let down = if y + 1 < s.height { step(i + s.width) } else { -step(i - s.width) };
-    (s.triangle[i] != NONE && right.is_finite() && down.is_finite()).then_some(Place { at, right, down })
+    // where the ray meets the surface once it is off its place, brought back along the normal
+    let (normal, ray) = (s.normal[i], s.ray[i]);
+    let parallax = gradient.step(ray / normal.dot(ray).min(-1e-3) - normal);
+    let finite = right.is_finite() && down.is_finite() && parallax.is_finite();
+    (s.triangle[i] != NONE && finite).then_some(Place { at, right, down, parallax })
 }
 
 /// The places of a square grid that repeats on all sides where no neighbour is higher.
@@ -342,6 +361,8 @@ pub(super) mod tests {
             at: Vec2::new((k % SIDE) as f32 + 0.5, (k / SIDE) as f32 + 0.5) * step,
             right: Vec2::X * step,
             down: Vec2::Y * step,
+            // seen slantwise, from nearer on the left
+            parallax: Vec2::new(4.0 + (k % SIDE) as f32 / SIDE as f32, 2.0) * 0.1,
         };
         let places: Vec<Place> = (0..SIDE * SIDE).map(place).collect();
         let hash = |k: usize| ((k * 2_654_435_761) >> 9) % 1000;
@@ -350,7 +371,7 @@ pub(super) mod tests {
             .iter()
             .enumerate()
             .map(|(k, p)| {
-                let at = middle + laying.turn * (p.at - middle) + laying.shift;
+                let at = middle + laying.turn * (p.at - middle) + laying.shift + p.parallax * laying.off_m;
                 let shown = texture.patch(at, laying.turn * p.right, laying.turn * p.down);
                 ln(luminance(shown)) + noise * (hash(k) as f32 / 500.0 - 1.0)
             })
@@ -364,11 +385,11 @@ pub(super) mod tests {
         let texture = blotches();
         let turn = Mat2::from_cols(Vec2::Y, Vec2::NEG_X);
         let shift = Vec2::new(0.3, 0.71);
-        let laid = photographed(&texture, Laying { turn, shift }, 0.3);
+        let laid = photographed(&texture, Laying { turn, shift, off_m: 0.0 }, 0.3);
         let (coarse, at) = laid.shifts(turn)[0];
         assert!(coarse > 0.4 && laid.length_px(at - shift) < 2.0, "{coarse} at {at}");
-        let (fine, climbed) = laid.climbed(Laying { turn, shift: at }, 1.0, 2);
+        let (fine, climbed) = laid.climbed(Laying { turn, shift: at, off_m: 0.0 }, 1.0, 2);
         assert!(fine > 0.7 && laid.length_px(climbed.shift - shift) < 0.5, "{fine} at {:?}", climbed.shift);
-        assert!(laid.fit(Laying { turn: Mat2::IDENTITY, shift: Vec2::ZERO }).abs() < 0.2);
+        assert!(laid.fit(Laying::AS_IS).abs() < 0.2);
     }
 }

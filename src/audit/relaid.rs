@@ -21,6 +21,13 @@ const ODDS: f32 = 3.0;
 /// A texture may be off its place by so many pixels without being wrong.
 const SLACK_PX: f32 = 2.0;
 
+/// Surfaces are tried so far off their place, metres, in steps of so many pixels, but no more steps than this each way;
+/// then in finer ones down to this many pixels.
+const FARTHEST_M: f32 = 0.3;
+const STEP_PX: f32 = 0.7;
+const MOST_STEPS: i32 = 100;
+const FINE_PX: f32 = 0.1;
+
 /// Scales that are tried, each way, and the ratio between them.
 const SCALES: i32 = 10;
 const SCALE_STEP: f32 = 1.072;
@@ -47,7 +54,8 @@ fn candidates(aspect: f32) -> Vec<(What, Mat2)> {
     all
 }
 
-/// Another laying of a texture that the photograph shows.
+/// Another laying of a texture that the photograph shows; or the same on a surface that is off its place, which is the likelier
+/// of the two: few shifts are along the line on which a surface's parallax moves it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relaid {
     pub(super) what: What,
@@ -56,6 +64,9 @@ pub(super) struct Relaid {
     pub(super) best: f32,
     /// Logarithm of the odds of this against the texture as it is.
     pub(super) odds: f32,
+    /// If the surface moved: how far, metres towards the camera's side, and how well that is known.
+    pub(super) off_m: f32,
+    pub(super) uncertainty_m: f32,
 }
 
 /// Looks for the laying of the texture on some pixels that the photograph shows; `None` where none fits better than the
@@ -65,7 +76,7 @@ pub(super) fn relaid(scene: &Scene, maps: &Maps, pixels: &[usize]) -> Option<Rel
 }
 
 fn searched(laid: &Laid) -> Option<Relaid> {
-    let (as_is, _) = laid.climbed(Laying { turn: Mat2::IDENTITY, shift: Vec2::ZERO }, 0.7, 1);
+    let (as_is, _) = laid.climbed(Laying::AS_IS, 0.7, 1);
     let n = laid.independent();
     // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
     let odds = |from: f32, to: f32| {
@@ -76,27 +87,52 @@ fn searched(laid: &Laid) -> Option<Relaid> {
     if odds(as_is, 0.98) < TOLD {
         return None;
     }
-    let candidates = candidates(laid.aspect());
-    let coarse: Vec<Vec<(f32, Vec2)>> = candidates.par_iter().map(|(_, m)| laid.shifts(*m)).collect();
-    let first = (0.5 * laid.step_px()).max(0.5);
-    let found: Vec<f32> = candidates
-        .par_iter()
-        .zip(&coarse)
-        .map(|((_, turn), shifts)| {
-            let near = |shift: Vec2| *turn == Mat2::IDENTITY && laid.length_px(shift) < SLACK_PX;
-            let climbed = shifts.iter().map(|s| laid.climbed(Laying { turn: *turn, shift: s.1 }, first, 2));
-            climbed.filter(|(_, l)| !near(l.shift)).fold(0.0, |best: f32, (c, _)| best.max(c))
-        })
-        .collect();
+    let turns = candidates(laid.aspect());
+    let fits: Vec<f32> = turns.par_iter().map(|(_, turn)| best_shift(laid, *turn)).collect();
+    let (moved, off_m) = best_place(laid);
+    let names = std::iter::once(What::Moved).chain(turns.iter().map(|t| t.0));
     let mut best: Option<(What, f32)> = None;
-    for ((what, _), c) in candidates.iter().zip(found) {
+    for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
         // the likelier comes first, and a less likely one must explain what the likelier cannot
         let better = best.map_or(odds(as_is, c) > TOLD, |(_, b)| odds(b, c) > ODDS);
         if c > FOUND && better {
-            best = Some((*what, c));
+            best = Some((what, c));
         }
     }
-    best.map(|(what, c)| Relaid { what, as_is, best: c, odds: odds(as_is, c) })
+    best.map(|(what, c)| Relaid {
+        what,
+        as_is,
+        best: c,
+        odds: odds(as_is, c),
+        off_m,
+        uncertainty_m: FINE_PX / laid.parallax_px(),
+    })
+}
+
+/// How well the texture fits where it fits best, turned and scaled so.
+fn best_shift(laid: &Laid, turn: Mat2) -> f32 {
+    let first = (0.5 * laid.step_px()).max(0.5);
+    let near = |shift: Vec2| turn == Mat2::IDENTITY && laid.length_px(shift) < SLACK_PX;
+    let climbed =
+        laid.shifts(turn).into_iter().map(|(_, shift)| laid.climbed(Laying { turn, shift, off_m: 0.0 }, first, 2));
+    climbed.filter(|(_, l)| !near(l.shift)).fold(0.0, |best, (c, _)| best.max(c))
+}
+
+/// How well the texture fits where it fits best if the surface is off its place, and how far that is.
+fn best_place(laid: &Laid) -> (f32, f32) {
+    let per_m = laid.parallax_px().max(1e-6);
+    let steps = ((FARTHEST_M * per_m / STEP_PX) as i32).min(MOST_STEPS);
+    let at = |off_m: f32| (laid.fit(Laying { off_m, ..Laying::AS_IS }), off_m);
+    let better = |a: (f32, f32), b: (f32, f32)| if b.0 > a.0 { b } else { a };
+    let least = (SLACK_PX / STEP_PX).ceil() as i32;
+    let tried: Vec<i32> = (least..=steps).flat_map(|k| [k, -k]).collect();
+    let all: Vec<(f32, f32)> = tried.par_iter().map(|k| at(*k as f32 * STEP_PX / per_m)).collect();
+    let (mut best, mut step) = (all.into_iter().fold((0.0, 0.0), better), 0.5 * STEP_PX / per_m);
+    while best.0 > 0.0 && step * per_m >= FINE_PX {
+        best = better(better(best, at(best.1 - step)), at(best.1 + step));
+        step *= 0.5;
+    }
+    best
 }
 
 /// The pieces of texture, of at least so many pixels, that the photograph shows laid otherwise: each by its number.
@@ -115,7 +151,7 @@ mod tests {
     #[test]
     fn another_laying_is_told_and_the_model_s_is_not() {
         let texture = blotches();
-        let found = |turn, shift, noise| searched(&photographed(&texture, Laying { turn, shift }, noise));
+        let found = |turn, shift, noise| searched(&photographed(&texture, Laying { turn, shift, off_m: 0.0 }, noise));
         let as_it_is = |noise| found(Mat2::IDENTITY, Vec2::ZERO, noise);
         assert!(as_it_is(0.0).is_none() && as_it_is(0.3).is_none() && as_it_is(3.0).is_none());
         let cases = [
@@ -128,6 +164,10 @@ mod tests {
         for (what, turn) in cases {
             let told = found(turn, Vec2::new(0.21, 0.47), 0.3).unwrap();
             assert!(told.what == what && told.odds > 2.0 * TOLD && told.best > told.as_is, "{told:?} for {what:?}");
+        }
+        for off_m in [0.15, -0.08] {
+            let told = searched(&photographed(&texture, Laying { off_m, ..Laying::AS_IS }, 0.1)).unwrap();
+            assert!(told.what == What::Moved && (told.off_m - off_m).abs() < 3.0 * told.uncertainty_m, "{told:?}");
         }
     }
 }
