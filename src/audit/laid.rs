@@ -5,6 +5,7 @@
 //! are then sampled as the photograph would show them.
 
 use glam::{Mat2, Vec2};
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Joins;
 use super::fourier::{Complex, Fourier, times_conjugate};
@@ -28,6 +29,9 @@ const PEAKS: usize = 3;
 /// With more pixels than this, only blocks of them are looked at.
 const MOST_PX: usize = 6000;
 const BLOCK_PX: usize = 32;
+
+/// A box around pixels that is larger than this is not looked at whole, either.
+const BOX_PX: usize = 8 * MOST_PX;
 
 /// Fewer pixels tell nothing.
 const FEWEST: usize = 40;
@@ -95,30 +99,29 @@ impl<'a> Laid<'a> {
         let texture = &scene.textures[id];
         let stride = tested.len().div_ceil(MOST_PX);
         let w = s.width;
-        let in_block = |i: usize| (i % w / BLOCK_PX + i / w / BLOCK_PX).is_multiple_of(stride);
+        let block = |i: usize| (i % w / BLOCK_PX, i / w / BLOCK_PX);
+        let in_turn = |(x, y): (usize, usize)| (x + y).is_multiple_of(stride);
         let chosen: Vec<(usize, Place)> = tested
             .into_iter()
-            .filter(|i| in_block(*i) && texture_of(*i) == Some(id as u32))
+            .filter(|i| in_turn(block(*i)) && texture_of(*i) == Some(id as u32))
             .filter_map(|i| place(scene, maps, i).map(|p| (i, p)))
             .collect();
         if chosen.len() < FEWEST {
             return None;
         }
         let (all, places): (Vec<usize>, Vec<Place>) = chosen.into_iter().unzip();
+        let joined = |i: usize, j: usize| s.paint.joined(i, j);
         let [left, top, right, bottom] = bounds(&all, w);
-        let (wide, high) = (right - left, bottom - top);
-        let inside = |i: usize| (i / w - top) * wide + i % w - left;
-        let outside = |k: usize| (k / wide + top) * w + k % wide + left;
-        let mut here = vec![false; wide * high];
-        let pixels: Vec<usize> = all.iter().map(|i| inside(*i)).collect();
-        pixels.iter().for_each(|k| here[*k] = true);
-        let same_block = |i: usize, j: usize| {
-            stride == 1 || (i % w / BLOCK_PX, i / w / BLOCK_PX) == (j % w / BLOCK_PX, j / w / BLOCK_PX)
+        let (joins, pixels) = if stride == 1 && (right - left) * (bottom - top) <= BOX_PX {
+            cut_out(right - left, bottom - top, &all, |i| (i / w - top) * (right - left) + i % w - left, joined)
+        } else {
+            // blocks one below the other, without what lies between them
+            let blocks: BTreeSet<(usize, usize)> = all.iter().map(|i| block(*i)).collect();
+            let slots: BTreeMap<(usize, usize), usize> = blocks.into_iter().zip(0..).collect();
+            let inside = |i: usize| (slots[&block(i)] * BLOCK_PX + i / w % BLOCK_PX) * BLOCK_PX + i % w % BLOCK_PX;
+            let joined = |i: usize, j: usize| block(i) == block(j) && joined(i, j);
+            cut_out(BLOCK_PX, slots.len() * BLOCK_PX, &all, inside, joined)
         };
-        let joins = Joins::new(wide, high, |k, l| {
-            let (i, j) = (outside(k), outside(l));
-            here[k] && here[l] && s.paint.joined(i, j) && same_block(i, j)
-        });
         // the albedo as it is, times what the photograph says it would have to be multiplied by
         let real = |i: &usize| ln(luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp)));
         let photo = all.iter().map(real);
@@ -299,6 +302,22 @@ impl<'a> Laid<'a> {
     pub(super) fn step_px(&self) -> f32 {
         self.pixel().recip().max_element() / self.side as f32
     }
+}
+
+/// Puts pixels of a picture into a smaller one, which `inside` gives their places in: which of its pixels hang together,
+/// and where they are.
+fn cut_out(
+    width: usize,
+    height: usize,
+    pixels: &[usize],
+    inside: impl Fn(usize) -> usize,
+    joined: impl Fn(usize, usize) -> bool,
+) -> (Joins, Vec<usize>) {
+    let mut from = vec![usize::MAX; width * height];
+    let places: Vec<usize> = pixels.iter().map(|i| inside(*i)).collect();
+    places.iter().zip(pixels).for_each(|(k, i)| from[*k] = *i);
+    let both = |k: usize, l: usize| from[k] != usize::MAX && from[l] != usize::MAX && joined(from[k], from[l]);
+    (Joins::new(width, height, both), places)
 }
 
 /// The place of a pixel in its texture; `None` without texture coordinates.

@@ -28,6 +28,10 @@ const STEP_PX: f32 = 0.7;
 const MOST_STEPS: i32 = 100;
 const FINE_PX: f32 = 0.1;
 
+/// A close look finds at most so many times the correlation of a coarse one, and so much more.
+const COARSE: f32 = 1.6;
+const COARSE_MORE: f32 = 0.15;
+
 /// Scales that are tried, each way, and the ratio between them.
 const SCALES: i32 = 10;
 const SCALE_STEP: f32 = 1.072;
@@ -87,9 +91,14 @@ fn searched(laid: &Laid) -> Option<Relaid> {
     if odds(as_is, 0.98) < TOLD {
         return None;
     }
+    // most can be left after a coarse look, which sees somewhat less than a close one
+    let worth = |coarse: f32| odds(as_is, (COARSE * coarse + COARSE_MORE).min(0.98)) > TOLD;
     let turns = candidates(laid.aspect());
-    let fits: Vec<f32> = turns.par_iter().map(|(_, turn)| best_shift(laid, *turn)).collect();
-    let (moved, off_m) = best_place(laid);
+    let shifts: Vec<Vec<(f32, Vec2)>> = turns.par_iter().map(|(_, turn)| laid.shifts(*turn)).collect();
+    let promising = |k: usize| shifts[k].iter().filter(|s| worth(s.0)).map(|s| s.1);
+    let fits: Vec<f32> = (0..turns.len()).into_par_iter().map(|k| best_shift(laid, turns[k].1, promising(k))).collect();
+    // a surface off its place shows its texture about shifted
+    let (moved, off_m) = if promising(0).next().is_some() { best_place(laid) } else { (0.0, 0.0) };
     let names = std::iter::once(What::Moved).chain(turns.iter().map(|t| t.0));
     let mut best: Option<(What, f32)> = None;
     for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
@@ -109,12 +118,11 @@ fn searched(laid: &Laid) -> Option<Relaid> {
     })
 }
 
-/// How well the texture fits where it fits best, turned and scaled so.
-fn best_shift(laid: &Laid, turn: Mat2) -> f32 {
+/// How well the texture fits where it fits best near one of these shifts, turned and scaled so.
+fn best_shift(laid: &Laid, turn: Mat2, shifts: impl Iterator<Item = Vec2>) -> f32 {
     let first = (0.5 * laid.step_px()).max(0.5);
     let near = |shift: Vec2| turn == Mat2::IDENTITY && laid.length_px(shift) < SLACK_PX;
-    let climbed =
-        laid.shifts(turn).into_iter().map(|(_, shift)| laid.climbed(Laying { turn, shift, off_m: 0.0 }, first, 2));
+    let climbed = shifts.map(|shift| laid.climbed(Laying { turn, shift, off_m: 0.0 }, first, 2));
     climbed.filter(|(_, l)| !near(l.shift)).fold(0.0, |best, (c, _)| best.max(c))
 }
 
