@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use super::colour::colour_of;
 use super::regions::{Region, bounds, dilated};
-use super::texture::colour_of;
 use super::view::Maps;
 
 /// How wide a strip is looked at on either side, pixels, and how far from the border outside of it: tests look at windows.

@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 
+use crate::panorama::luminance;
+
 /// CIE L*a*b* (D65) of linear Rec. 709, white = 1.
-pub(super) fn lab(rgb: Vec3) -> Vec3 {
+fn lab(rgb: Vec3) -> Vec3 {
     let x = rgb.dot(Vec3::new(0.412_390_8, 0.357_584_34, 0.180_480_8)) / 0.950_455_9;
     let y = rgb.dot(Vec3::new(0.212_639, 0.715_168_7, 0.072_192_32));
     let z = rgb.dot(Vec3::new(0.019_330_82, 0.119_194_78, 0.950_532_15)) / 1.089_057_8;
@@ -13,7 +15,7 @@ pub(super) fn lab(rgb: Vec3) -> Vec3 {
 }
 
 /// CIEDE2000 between two colours in L*a*b* (Sharma, Wu and Dalal, *The CIEDE2000 color-difference formula*, 2005).
-pub(super) fn ciede2000(one: Vec3, two: Vec3) -> f32 {
+fn ciede2000(one: Vec3, two: Vec3) -> f32 {
     use std::f64::consts::{PI, TAU};
     let ([l1, a1, b1], [l2, a2, b2]) = (one.to_array().map(f64::from), two.to_array().map(f64::from));
     let c7 = (0.5 * (a1.hypot(b1) + a2.hypot(b2))).powi(7);
@@ -46,6 +48,20 @@ pub(super) fn ciede2000(one: Vec3, two: Vec3) -> f32 {
     let (sl, sc, sh) = (1.0 + 0.015 * l50 / (20.0 + l50).sqrt(), 1.0 + 0.045 * c, 1.0 + 0.015 * c * t);
     let (dl, dc, dh) = (dl / sl, dc / sc, dh / sh);
     (dl * dl + dc * dc + dh * dh + rotation * dc * dh).max(0.0).sqrt() as f32
+}
+
+/// ΔE00 between an albedo and the same with its red and blue over green changed by these logarithms, brightness kept.
+pub(super) fn colour_difference(albedo: Vec3, red: f32, blue: f32) -> f32 {
+    let other = albedo * Vec3::new(red.clamp(-3.0, 3.0).exp(), 1.0, blue.clamp(-3.0, 3.0).exp());
+    let other = other * (luminance(albedo) / luminance(other).max(1e-9));
+    // seen at the lightness of a mid grey, so that dark and light surfaces count alike
+    let scale = 0.3 / luminance(albedo).max(1e-6);
+    ciede2000(lab(albedo * scale), lab(other * scale))
+}
+
+/// ΔE00 between mid grey and the same with its red and blue over green changed by these logarithms.
+pub(super) fn colour_of(red: f32, blue: f32) -> f32 {
+    colour_difference(Vec3::splat(0.3), red, blue)
 }
 
 #[cfg(test)]

@@ -185,7 +185,7 @@ fn picture(f: &Figures) -> Option<Decision> {
     }
     let colour = f.upper(&maps.texture.colour);
     let explained = explain(f.prepared.scene, maps, f.region, colour / COLOUR);
-    let found = explained.best > explained.as_is + 0.35 && explained.best > 0.55;
+    let found = explained.odds > 0.0;
     let size = (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
     let unseen = f.share(|i| maps.geometry.seen[i] == 0) > 0.5;
     let foreign = f.share(|i| f.scores.foreign[i] >= 1.0) >= 0.3;

@@ -3,8 +3,8 @@
 use super::border::Border;
 use super::regions::{Region, bounds};
 use super::scores::{LOW, Scores};
+use super::structure::odds_of;
 use super::sweep::{Swept, sweep};
-use super::texture::odds_of;
 use super::view::{Maps, Prepared};
 
 /// Odds from which on a region's structure is another than the model's.

@@ -6,7 +6,7 @@ use super::regions::{Region, closed, components, opened};
 use super::scores::{LOW, Scores};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent};
+use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent, relaid};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(super) const WHITE: f32 = 8.0;
@@ -54,7 +54,7 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
     let high = opened(&high, w, h, 2);
     let low = closed(&opened(&low, w, h, 1), w, h, 2);
     let s = &maps.surfaces;
-    let shares = scores.pieces.shares(&low);
+    let shares = s.pieces.shares(&low);
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     for region in components(&low, &high, w, least, same) {
         let judged_one = decision::judged(prepared, maps, scores, &shares, region, least);
@@ -70,7 +70,41 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
             judged.push(j);
         }
     }
-    extent::grown(prepared, maps, with_shifted(united(judged, maps), outline::shifted(prepared, maps), maps))
+    let judged = united(with_relaid(judged, prepared, maps), maps);
+    extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps))
+}
+
+/// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
+/// lies mostly within them.
+fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec<Judged> {
+    let pieces = &maps.surfaces.pieces;
+    for (k, found) in relaid::pieces(prepared.scene, maps, least(maps)) {
+        let piece = &pieces.pixels[k];
+        let within = |j: &Judged| j.region.pixels.iter().filter(|i| pieces.of[**i] as usize == k).count();
+        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && j.reason == Reason::None;
+        let misshapen: usize = judged.iter().filter(of_shape).map(within).sum();
+        if 3 * misshapen > piece.len() {
+            continue;
+        }
+        let moved = found.what == What::Moved;
+        judged.retain(|j| of_shape(&j) || 2 * within(j) <= j.region.pixels.len());
+        judged.push(Judged {
+            score: confidence(f64::from(found.odds / relaid::TOLD), piece.len() as f32),
+            kind: if moved { Kind::Geometry } else { Kind::Texture },
+            what: found.what,
+            displacement: moved
+                .then_some(Displacement { metres: found.off_m.into(), uncertainty_m: found.uncertainty_m.into() }),
+            shift: None,
+            reason: Reason::None,
+            evidence: vec![
+                Evidence::new("odds of another laying", found.odds, relaid::TOLD, "logarithm"),
+                Evidence::new("correlation with the model's texture", found.as_is, 0.5, "correlation"),
+                Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
+            ],
+            region: Region { pixels: piece.clone() },
+        });
+    }
+    judged
 }
 
 /// Adds parts that stand beside their place. They explain what lies mostly within them.

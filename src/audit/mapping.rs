@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::Joins;
+use super::regions::Pieces;
 use crate::scene::Mesh;
 
 /// A step in texture coordinates may be off by this share of what it should be.
@@ -12,18 +13,18 @@ const LENGTH: f32 = 0.35;
 const SLACK: f32 = 2e-3;
 
 /// Pieces with fewer pixels than this stay joined to what is around them: too little to be tested alone.
-const LARGE: u32 = 150;
+const LARGE: usize = 150;
 
 /// How texture coordinates change along a triangle, per metre.
 #[derive(Clone, Copy)]
-struct Gradient {
+pub(super) struct Gradient {
     u: Vec3,
     v: Vec3,
 }
 
 impl Gradient {
     /// `None` without texture coordinates or area.
-    fn of(mesh: &Mesh, triangle: u32) -> Option<Self> {
+    pub(super) fn of(mesh: &Mesh, triangle: u32) -> Option<Self> {
         let [a, b, c] = mesh.corners(triangle);
         let [i, j, k] = mesh.triangles[triangle as usize].map(|i| i as usize);
         let (&ua, &ub, &uc) = (mesh.uvs.get(i)?, mesh.uvs.get(j)?, mesh.uvs.get(k)?);
@@ -39,7 +40,8 @@ impl Gradient {
         Some(Self { u: along_p * s.x + along_q * t.x, v: along_p * s.y + along_q * t.y })
     }
 
-    fn step(&self, along: Vec3) -> Vec2 {
+    /// How far texture coordinates change along a way on the triangle, in metres.
+    pub(super) fn step(&self, along: Vec3) -> Vec2 {
         Vec2::new(self.u.dot(along), self.v.dot(along))
     }
 }
@@ -73,12 +75,10 @@ pub(super) fn runs_on(mesh: &Mesh, a: Mapped, b: Mapped) -> bool {
 
 /// Cuts `joins` where `runs_on` says no between two large pieces.
 pub(super) fn cut(joins: &Joins, runs_on: impl Fn(usize, usize) -> bool) -> Joins {
-    let pieces = Joins::new(joins.width, joins.height, |i, j| joins.joined(i, j) && runs_on(i, j));
-    let label = pieces.labels();
-    let mut size = vec![0u32; label.iter().map(|l| *l as usize + 1).max().unwrap_or(0)];
-    label.iter().for_each(|l| size[*l as usize] += 1);
-    let large = |i: usize| size[label[i] as usize] >= LARGE;
-    Joins::new(joins.width, joins.height, |i, j| joins.joined(i, j) && (pieces.joined(i, j) || !large(i) || !large(j)))
+    let whole = Joins::new(joins.width, joins.height, |i, j| joins.joined(i, j) && runs_on(i, j));
+    let pieces = Pieces::new(&whole);
+    let large = |i: usize| pieces.pixels[pieces.of[i] as usize].len() >= LARGE;
+    Joins::new(joins.width, joins.height, |i, j| joins.joined(i, j) && (whole.joined(i, j) || !large(i) || !large(j)))
 }
 
 #[cfg(test)]

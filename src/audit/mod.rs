@@ -2,7 +2,8 @@
 //!
 //! Light divided by albedo and multiplied by it again would make a wrong texture cancel out, so there are two tests that
 //! share nothing but the model's shape: `geometry` compares the photograph with what each probe saw of the same
-//! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around.
+//! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around. What is mapped in
+//! one piece is then tried as a whole, laid otherwise: `relaid`.
 
 mod align;
 mod behind;
@@ -16,9 +17,11 @@ mod extent;
 mod figures;
 mod files;
 mod findings;
+mod fourier;
 mod geometry;
 mod joins;
 mod judge;
+mod laid;
 mod mapping;
 mod outline;
 mod parts;
@@ -26,10 +29,13 @@ mod photo;
 mod probe_view;
 mod radiometry;
 mod regions;
+mod relaid;
 mod rim;
 mod run;
 mod scores;
+mod shifts;
 mod soften;
+mod structure;
 mod surfaces;
 mod sweep;
 mod texture;

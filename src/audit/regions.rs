@@ -94,6 +94,7 @@ pub(super) fn components(
 }
 
 /// The pieces of a picture that joins connect.
+#[derive(Default)]
 pub(super) struct Pieces {
     /// The piece that each pixel is in.
     pub(super) of: Vec<u32>,

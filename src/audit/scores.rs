@@ -1,8 +1,8 @@
 //! How much each test suspects each pixel.
 
 use super::bins::{BINS, Bins};
-use super::regions::Pieces;
-use super::texture::{Texture, odds_of};
+use super::structure::odds_of;
+use super::texture::Texture;
 use super::view::Maps;
 
 /// Above these a pixel is marked. Each is some way above the greatest value that faultless models give but for a few
@@ -43,8 +43,6 @@ pub(super) struct Scores {
     /// The parts of the texture's score that are colour, and not structure: smooth, and not smooth.
     pub(super) colour: Vec<f32>,
     pub(super) foreign: Vec<f32>,
-    /// What is mapped in one piece.
-    pub(super) pieces: Pieces,
     /// The smooth surface that each pixel is on, whatever its material.
     pub(super) surface: Vec<u32>,
 }
@@ -88,13 +86,12 @@ impl Scores {
                 wrong.min(borne_out).max(moved).max(bridged)
             })
             .collect();
-        let pieces = Pieces::new(&maps.surfaces.paint);
-        for piece in &pieces.pixels {
+        for piece in &maps.surfaces.pieces.pixels {
             if let Some(score) = whole(t, &texture, maps.surfaces.width, piece) {
                 piece.iter().for_each(|&i| texture[i] = texture[i].max(score));
             }
         }
-        Self { texture, geometry, colour, foreign, pieces, surface: maps.surfaces.shape.labels() }
+        Self { texture, geometry, colour, foreign, surface: maps.surfaces.shape.labels() }
     }
 
     /// The greater of both, to rank pixels by.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::Joins;
 use super::mapping::{Mapped, cut, runs_on};
+use super::regions::Pieces;
 use crate::render::PrimaryRays;
 use crate::scene::{Ray, Scene};
 use crate::site::{Camera, Lens};
@@ -44,6 +45,8 @@ pub(super) struct Surfaces {
     pub(super) shape: Joins,
     /// Which neighbours lie on one smooth surface of one material, mapped in one piece.
     pub(super) paint: Joins,
+    /// What is mapped in one piece.
+    pub(super) pieces: Pieces,
 }
 
 /// The camera of a picture whose pixels are averages of `n` × `n` of this camera's.
@@ -94,6 +97,7 @@ impl Surfaces {
                 .collect(),
             shape: Joins::open(1, 1),
             paint: Joins::open(1, 1),
+            pieces: Pieces::default(),
         };
         this.shape = Joins::new(width, height, |i, j| this.one_surface(i, j));
         let painted = Joins::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
@@ -104,6 +108,7 @@ impl Surfaces {
             Mapped { triangle: this.triangle[i], position: this.position[i], uv }
         };
         this.paint = cut(&painted, |i, j| runs_on(&scene.mesh, mapped(i), mapped(j)));
+        this.pieces = Pieces::new(&this.paint);
         this
     }
 

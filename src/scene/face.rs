@@ -127,27 +127,14 @@ impl Paint<'_> {
     /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: bilinear in the
     /// texture's level whose texels are about half its shorter side wide, over places a texel and a half apart.
     pub fn patch(&self, face: &Face, barycentric: Vec2, sides: [Vec3; 2]) -> Vec3 {
-        /// Texels' width, as a share of the shorter side.
-        const WIDE: f32 = 0.6;
-        /// Texels from place to place: more than one, since a place is the mean of two by two.
-        const STEP: f32 = 1.5;
-        /// Most places along a side.
-        const MOST: f32 = 16.0;
         let albedo = self.shade(barycentric);
         let Some(cloth) = &self.texture else { return albedo };
         let Cloth { texture, uv: [_, b, c], .. } = cloth;
-        let uv = cloth.at(barycentric);
         let [right, down] = sides.map(|side| {
             let change = face.change(side);
             *b * change.x + *c * change.y
         });
-        let (across, along) = (texture.texels(right), texture.texels(down));
-        let (short, long) = (across.min(along), across.max(along));
-        let level = Texture::whole_level((WIDE * short).max(long / MOST));
-        let texel = (1u32 << level.min(31)) as f32;
-        let count = |length: f32| (length / (STEP * texel) + 0.5).clamp(1.0, MOST) as u32;
-        let (columns, rows) = (count(across), count(along));
-        albedo * texture.sample_patch(uv, (right, columns), (down, rows), level)
+        albedo * texture.patch(cloth.at(barycentric), right, down)
     }
 
     /// Whether another face carries this one on at a point of it: in the same plane, and painted as this one would be

@@ -128,6 +128,24 @@ impl Texture {
         (way * Vec2::new(w as f32, h as f32)).length()
     }
 
+    /// Linear RGB averaged over a parallelogram about texture coordinates `uv`: bilinear in the level whose texels are about
+    /// half its shorter side wide, over places a texel and a half apart.
+    #[inline]
+    pub fn patch(&self, uv: Vec2, right: Vec2, down: Vec2) -> Vec3 {
+        /// Texels' width, as a share of the shorter side.
+        const WIDE: f32 = 0.6;
+        /// Texels from place to place: more than one, since a place is the mean of two by two.
+        const STEP: f32 = 1.5;
+        /// Most places along a side.
+        const MOST: f32 = 16.0;
+        let (across, along) = (self.texels(right), self.texels(down));
+        let (short, long) = (across.min(along), across.max(along));
+        let level = Self::whole_level((WIDE * short).max(long / MOST));
+        let texel = (1u32 << level.min(31)) as f32;
+        let count = |length: f32| (length / (STEP * texel) + 0.5).clamp(1.0, MOST) as u32;
+        self.sample_patch(uv, (right, count(across)), (down, count(along)), level)
+    }
+
     /// Linear RGB averaged over a parallelogram about texture coordinates `uv`: bilinear in one level at so many places
     /// along each of its sides.
     pub fn sample_patch(&self, uv: Vec2, right: (Vec2, u32), down: (Vec2, u32), level: usize) -> Vec3 {
