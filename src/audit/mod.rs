@@ -35,6 +35,7 @@ mod sweep;
 mod texture;
 mod verdict;
 mod view;
+mod witness;
 
 pub use error::AuditError;
 pub use findings::{
