@@ -1,7 +1,7 @@
 //! What is wrong with a region: an opening that is not there, its shape, or its picture. The first that its figures bear
 //! out is what it is.
 
-use super::behind::behind;
+use super::behind::{behind, picture_behind};
 use super::explain::explain;
 use super::figures::{Figures, REGION_ODDS, TEXTURED};
 use super::judge::{Judged, confidence};
@@ -21,12 +21,16 @@ const SMALL_MISMATCH: f32 = 3.0;
 /// A surface further off its place than so many times its thickness in the picture is not told to be moved: what a probe
 /// sees of something in its way fits everywhere beside that.
 const THICKNESS: f32 = 1.0;
-/// Cost from which on one probe is believed where the texture's test marks the region, too.
+/// Cost from which on one probe is believed where the texture's test marks a small region, too.
 const STRONG: f32 = 5.0;
 /// What lies behind a region is what the photograph shows if its cost is at most this share of the region's own, and in
 /// itself no more than this.
 const BEHIND: f32 = 0.25;
 const BEHIND_MOST: f32 = 2.0;
+/// Where no probe can be asked, it is if the photograph follows its albedo so closely, and by so much more than the
+/// region's own.
+const FOLLOWS: f32 = 0.6;
+const FOLLOWS_MORE: f32 = 0.35;
 /// A surface goes on over an opening if more than this share of it says so.
 const BRIDGED: f64 = 0.4;
 /// A colour's strength: its mean ΔE00 times the root of its area over this share of the picture. The light that surfaces
@@ -66,7 +70,7 @@ pub(super) fn judged(
         Evidence::new("texture", f.texture, 1.0, "× threshold"),
         Evidence::new("odds of another structure", f.odds, REGION_ODDS, "logarithm"),
     ];
-    let decision = opening(&f).or_else(|| shape(&f, shares)).or_else(|| picture(&f))?;
+    let decision = opening(&f).or_else(|| shape(&f, shares)).or_else(|| absent(&f)).or_else(|| picture(&f))?;
     evidence.extend(decision.evidence);
     Some(Judged {
         score: confidence(f64::from(decision.strength), f.size()),
@@ -117,9 +121,13 @@ fn opening(f: &Figures) -> Option<Decision> {
         kind: Kind::Geometry,
         what: What::Missing,
         displacement: None,
-        // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else;
-        // and few pixels fit something by chance
-        reason: if (f.several || distinct) && !f.small { Reason::None } else { Reason::ProbesDisagree },
+        // what one probe alone saw past the rim may be that probe's own, unless it fits there and nowhere else or the
+        // photograph shows another picture than the model's; and few pixels fit something by chance
+        reason: if (f.several || distinct || f.texture >= 1.0) && !f.small {
+            Reason::None
+        } else {
+            Reason::ProbesDisagree
+        },
         evidence: vec![Evidence::new("the surface around goes on", bridged, BRIDGED, "share")],
     })
 }
@@ -155,7 +163,7 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     let fit =
         behind.map(|(here, there)| Evidence::new("fit of what lies behind", there / here, BEHIND, "× the surface's"));
     let explained = Evidence::new("explained by a displacement", explains(f), 1.0, "× what is left");
-    let borne_out = f.texture >= 1.0 && swept.here > STRONG;
+    let borne_out = f.texture >= 1.0 && swept.here > if f.small { STRONG } else { TORN };
     Some(Decision {
         strength: f.geometry.max(swept.here / MISMATCH).max(f.texture),
         kind: Kind::Geometry,
@@ -165,7 +173,7 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
         reason: match swept.twin {
             Some(_) if moved && swept.here < MISMATCH => Reason::Periodic,
             // the photograph shows the model's structure in its place: what differs is in the probes' way
-            _ if !moved && !gone && f.odds <= -REGION_ODDS => Reason::ProbesDisagree,
+            _ if !moved && !gone && f.odds <= -REGION_ODDS && !borne_out => Reason::ProbesDisagree,
             // but what the same probe saw behind it, and the other test bears out, is no fault of the probe
             _ if f.small && !f.several && !(gone && f.texture >= 1.0) => Reason::ProbesDisagree,
             // a picture that is not the model's, either, cannot be the probe's fault
@@ -173,6 +181,22 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
             _ => Reason::ProbesDisagree,
         },
         evidence: fit.into_iter().chain([explained]).collect(),
+    })
+}
+
+/// A surface that no probe can tell the place of, and through which the photograph shows what the model has behind it.
+fn absent(f: &Figures) -> Option<Decision> {
+    if f.able || f.texture < 1.0 || f.textured < TEXTURED || f.odds <= -REGION_ODDS {
+        return None;
+    }
+    let [own, behind] = picture_behind(f.prepared, f.maps, f.region)?;
+    (behind >= FOLLOWS && behind >= own + FOLLOWS_MORE).then(|| Decision {
+        kind: Kind::Geometry,
+        what: What::Extra,
+        strength: f.texture,
+        displacement: None,
+        reason: Reason::None,
+        evidence: vec![Evidence::new("correlation with the texture behind", behind, FOLLOWS, "correlation")],
     })
 }
 

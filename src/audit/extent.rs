@@ -48,7 +48,9 @@ const ROOM: f32 = 0.35;
 /// Adds to faults of shape what belongs to them around them: of what the model has too much, the part of the model; of a
 /// surface off its place, what is as far off; of the others, where the photograph is not what the model makes.
 pub(super) fn grown(prepared: &Prepared, maps: &Maps, mut judged: Vec<Judged>) -> Vec<Judged> {
-    let grows = |j: &Judged| j.kind == Kind::Geometry && j.shift.is_none();
+    // a part that its outline tells of is as large as that
+    let outlined = |j: &Judged| j.shift.is_some() || (j.what == What::Moved && j.displacement.is_none());
+    let grows = |j: &Judged| j.kind == Kind::Geometry && !outlined(j);
     if !judged.iter().any(grows) {
         return judged;
     }

@@ -123,14 +123,9 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, maps: &Maps) -> 
             kind: Kind::Geometry,
             what: What::Moved,
             displacement: None,
-            shift: Some(part.shift()),
+            shift: part.shift(),
             reason: Reason::None,
-            evidence: vec![
-                Evidence::new("outline shifted to the right", part.by_px[0], 2.0, "pixels"),
-                Evidence::new("outline shifted down", part.by_px[1], 2.0, "pixels"),
-                Evidence::new("outline shifted, on the part", part.metres, 0.0, "metres"),
-                Evidence::new("odds of another place", part.odds, outline::ODDS, "logarithm"),
-            ],
+            evidence: part.evidence(),
             region: Region { pixels: part.pixels },
         });
     }

@@ -41,6 +41,7 @@ mod sweep;
 mod texture;
 mod verdict;
 mod view;
+mod witness;
 
 pub use error::AuditError;
 pub use findings::{

@@ -10,17 +10,23 @@ use rayon::prelude::*;
 use super::regions::dilated;
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Joins, Shift, correlation};
+use super::witness::witnesses;
+use super::{Evidence, Joins, Shift, correlation, median};
 use crate::panorama::luminance;
 
 /// The test works on pictures of about this size.
 const SIDE: usize = 256;
 
 /// Furthest shift along each side, pixels of that size.
-const REACH: isize = 10;
+pub(super) const REACH: isize = 10;
 
-/// A pose is trusted to so many pixels: less is no shift.
-const LEAST_PX: f32 = 1.25;
+/// Less than so many pixels is no shift, nor is less than so many times what half of the outlines are off by.
+const LEAST_PX: f32 = 0.7;
+const TIMES: f32 = 4.0;
+
+/// With fewer outlines than this nobody knows what they are usually off by: then less than so many pixels is no shift.
+const ENOUGH: usize = 5;
+const ALONE_PX: f32 = 1.25;
 
 /// Structure is what is finer than the second of these standard deviations and coarser than the first, pixels.
 const BAND: [f32; 2] = [0.7, 6.0];
@@ -29,10 +35,11 @@ const BAND: [f32; 2] = [0.7, 6.0];
 const STEP: f32 = 0.03;
 
 /// Fewer pixels along an outline tell nothing.
-const FEWEST: usize = 24;
+pub(super) const FEWEST: usize = 24;
 
-/// A part larger than this share of the picture is its room.
+/// A part larger than this share of the picture is its room, and of a smaller one than that no probe is asked.
 const LARGEST: f32 = 0.35;
+const SMALLEST: f32 = 3e-3;
 
 /// Neighbouring pixels along an outline are alike: so many tell as much as one.
 const ALIKE_PX: f32 = 8.0;
@@ -41,10 +48,10 @@ const ALIKE_PX: f32 = 8.0;
 const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Correlation from which on an outline counts as found.
-const FOUND: f32 = 0.6;
+pub(super) const FOUND: f32 = 0.6;
 
 /// And what it must gain over the outline's own place.
-const GAINED: f32 = 0.15;
+const GAINED: f32 = 0.1;
 
 /// Logarithm of the odds that it takes, after all the shifts that are tried.
 pub(super) const ODDS: f32 = 8.0;
@@ -53,8 +60,10 @@ pub(super) const ODDS: f32 = 8.0;
 pub(super) struct Shifted {
     /// The part's pixels and those that it is shifted to, in order.
     pub(super) pixels: Vec<usize>,
-    /// Pixels of the audit's size, to the right and down.
-    pub(super) by_px: [f32; 2],
+    /// Pixels of the audit's size, to the right and down; `None` if a probe's picture shows it, and not the photograph.
+    pub(super) by_px: Option<[f32; 2]>,
+    /// Pixels of the probe that shows it.
+    pub(super) probe_px: f32,
     /// The same on the part, metres.
     pub(super) metres: f32,
     /// Logarithm of the odds against the model's place.
@@ -62,42 +71,101 @@ pub(super) struct Shifted {
 }
 
 impl Shifted {
-    /// Where the part really stands.
-    pub(super) fn shift(&self) -> Shift {
-        let [right, down] = self.by_px.map(|px| f64::from(px * self.metres / self.by_px[0].hypot(self.by_px[1])));
-        Shift { right_m: right, down_m: down }
+    /// Where the part really stands, as far as the photograph shows it.
+    pub(super) fn shift(&self) -> Option<Shift> {
+        let by = self.by_px?;
+        let [right, down] = by.map(|px| f64::from(px * self.metres / by[0].hypot(by[1])));
+        Some(Shift { right_m: right, down_m: down })
+    }
+
+    /// The figures behind it.
+    pub(super) fn evidence(&self) -> Vec<Evidence> {
+        let mut all = match self.by_px {
+            Some([right, down]) => vec![
+                Evidence::new("outline shifted to the right", right, 2.0, "pixels"),
+                Evidence::new("outline shifted down", down, 2.0, "pixels"),
+            ],
+            None => vec![Evidence::new("outline shifted in a probe", self.probe_px, 2.0, "pixels")],
+        };
+        all.push(Evidence::new("outline shifted, on the part", self.metres, 0.0, "metres"));
+        all.push(Evidence::new("odds of another place", self.odds, ODDS, "logarithm"));
+        all
     }
 }
 
-/// Looks for parts whose outlines are shifted.
+/// Looks for parts whose outlines are shifted against the others', in the photograph or in what a probe saw.
 pub(super) fn shifted(prepared: &Prepared, maps: &Maps) -> Vec<Shifted> {
     let small = Small::new(prepared, maps);
-    let (w, h) = (small.width, small.height);
-    let mut members: Vec<Vec<usize>> = vec![];
-    for (i, part) in small.part.iter().enumerate() {
-        if *part != NONE {
-            let k = *part as usize;
-            members.resize(members.len().max(k + 1), vec![]);
-            members[k].push(i);
-        }
-    }
-    let largest = (LARGEST * (w * h) as f32) as usize;
-    members
+    let members = small.members();
+    let size = (small.width * small.height) as f32;
+    let fits: Vec<Fit> = members
         .par_iter()
-        .filter(|m| m.len() >= FEWEST && m.len() <= largest)
-        .filter_map(|m| small.best(m))
-        .map(|(members, shift, odds)| small.whole(maps, members, shift, odds))
-        .collect()
+        .filter(|m| m.len() >= FEWEST && m.len() as f32 <= LARGEST * size)
+        .filter_map(|m| small.fit(m))
+        .filter(|f| f.best >= FOUND)
+        .collect();
+    let (common, least) = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
+    let beside = |f: &&Fit| {
+        let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
+        f.elsewhere() && off > least && f.odds >= ODDS
+    };
+    let mut all: Vec<Shifted> = fits.iter().filter(beside).map(|f| small.whole(maps, f)).collect();
+    // what is in its place in the photograph need not be in a probe's picture
+    let asked: Vec<(u32, Vec<usize>)> = fits
+        .iter()
+        .filter(|f| !beside(f) && f.members.len() as f32 >= SMALLEST * size)
+        .map(|f| (small.part[f.members[0]], small.at_full_size(maps, f.members, [0, 0])))
+        .collect();
+    all.extend(witnesses(prepared, maps, &asked).into_iter().map(|w| Shifted {
+        pixels: asked[w.which].1.clone(),
+        by_px: None,
+        probe_px: w.px,
+        metres: w.metres,
+        odds: w.odds,
+    }));
+    all
+}
+
+/// What outlines are off by together, pixels, and by how much more than that one must be to be off its place: a pose is
+/// trusted as far as parts agree.
+pub(super) fn registration(shifts: &[[f32; 2]]) -> ([f32; 2], f32) {
+    if shifts.len() < ENOUGH {
+        return ([0.0; 2], ALONE_PX);
+    }
+    let common = [0, 1].map(|c| median(&mut shifts.iter().map(|s| s[c]).collect::<Vec<_>>()));
+    let off = |s: &[f32; 2]| (s[0] - common[0]).hypot(s[1] - common[1]);
+    (common, LEAST_PX.max(TIMES * median(&mut shifts.iter().map(off).collect::<Vec<_>>())))
+}
+
+/// Where a part's outline fits best.
+pub(super) struct Fit<'a> {
+    pub(super) members: &'a [usize],
+    /// Pixels to the right and down.
+    pub(super) shift: [f32; 2],
+    /// Correlation in its own place and in the best.
+    own: f32,
+    pub(super) best: f32,
+    /// Logarithm of the odds against its own place.
+    pub(super) odds: f32,
+}
+
+impl Fit<'_> {
+    /// Whether the outline fits another place than its own, and clearly better.
+    pub(super) fn elsewhere(&self) -> bool {
+        self.shift.iter().any(|s| s.abs() > 0.5) && self.best >= self.own + GAINED
+    }
 }
 
 /// The pictures at the test's size.
-struct Small {
+pub(super) struct Small {
     by: usize,
     width: usize,
     height: usize,
-    part: Vec<u32>,
+    pub(super) part: Vec<u32>,
     distance: Vec<f32>,
-    model: Vec<f32>,
+    /// Structure of what the model makes: in the probes' light, and its albedo in smooth light. Where a part is off its
+    /// place, what the probes saw of the real one is in the first and not in the second.
+    models: Vec<Vec<f32>>,
     photo: Vec<f32>,
     /// 1 where the photograph can be used.
     usable: Vec<f32>,
@@ -118,33 +186,57 @@ impl Small {
             (0..width * height).into_par_iter().map(of).collect()
         };
         let usable: Vec<f32> = mean(&|i| maps.usable[i]).iter().map(|u| if *u > 0.99 { 1.0 } else { 0.0 }).collect();
+        let ln = |v: f32| v.max(1e-6).ln();
+        let photo =
+            mean(&|i| if maps.log_photo[i].is_finite() { ln(luminance(maps.log_photo[i].map(f32::exp))) } else { 0.0 });
+        let lit = |i: usize| ln(luminance(maps.render.pixels[i].max(Vec3::ZERO)));
+        let plain = |i: usize| {
+            let smooth = luminance(maps.albedo[i] * maps.irradiance[i]);
+            if smooth > 0.0 { ln(smooth / std::f32::consts::PI) } else { lit(i) }
+        };
+        let all = vec![1.0; width * height];
+        let part = (0..width * height)
+            .map(|i| s.triangle[middle(i)])
+            .map(|t| if t == NONE { NONE } else { prepared.parts[t as usize] })
+            .collect();
+        let distance = (0..width * height).map(|i| s.distance[middle(i)]).collect();
+        let models = [(mean(&lit), all.clone()), (mean(&plain), all)];
+        Self { by, ..Self::of(width, height, part, distance, &models, &photo, usable) }
+    }
+
+    /// From logarithms of brightness, of models each with a weight.
+    pub(super) fn of(
+        width: usize,
+        height: usize,
+        part: Vec<u32>,
+        distance: Vec<f32>,
+        models: &[(Vec<f32>, Vec<f32>)],
+        photo: &[f32],
+        usable: Vec<f32>,
+    ) -> Self {
         let open = Joins::open(width, height);
         let band = |values: &[f32], weights: &[f32]| -> Vec<f32> {
             let [fine, coarse] = BAND.map(|sigma| open.mean(values, weights, sigma));
             fine.iter().zip(&coarse).map(|(f, c)| (f - c).clamp(-1.0, 1.0)).collect()
         };
-        let ln = |v: f32| v.max(1e-6).ln();
-        let photo =
-            mean(&|i| if maps.log_photo[i].is_finite() { ln(luminance(maps.log_photo[i].map(f32::exp))) } else { 0.0 });
-        let model = mean(&|i| ln(luminance(maps.render.pixels[i].max(Vec3::ZERO))));
-        let all = vec![1.0; width * height];
-        Self {
-            by,
-            width,
-            height,
-            part: (0..width * height)
-                .map(|i| s.triangle[middle(i)])
-                .map(|t| if t == NONE { NONE } else { prepared.parts[t as usize] })
-                .collect(),
-            distance: (0..width * height).map(|i| s.distance[middle(i)]).collect(),
-            model: band(&model, &all),
-            photo: band(&photo, &usable),
-            usable,
-        }
+        let models = models.iter().map(|(values, weights)| band(values, weights)).collect();
+        let photo = band(photo, &usable);
+        Self { by: 1, width, height, part, distance, models, photo, usable }
     }
 
-    /// The shift at which a part's outline fits the photograph, if that is not its place, and the odds.
-    fn best<'a>(&self, members: &'a [usize]) -> Option<(&'a [usize], [f32; 2], f32)> {
+    /// Each part's pixels, by its number.
+    pub(super) fn members(&self) -> Vec<Vec<usize>> {
+        let mut members: Vec<Vec<usize>> = vec![];
+        for (i, part) in self.part.iter().enumerate().filter(|p| *p.1 != NONE) {
+            let k = *part as usize;
+            members.resize(members.len().max(k + 1), vec![]);
+            members[k].push(i);
+        }
+        members
+    }
+
+    /// The shift at which a part's outline fits the photograph best.
+    pub(super) fn fit<'a>(&self, members: &'a [usize]) -> Option<Fit<'a>> {
         let (w, h) = (self.width, self.height);
         let part = self.part[members[0]];
         let mut outline = vec![false; w * h];
@@ -166,45 +258,50 @@ impl Small {
         }
         let near = dilated(&outline, w, h, 2);
         let band: Vec<usize> = (0..w * h).filter(|i| near[*i]).collect();
+        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &band));
+        fits.reduce(|a, b| if b.best > a.best { b } else { a })
+    }
+
+    /// The same for one picture of the model, over the pixels around an outline.
+    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], band: &[usize]) -> Option<Fit<'a>> {
+        let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
         let mut best = (f32::NEG_INFINITY, [0, 0]);
-        let own = self.correlation(&band, [0, 0]).0;
         let mut told = 0.0f32;
         for dy in -REACH..=REACH {
             for dx in -REACH..=REACH {
-                let (c, n) = self.correlation(&band, [dx, dy]);
+                let (c, n) = at(dx, dy);
                 if c > best.0 {
                     best = (c, [dx, dy]);
                     told = n;
                 }
             }
         }
-        let edge = best.1.iter().any(|d| d.abs() == REACH);
-        if edge || best.1 == [0, 0] {
+        let (best, [x, y]) = best;
+        if x.abs() == REACH || y.abs() == REACH {
             return None;
         }
         // finer: the parabola through the best and its neighbours
-        let at = |dx: isize, dy: isize| self.correlation(&band, [best.1[0] + dx, best.1[1] + dy]).0;
         let finer = |before: f32, after: f32| {
-            let bend = before + after - 2.0 * best.0;
+            let bend = before + after - 2.0 * best;
             if bend < -1e-6 && bend.is_finite() { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
         };
-        let dx = best.1[0] as f32 + finer(at(-1, 0), at(1, 0));
-        let dy = best.1[1] as f32 + finer(at(0, -1), at(0, 1));
+        let shift =
+            [x as f32 + finer(at(x - 1, y).0, at(x + 1, y).0), y as f32 + finer(at(x, y - 1).0, at(x, y + 1).0)];
+        let own = at(0, 0).0;
         let gap = |c: f32| (1.0 - c.clamp(0.0, 0.99).powi(2)).ln();
         let shifts = ((2 * REACH + 1) as f32).powi(2).ln();
-        let odds = 0.5 * told / ALIKE_PX * (gap(own) - gap(best.0)) - shifts;
-        let found = best.0 >= FOUND && best.0 >= own + GAINED && dx.hypot(dy) > LEAST_PX;
-        (found && odds >= ODDS).then_some((members, [dx, dy], odds))
+        let odds = 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) - shifts;
+        Some(Fit { members, shift, own, best, odds })
     }
 
     /// Correlation of the model's structure with the photograph's at a shift, and over how many pixels.
-    fn correlation(&self, band: &[usize], [dx, dy]: [isize; 2]) -> (f32, f32) {
+    fn correlation(&self, model: &[f32], band: &[usize], [dx, dy]: [isize; 2]) -> (f32, f32) {
         let (w, h) = (self.width as isize, self.height as isize);
         let pairs = band.iter().filter_map(|&i| {
             let (x, y) = (i as isize % w + dx, i as isize / w + dy);
             let inside = x >= 0 && y >= 0 && x < w && y < h;
             let j = inside.then(|| (y * w + x) as usize)?;
-            (self.usable[j] != 0.0).then(|| (self.model[i], self.photo[j]))
+            (self.usable[j] != 0.0).then(|| (model[i], self.photo[j]))
         });
         let (c, n) = correlation(pairs, LEAST_VARIANCE);
         // what is mostly shifted out of the picture is not compared
@@ -212,29 +309,49 @@ impl Small {
     }
 
     /// The part at the audit's size.
-    fn whole(&self, maps: &Maps, members: &[usize], shift: [f32; 2], odds: f32) -> Shifted {
-        let s = &maps.surfaces;
-        let mut inside = vec![false; s.width * s.height];
-        let mut distance = 0.0;
+    fn whole(&self, maps: &Maps, fit: &Fit) -> Shifted {
+        let mut pixels = self.at_full_size(maps, fit.members, [0, 0]);
+        pixels.extend(self.at_full_size(maps, fit.members, fit.shift.map(|d| d.round() as isize)));
+        pixels.sort_unstable();
+        pixels.dedup();
+        let by_px = fit.shift.map(|d| d * self.by as f32);
+        let distance = fit.members.iter().map(|i| self.distance[*i]).sum::<f32>() / fit.members.len() as f32;
+        let metres = by_px[0].hypot(by_px[1]) * distance / maps.surfaces.focal;
+        Shifted { pixels, by_px: Some(by_px), probe_px: 0.0, metres, odds: fit.odds }
+    }
+
+    /// Shifted pixels of this size as those of the audit's, in order.
+    fn at_full_size(&self, maps: &Maps, members: &[usize], [dx, dy]: [isize; 2]) -> Vec<usize> {
+        let mut all = vec![];
         for &i in members {
-            distance += self.distance[i];
-            for d in [[0, 0], shift.map(|d| d.round() as isize)] {
-                let (x, y) = ((i % self.width) as isize + d[0], (i / self.width) as isize + d[1]);
-                if x < 0 || y < 0 || x >= self.width as isize || y >= self.height as isize {
-                    continue;
-                }
-                for k in 0..self.by * self.by {
-                    let (x, y) = (x as usize * self.by + k % self.by, y as usize * self.by + k / self.by);
-                    inside[y * s.width + x] = true;
-                }
+            let (x, y) = ((i % self.width) as isize + dx, (i / self.width) as isize + dy);
+            if x < 0 || y < 0 || x >= self.width as isize || y >= self.height as isize {
+                continue;
+            }
+            for k in 0..self.by * self.by {
+                let (x, y) = (x as usize * self.by + k % self.by, y as usize * self.by + k / self.by);
+                all.push(y * maps.surfaces.width + x);
             }
         }
-        let by_px = shift.map(|d| d * self.by as f32);
-        Shifted {
-            pixels: (0..inside.len()).filter(|i| inside[*i]).collect(),
-            by_px,
-            metres: by_px[0].hypot(by_px[1]) * distance / members.len() as f32 / s.focal,
-            odds,
-        }
+        all.sort_unstable();
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outlines_are_trusted_as_far_as_they_agree() {
+        // too few to know
+        assert_eq!(registration(&[[3.0, 0.0]; 4]), ([0.0; 2], ALONE_PX));
+        // a pose that is a little off is no fault of the parts
+        let mut shifts = vec![[0.5, -0.2]; 6];
+        shifts.push([4.0, 0.0]);
+        assert_eq!(registration(&shifts), ([0.5, -0.2], LEAST_PX));
+        // nor is one among many that scatter
+        let wide: Vec<[f32; 2]> = (0..8).map(|k| [if k % 2 == 0 { 0.5 } else { -0.5 }, 0.0]).collect();
+        assert!(registration(&wide).1 >= TIMES * 0.5);
     }
 }

@@ -75,7 +75,9 @@ impl Scores {
                 if g.able[i] == 0 {
                     return bridged;
                 }
-                let wrong = g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins.of[i]]);
+                // where the photograph shows the model's structure in its place, something is in the probes' way
+                let vouched = t.structured[i] && t.odds[i] <= -ODDS;
+                let wrong = if vouched { 0.0 } else { g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins.of[i]]) };
                 // a probe that differs where the photograph is as the model predicts has another fault
                 let shaded =
                     (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins.of[i]])).max(t.brightness[i] / BRIGHTNESS);

@@ -71,6 +71,8 @@ pub struct Maps {
     pub(super) photo: Reduced,
     pub(super) render: Picture,
     pub(super) albedo: Vec<Vec3>,
+    /// Smooth irradiance; zero where nothing tells it.
+    pub(super) irradiance: Vec<Vec3>,
     pub(super) radiometry: Radiometry,
     pub(super) sights: Sights,
     pub(super) log_photo: Vec<Vec3>,
@@ -144,6 +146,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         photo,
         render: frame.radiance,
         albedo: frame.albedo.pixels,
+        irradiance: e,
         radiometry,
         sights,
         log_photo,
