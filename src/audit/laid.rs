@@ -58,7 +58,7 @@ pub(super) struct Laid<'a> {
     pub(super) spread: [f32; 3],
     pub(super) fourier: Fourier,
     pub(super) side: usize,
-    /// Transform of the texture's logarithm of brightness over the grid.
+    /// Transform of the texture's logarithm of brightness over the grid, x and y exchanged.
     pub(super) period: Vec<Complex>,
 }
 
@@ -147,7 +147,7 @@ impl<'a> Laid<'a> {
         let level = Texture::level_of(across.max(along) as f32 / side as f32);
         let step = 1.0 / side as f32;
         let at = |k: usize| Vec2::new((k % side) as f32, (k / side) as f32) * step;
-        let period = fourier.of_real((0..side * side).map(|k| ln(luminance(texture.sample(at(k), level)))));
+        let period = fourier.forward((0..side * side).map(|k| ln(luminance(texture.sample(at(k), level)))));
         let mut this = Self {
             texture,
             joins,

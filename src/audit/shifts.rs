@@ -5,7 +5,7 @@
 
 use glam::{Mat2, Vec2};
 
-use super::fourier::{Complex, times_conjugate};
+use super::fourier::Complex;
 use super::laid::Laid;
 use super::structure::BAND;
 
@@ -29,24 +29,19 @@ impl Laid<'_> {
             weight[y * n + x] += w;
             energy += w * a * a;
         }
-        let [seen, weight] = [seen, weight].map(|v| self.fourier.of_real(v.into_iter()));
-        let shown: Vec<Complex> =
-            self.period.iter().enumerate().map(|(k, v)| v.map(|v| v * self.pass(k, turn))).collect();
+        let [seen, weight] = self.fourier.forward_two(&seen, &weight);
+        let shown: Vec<Complex> = self.period.iter().enumerate().map(|(k, v)| v * self.pass(k, turn)).collect();
         let mut square = shown.clone();
         self.fourier.back(&mut square);
-        let square = self.fourier.of_real(square.iter().map(|v| v[0] * v[0]));
+        let square = self.fourier.forward(square.iter().map(|v| v.re * v.re));
         // two real results in one transform: what follows the photograph, and its own energy
-        let mut both: Vec<Complex> = (0..n * n)
-            .map(|k| {
-                let (follows, own) = (times_conjugate(shown[k], seen[k]), times_conjugate(square[k], weight[k]));
-                [follows[0] - own[1], follows[1] + own[0]]
-            })
-            .collect();
+        let mut both: Vec<Complex> =
+            (0..n * n).map(|k| shown[k] * seen[k].conj() + Complex::i() * square[k] * weight[k].conj()).collect();
         self.fourier.back(&mut both);
-        let most = both.iter().fold(0.0f32, |m, v| m.max(v[1]));
+        let most = both.iter().fold(0.0f32, |m, v| m.max(v.im));
         let fit: Vec<f32> = both
             .iter()
-            .map(|v| if v[1] > 1e-3 * most { v[0] / (v[1] * energy).sqrt().max(1e-20) } else { 0.0 })
+            .map(|v| if v.im > 1e-3 * most { v.re / (v.im * energy).sqrt().max(1e-20) } else { 0.0 })
             .collect();
         let mut peaks = peaks(&fit, n);
         peaks.sort_by(|a, b| fit[*b].total_cmp(&fit[*a]).then(a.cmp(b)));
@@ -59,10 +54,12 @@ impl Laid<'_> {
         let n = self.side;
         let waves = |k: usize| std::f32::consts::TAU * if 2 * k > n { k as f32 - n as f32 } else { k as f32 };
         // the wave as it runs over the texture as it is
-        let wave = turn.transpose() * Vec2::new(waves(k % n), waves(k / n));
+        let wave = turn.transpose() * Vec2::new(waves(k / n), waves(k % n));
         let [uu, uv, vv] = self.spread;
         let square = wave.x * wave.x * uu + 2.0 * wave.x * wave.y * uv + wave.y * wave.y * vv;
-        (-0.5 * PIXEL * square).exp() * (1.0 - (-0.5 * BAND * BAND * square).exp())
+        // the pixel's own blur, and without what is smooth: the same bell, so many times wider
+        let blurred = (-0.5 * PIXEL * square).exp();
+        blurred * (1.0 - blurred.powi((BAND * BAND / PIXEL) as i32))
     }
 }
 
