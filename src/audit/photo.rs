@@ -23,15 +23,15 @@ pub(super) struct Reduced {
     pub(super) noise: f32,
 }
 
-impl From<&Photograph> for Photo {
-    fn from(photograph: &Photograph) -> Self {
+impl From<Photograph> for Photo {
+    fn from(photograph: Photograph) -> Self {
         let reason = |f: &Fitness| match f {
             Fitness::Good => Reason::None,
             Fitness::Clipped | Fitness::Invalid => Reason::Clipped,
             Fitness::Dark => Reason::Dark,
             Fitness::Masked => Reason::Masked,
         };
-        Self { picture: photograph.picture.clone(), unusable: photograph.fitness.iter().map(reason).collect() }
+        Self { unusable: photograph.fitness.iter().map(reason).collect(), picture: photograph.picture }
     }
 }
 

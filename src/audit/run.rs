@@ -1,6 +1,7 @@
 //! From a site to an audit: every view with a photograph, and findings merged across views.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use super::judge::{self, Judged};
@@ -42,8 +43,8 @@ pub fn audit(
     progress("photographs", 0, steps);
     // read before the long work, so that a bad file is told at once
     let mut photographs = Vec::new();
-    for view in &views {
-        photographs.extend(Photograph::of(view)?.map(|p| Photo::from(&p)));
+    for read in views.par_iter().map(|view| Photograph::of(view)).collect::<Vec<_>>() {
+        photographs.extend(read?.map(Photo::from));
     }
     progress("probes", 1, steps);
     let mut pictures = Vec::new();
@@ -90,11 +91,11 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
     let (w, h) = (photo.picture.width, photo.picture.height);
     let n = maps.reduced_by as usize;
     let small = |i: usize| (i / w / n) * maps.surfaces.width + i % w / n;
-    let verdicts: Vec<Verdict> = (0..w * h).map(|i| small_verdicts[small(i)]).collect();
-    let reasons: Vec<Reason> = (0..w * h).map(|i| small_reasons[small(i)]).collect();
-    let mut counts: BTreeMap<String, f64> = BTreeMap::new();
-    for r in reasons.iter().filter(|r| **r != Reason::None) {
-        *counts.entry(r.name().to_owned()).or_default() += 1.0 / (w * h) as f64;
+    let verdicts: Vec<Verdict> = (0..w * h).into_par_iter().map(|i| small_verdicts[small(i)]).collect();
+    let reasons: Vec<Reason> = (0..w * h).into_par_iter().map(|i| small_reasons[small(i)]).collect();
+    let mut counts: BTreeMap<Reason, usize> = BTreeMap::new();
+    for run in reasons.chunk_by(|a, b| a == b).filter(|run| run[0] != Reason::None) {
+        *counts.entry(run[0]).or_default() += run.len();
     }
     let r = &maps.radiometry;
     let gain = r.offset.map(f32::exp);
@@ -102,10 +103,12 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
         width: w,
         height: h,
         pixels: (0..w * h)
+            .into_par_iter()
             .map(|i| photo.picture.pixels[i] * gain * (r.vignetting * maps.surfaces.radius2(small(i))).exp())
             .collect(),
     };
-    let render = Picture { width: w, height: h, pixels: (0..w * h).map(|i| maps.render.pixels[small(i)]).collect() };
+    let render: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| maps.render.pixels[small(i)]).collect();
+    let render = Picture { width: w, height: h, pixels: render };
     let mean = r.offset.element_sum() / 3.0;
     let warnings = warnings(maps);
     let mut pose = maps.pose;
@@ -124,11 +127,11 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
         pose,
         probes: gains(prepared, maps),
         shares: Shares::of(&verdicts),
-        reasons: counts,
+        reasons: counts.iter().map(|(r, n)| (r.name().to_owned(), *n as f64 / (w * h) as f64)).collect(),
         warnings,
     };
     let found = judged
-        .into_iter()
+        .into_par_iter()
         .map(|j| {
             let mut inside = vec![false; maps.surfaces.triangle.len()];
             j.region.pixels.iter().for_each(|&i| inside[i] = true);
