@@ -136,9 +136,12 @@ fn shared_out(mean: u32, near: &[(u32, f32)]) -> Vec<u32> {
     /// Least and most rays, of the mean.
     const LEAST: f32 = 0.5;
     const MOST: f32 = 3.0;
+    /// Rays come in such lots, so that a point more or less seldom turns an anchor's rays another way.
+    const LOT: f32 = 12.0;
     let mean = mean as f32;
     let per_root = mean * near.len() as f32 / near.iter().map(|n| n.1.sqrt()).sum::<f32>();
-    near.iter().map(|n| (n.1.sqrt() * per_root).clamp(LEAST * mean, MOST * mean).ceil() as u32).collect()
+    let rays = |counts: f32| (counts.sqrt() * per_root).clamp(LEAST * mean, MOST * mean);
+    near.iter().map(|n| ((rays(n.1) / LOT).ceil() * LOT) as u32).collect()
 }
 
 struct Caster<'a> {
@@ -286,11 +289,13 @@ fn guide(scene: &Scene, anchors: &Anchors, wanted: &[u32], lights: &[&Light]) ->
     Guide::new(&anchors.grid, places.into_iter())
 }
 
-/// What a few blind rays from every fourth anchor find bright: places and their radiance × area.
+/// What a few blind rays from about every fourth anchor find bright: places and their radiance × area.
 fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Light, threshold: f32) -> Vec<(Vec3, f32)> {
     const RAYS: u32 = 32;
-    const EVERY: usize = 4;
-    let wanted: Vec<u32> = wanted.iter().copied().step_by(EVERY).collect();
+    const EVERY: u64 = 4;
+    // chosen by their places, so that one anchor more or less does not change all others
+    let chosen = |a: &u32| (anchors.seed(*a).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32).is_multiple_of(EVERY);
+    let wanted: Vec<u32> = wanted.iter().copied().filter(chosen).collect();
     // an anchor sees a small part of the scene: a thing found by few is as bright as one that a probe saw
     let scale = 8.0 / wanted.len().max(1) as f32;
     struct Seen {
