@@ -345,6 +345,9 @@ fn the_chapels_faulty_twin_is_found_out() {
     {
         assert!(found.iter().any(|(id, what)| (id.as_str(), *what) == expected), "{expected:?} not in {found:?}");
     }
+    // in the view from aside alone its shift might as well be a surface off its place
+    let vines = audit.findings.iter().filter(|f| f.material == "painting_vine");
+    assert!(vines.clone().all(|f| f.what.name() == "shifted"), "{:?}", vines.map(|f| &f.note).collect::<Vec<_>>());
 }
 
 #[test]

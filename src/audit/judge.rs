@@ -97,7 +97,7 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
             shift: None,
             reason: Reason::None,
             evidence: vec![
-                Evidence::new("odds of another laying", found.odds, relaid::TOLD, "logarithm"),
+                Evidence::new(relaid::EVIDENCE, found.odds, relaid::TOLD, "logarithm"),
                 Evidence::new("correlation with the model's texture", found.as_is, 0.5, "correlation"),
                 Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
             ],

@@ -18,6 +18,9 @@ pub(super) const TOLD: f32 = 12.0;
 /// when it is shifted.
 const ODDS: f32 = 3.0;
 
+/// What the odds are called in the evidence.
+pub(super) const EVIDENCE: &str = "odds of another laying";
+
 /// A texture may be off its place by so many pixels without being wrong.
 const SLACK_PX: f32 = 2.0;
 

@@ -9,7 +9,7 @@ use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
     Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary,
-    What, verdict,
+    What, relaid, verdict,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -295,23 +295,34 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
         all.extend(std::mem::take(&mut a.found).into_iter().map(|(f, mask)| (v, f, mask)));
     }
     // the surest first; ties by view and place, so that the order is always the same
-    all.sort_by(|a, b| b.1.score.total_cmp(&a.1.score).then(a.0.cmp(&b.0)).then(a.1.bbox.cmp(&b.1.bbox)));
+    let surest = |a: &(usize, Finding, Vec<bool>), b: &(usize, Finding, Vec<bool>)| {
+        b.1.score.total_cmp(&a.1.score).then(a.0.cmp(&b.0)).then(a.1.bbox.cmp(&b.1.bbox))
+    };
+    all.sort_by(|a, b| by_texture(&a.1).cmp(&by_texture(&b.1)).then_with(|| surest(a, b)));
     let metres = site.frame.metres_per_unit;
     let mut kept: Vec<(usize, Finding, Vec<bool>)> = Vec::new();
     for (v, f, mask) in all {
         let same = |other: &Finding| {
             let apart = DVec3::from(other.position).distance(DVec3::from(f.position)) * metres;
-            other.kind == f.kind
+            let shifted = by_texture(&f) && other.what == What::Shifted;
+            (other.kind == f.kind || shifted)
                 && (other.reason == Reason::None) == (f.reason == Reason::None)
                 && other.material == f.material
                 && apart < 0.6 * other.size_m.max(f.size_m)
         };
         match kept.iter_mut().find(|(u, k, _)| *u != v && same(k)) {
-            Some((_, k, _)) if !k.also_in.contains(&f.view) => k.also_in.push(f.view),
-            Some(_) => {}
+            Some((_, k, _)) => {
+                if k.kind != f.kind {
+                    assessed[v].view.call_texture(&mask);
+                }
+                if !k.also_in.contains(&f.view) {
+                    k.also_in.push(f.view);
+                }
+            }
             None => kept.push((v, f, mask)),
         }
     }
+    kept.sort_by(surest);
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
     for (v, mut f, mask) in kept {
         let sure = f.reason == Reason::None;
@@ -337,6 +348,22 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
     };
     let views = assessed.into_iter().map(|a| a.view).collect();
     Audit { findings, doubts, views, method, warnings: site.warnings.clone() }
+}
+
+/// Whether a surface is told to be off its place by where its texture lies. In one photograph a shifted texture may look the
+/// same; where another view tells that it is shifted, it is.
+fn by_texture(f: &Finding) -> bool {
+    f.what == What::Moved && f.evidence.iter().any(|e| e.test == relaid::EVIDENCE)
+}
+
+impl AuditedView {
+    /// Turns what was taken for a fault of shape under a mask into one of texture.
+    fn call_texture(&mut self, mask: &[bool]) {
+        for (verdict, _) in self.verdicts.iter_mut().zip(mask).filter(|(v, m)| **m && **v == Verdict::Geometry) {
+            *verdict = Verdict::Texture;
+        }
+        self.summary.shares = Shares::of(&self.verdicts);
+    }
 }
 
 /// Whether a finding's kind counts as the one named, for who compares with known faults.
