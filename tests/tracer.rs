@@ -320,3 +320,17 @@ fn of_two_surfaces_in_one_place_the_first_shows() {
     // distances on either side of where their leading bits change still differ
     assert!(second < directions.len() / 20, "{second}");
 }
+
+#[test]
+fn a_wall_modelled_once_for_each_side_shows_each_side_its_own() {
+    let corner = |x: f32, y: f32| Vec3::new(x, y, 4.1);
+    let positions = vec![corner(-5.0, -5.0), corner(5.0, -5.0), corner(0.0, 6.0)];
+    let mesh = Mesh { positions, triangles: vec![[0, 2, 1], [0, 1, 2]], ..Mesh::default() };
+    let tracer = Tracer::new(&mesh);
+    for (z, direction, shown) in [(9.7, Vec3::NEG_Z, 1), (-3.3, Vec3::Z, 0)] {
+        let origin = Vec3::new(0.3, 0.2, z);
+        let hits = singles(&tracer, origin, &[direction], 0.0);
+        assert_eq!(hits[0].map(|h| h.triangle), Some(shown));
+        assert_eq!(hits, packet(&tracer, origin, &[direction], 0.0));
+    }
+}

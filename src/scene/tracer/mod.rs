@@ -37,8 +37,9 @@ pub struct Hit {
 }
 
 /// Finds the nearest hit or any hit. Watertight: no ray slips between two triangles that share an edge. Where triangles
-/// lie in one another (are hit at distances that share all but their last 7 of 24 bits: up to 0.15 mm apart at 10 m), the
-/// one with the lowest index in the mesh counts, whatever rounding says.
+/// lie in one another (are hit at distances that share all but their last 7 of 24 bits: up to 0.15 mm apart at 10 m), one
+/// that faces the ray by its winding counts before one that does not, and then the lowest index in the mesh, whatever
+/// rounding says.
 pub struct Tracer {
     triangles: Triangles,
     pairs: Pairs,
@@ -53,9 +54,17 @@ struct Triangles {
     ids: Vec<u32>,
 }
 
-impl Hit {
+/// The best hit so far.
+#[derive(Clone, Copy)]
+struct Best {
+    hit: Hit,
+    /// Whether the triangle's winding faces away from the ray.
+    away: bool,
+}
+
+impl Best {
     /// Before any hit.
-    const NONE: Self = Self { t: f32::MAX, triangle: u32::MAX };
+    const NONE: Self = Self { hit: Hit { t: f32::MAX, triangle: u32::MAX }, away: true };
 
     /// Last bits of a distance that tell no two surfaces apart.
     const ALIKE: u32 = 7;
@@ -63,18 +72,27 @@ impl Hit {
     /// Whether this hit counts and not the other one.
     #[inline(always)]
     fn before(&self, other: &Self) -> bool {
-        let key = |hit: &Self| (hit.t.to_bits() >> Self::ALIKE, hit.triangle);
+        let key = |best: &Self| (best.hit.t.to_bits() >> Self::ALIKE, best.away, best.hit.triangle);
         key(self) < key(other)
     }
 
     /// The farthest that another hit may lie and count as equally far.
     #[inline(always)]
     fn reach(&self) -> f32 {
-        f32::from_bits(self.t.to_bits() | ((1 << Self::ALIKE) - 1))
+        f32::from_bits(self.hit.t.to_bits() | ((1 << Self::ALIKE) - 1))
     }
 
-    fn found(self) -> Option<Self> {
-        (self.triangle != u32::MAX).then_some(self)
+    fn found(self) -> Option<Hit> {
+        (self.hit.triangle != u32::MAX).then_some(self.hit)
+    }
+}
+
+impl Triangles {
+    /// A hit of the triangle in a slot.
+    #[inline(always)]
+    fn hit(&self, slot: usize, direction: Vec3, t: f32) -> Best {
+        let away = self.corners[slot].normal().dot(direction) > 0.0;
+        Best { hit: Hit { t, triangle: self.ids[slot] }, away }
     }
 }
 

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 
 use super::pairs::{Child, Kind, Pair, Pairs};
 use super::triangle::Corners;
-use super::{Hit, Triangles};
+use super::{Best, Hit, Triangles};
 
 /// Most rays in one packet.
 pub(super) const PACKET: usize = 64;
@@ -50,8 +50,8 @@ struct Span<T> {
 }
 
 /// The nearest hits so far.
-struct Best {
-    hits: [[Hit; 4]; GROUPS],
+struct Nearest {
+    hits: [[Best; 4]; GROUPS],
     /// How far a hit may lie to count.
     reach: [Vec4; GROUPS],
     /// How far along the main axis the farthest of these lies.
@@ -120,14 +120,14 @@ impl Beam {
 
     /// Finds the nearest hits farther than `t_min`.
     pub(super) fn closest(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, hits: &mut [Option<Hit>]) {
-        let mut best = Best { hits: [[Hit::NONE; 4]; GROUPS], reach: [Vec4::MAX; GROUPS], depth: f32::MAX };
+        let mut best = Nearest { hits: [[Best::NONE; 4]; GROUPS], reach: [Vec4::MAX; GROUPS], depth: f32::MAX };
         self.traverse(tree, triangles, t_min, &mut best);
         for (i, hit) in hits.iter_mut().enumerate() {
             *hit = best.hits[i / 4][i % 4].found();
         }
     }
 
-    fn traverse(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, best: &mut Best) {
+    fn traverse(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, best: &mut Nearest) {
         let Some(mut pair) = tree.pairs.first() else { return };
         let mut waiting: SmallVec<[Waiting; 64]> = SmallVec::new();
         loop {
@@ -178,13 +178,13 @@ impl Beam {
     }
 
     #[inline(always)]
-    fn leaf(&self, slots: std::ops::Range<usize>, triangles: &Triangles, t_min: f32, best: &mut Best) {
+    fn leaf(&self, slots: std::ops::Range<usize>, triangles: &Triangles, t_min: f32, best: &mut Nearest) {
         let mut found = false;
         for slot in slots {
             let corners = triangles.corners[slot].seen_from(&self.origin);
             let groups = self.groups_that_see(&corners, best.depth);
             if groups != 0 {
-                found |= self.test(&corners, groups, triangles.ids[slot], t_min, best);
+                found |= self.test(&corners, groups, (triangles, slot), t_min, best);
             }
         }
         if found {
@@ -222,7 +222,14 @@ impl Beam {
 
     /// Tests groups of rays against a triangle; whether any was hit.
     #[inline(always)]
-    fn test(&self, corners: &Corners, mut groups: u32, id: u32, t_min: f32, best: &mut Best) -> bool {
+    fn test(
+        &self,
+        corners: &Corners,
+        mut groups: u32,
+        (triangles, slot): (&Triangles, usize),
+        t_min: f32,
+        best: &mut Nearest,
+    ) -> bool {
         let enclose = corners.edges().spread();
         let mut found = false;
         while groups != 0 {
@@ -238,7 +245,8 @@ impl Beam {
             while nearer != 0 {
                 let lane = nearer.trailing_zeros() as usize % 4;
                 nearer &= nearer - 1;
-                let hit = Hit { t: t[lane], triangle: id };
+                let direction = Vec3::from_array(directions.map(|d| d[lane]));
+                let hit = triangles.hit(slot, direction, t[lane]);
                 if hit.before(&best.hits[g][lane]) {
                     best.hits[g][lane] = hit;
                     best.reach[g][lane] = hit.reach();

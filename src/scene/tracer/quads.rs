@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::pairs::{Boxed, Child, Kind, Pair, Pairs};
 use super::triangle::BESIDE;
-use super::{Hit, Ray, Triangles};
+use super::{Best, Hit, Ray, Triangles};
 
 /// The least speed towards a side; keeps its reciprocal finite.
 const LEAST: f32 = 1e-24;
@@ -95,7 +95,7 @@ impl Quads {
 
     pub(super) fn closest(&self, triangles: &Triangles, ray: &Ray, t_min: f32) -> Option<Hit> {
         let slabs = Slabs::new(ray);
-        let (mut best, mut reach) = (Hit::NONE, f32::MAX);
+        let (mut best, mut reach) = (Best::NONE, f32::MAX);
         let mut waiting: SmallVec<[Waiting; WAITING]> = SmallVec::new();
         let mut quad = self.0.first()?;
         loop {
@@ -121,7 +121,7 @@ impl Quads {
                             for slot in slots {
                                 let meets = triangles.corners[slot].seen_from(&slabs.origin).meet(ray.direction);
                                 let Some(t) = meets.filter(|&t| t > t_min && t <= reach) else { continue };
-                                let hit = Hit { t, triangle: triangles.ids[slot] };
+                                let hit = triangles.hit(slot, ray.direction, t);
                                 if hit.before(&best) {
                                     (best, reach) = (hit, hit.reach());
                                 }

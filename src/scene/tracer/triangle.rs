@@ -44,13 +44,19 @@ impl Corners {
         Edges { x: (ey * sz - ez * sy) * scale, y: (ez * sx - ex * sz) * scale, z: (ex * sy - ey * sx) * scale }
     }
 
+    /// The normal by the winding of the corners, twice the area long.
+    #[inline(always)]
+    pub(super) fn normal(&self) -> Vec3 {
+        let [x, y, z] = self.0;
+        let a = Vec3::new(x.x, y.x, z.x);
+        (Vec3::new(x.y, y.y, z.y) - a).cross(Vec3::new(x.z, y.z, z.z) - a)
+    }
+
     /// The plane n·p = h that the triangle lies in, as (n, h); n is twice the area long.
     #[inline(always)]
     fn plane(&self) -> (Vec3, f32) {
-        let [x, y, z] = self.0;
-        let a = Vec3::new(x.x, y.x, z.x);
-        let n = (Vec3::new(x.y, y.y, z.y) - a).cross(Vec3::new(x.z, y.z, z.z) - a);
-        (n, n.x * a.x + n.y * a.y + n.z * a.z)
+        let ([x, y, z], n) = (self.0, self.normal());
+        (n, n.x * x.x + n.y * y.x + n.z * z.x)
     }
 
     /// How far along four rays, that pass inside all edges, the triangle lies; NaN where it does not. Rays in its plane
