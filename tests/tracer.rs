@@ -1,4 +1,4 @@
-//! Ray casting: single rays against brute force, packets against single rays, and what obvhs trips over.
+//! Ray casting: single rays against brute force, packets against single rays, and what ray casters trip over.
 
 use clerestory::scene::{self, Health, Hit, Mesh, Ray, Tracer};
 use clerestory::site::Site;
@@ -200,7 +200,7 @@ fn negative_zeros_in_directions_change_nothing() {
     }
 }
 
-/// obvhs leaves out boxes that end within t = 10⁻⁴ of a ray's origin.
+/// Boxes that end so near to a ray's origin are not left out.
 #[test]
 fn surfaces_a_twentieth_of_a_millimetre_away_are_found() {
     let half = Vec3::new(4.0, 3.0, 2.0);

@@ -2,12 +2,11 @@
 
 use glam::Vec3;
 
-use super::correlation;
 use super::regions::Region;
-use super::surfaces::NONE;
+use super::surfaces::{NONE, Surfaces};
 use super::view::{Maps, Prepared};
-use crate::panorama::luminance;
-use crate::scene::Ray;
+use super::{correlation, log_luminance};
+use crate::scene::{Hit, Ray, Scene};
 
 /// An albedo whose logarithm varies by less than this variance shows no picture.
 const LEAST_VARIANCE: f64 = 1e-3;
@@ -39,12 +38,8 @@ pub(super) fn behind(prepared: &Prepared, maps: &Maps, region: &Region) -> Optio
         };
         let Some(mine) = cost(s.position[i], true) else { continue };
         let mut best: Option<f32> = None;
-        let mut t = s.distance[i];
-        for _ in 0..LAYERS {
-            let ray = Ray { origin: s.origin, direction: s.ray[i] };
-            let Some(hit) = prepared.scene.tracer.closest(&ray, t + 1e-3 + 1e-4 * t) else { break };
-            t = hit.t;
-            if let Some(c) = cost(s.origin + s.ray[i] * t, false) {
+        for (ray, hit) in layers(prepared.scene, s, i).take(LAYERS) {
+            if let Some(c) = cost(ray.origin + ray.direction * hit.t, false) {
                 best = Some(best.map_or(c, |b| b.min(c)));
             }
         }
@@ -60,27 +55,22 @@ pub(super) fn behind(prepared: &Prepared, maps: &Maps, region: &Region) -> Optio
 /// Correlation of the photograph's brightness with the albedo of the region, and of what the model has behind it: for
 /// where no probe can be asked. `None` where nothing with a picture of its own is behind.
 pub(super) fn picture_behind(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<[f32; 2]> {
+    /// Surfaces behind that are tried.
+    const LAYERS: usize = 8;
     let s = &maps.surfaces;
     let step = region.pixels.len().div_ceil(2000).max(1);
-    let ln = |v: Vec3| luminance(v).max(1e-4).ln();
     let mut all: Vec<[f32; 3]> = Vec::new();
     for &i in region.pixels.iter().step_by(step).filter(|i| maps.usable[**i] > 0.0 && s.triangle[**i] != NONE) {
         // a thin thing has a back: what is behind is another part
-        let part = prepared.parts[s.triangle[i] as usize];
-        let ray = Ray { origin: s.origin, direction: s.ray[i] };
-        let mut t = s.distance[i];
-        let other = (0..8).find_map(|_| {
-            let hit = prepared.scene.tracer.closest(&ray, t + 1e-3 + 1e-4 * t)?;
-            t = hit.t;
-            Some(hit).filter(|hit| prepared.parts[hit.triangle as usize] != part)
-        });
-        if let Some(hit) = other {
+        let part = prepared.part(s.triangle[i]);
+        let other = layers(prepared.scene, s, i).take(LAYERS).find(|(_, hit)| prepared.part(hit.triangle) != part);
+        if let Some((ray, hit)) = other {
             let surface = prepared.scene.surface(&ray, &hit);
             let cos = surface.normal.dot(s.ray[i]).abs().max(0.1);
             let width = hit.t / s.focal / cos.sqrt();
             let albedo = prepared.scene.filtered_albedo(surface.triangle, surface.barycentric, width);
-            let photo = ln(maps.log_photo[i].map(f32::exp));
-            all.push([photo, ln(maps.albedo[i]), ln(albedo)]);
+            let photo = log_luminance(maps.log_photo[i].map(f32::exp));
+            all.push([photo, log_luminance(maps.albedo[i]), log_luminance(albedo)]);
         }
     }
     if 2 * all.len() * step < region.pixels.len() || all.len() < 60 {
@@ -88,6 +78,17 @@ pub(super) fn picture_behind(prepared: &Prepared, maps: &Maps, region: &Region) 
     }
     let with = |k: usize| correlation(all.iter().map(|v| (v[0], v[k])), LEAST_VARIANCE).0;
     Some([with(1), with(2)])
+}
+
+/// What a pixel's ray meets behind its surface, one after another.
+fn layers(scene: &Scene, s: &Surfaces, i: usize) -> impl Iterator<Item = (Ray, Hit)> {
+    let ray = Ray { origin: s.origin, direction: s.ray[i] };
+    let mut t = s.distance[i];
+    std::iter::from_fn(move || {
+        let hit = scene.tracer.closest(&ray, t + 1e-3 + 1e-4 * t)?;
+        t = hit.t;
+        Some((ray, hit))
+    })
 }
 
 /// Mean squared difference of a pixel's logarithm from its neighbours'.

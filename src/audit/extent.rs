@@ -110,7 +110,7 @@ fn displaced(maps: &Maps, i: usize, metres: f32) -> bool {
 /// The pixels of the part of the model that most of a region is on, if it is not the room.
 fn part_of(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<Vec<bool>> {
     let s = &maps.surfaces;
-    let part = |i: usize| if s.triangle[i] == NONE { NONE } else { prepared.parts[s.triangle[i] as usize] };
+    let part = |i: usize| prepared.part(s.triangle[i]);
     let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
     region.pixels.iter().for_each(|&i| *votes.entry(part(i)).or_default() += 1);
     let (most, count) = votes.into_iter().max_by_key(|(_, n)| *n)?;

@@ -3,14 +3,12 @@
 use glam::{Mat2, Vec2};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Joins;
 use super::fourier::{Complex, Fourier};
 use super::mapping::Gradient;
 use super::regions::bounds;
 use super::structure::{ALIKE_PX, BAND};
-use super::surfaces::NONE;
 use super::view::Maps;
-use crate::panorama::luminance;
+use super::{Joins, log_luminance};
 use crate::scene::{Scene, Texture};
 
 /// Sides of the grids that a texture's period is divided into.
@@ -113,7 +111,7 @@ impl<'a> Laid<'a> {
             cut_out(BLOCK_PX, slots.len() * BLOCK_PX, &all, inside, joined)
         };
         // the albedo as it is, times what the photograph says it would have to be multiplied by
-        let real = |i: &usize| ln(luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp)));
+        let real = |i: &usize| log_luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp));
         let photo = all.iter().map(real);
         let weight = all.iter().map(|i| 1.0 / maps.texture.variance[*i]).collect();
         Some(Self::new(texture, joins, pixels, places, photo, weight))
@@ -147,7 +145,7 @@ impl<'a> Laid<'a> {
         let level = Texture::level_of(across.max(along) as f32 / side as f32);
         let step = 1.0 / side as f32;
         let at = |k: usize| Vec2::new((k % side) as f32, (k / side) as f32) * step;
-        let period = fourier.forward((0..side * side).map(|k| ln(luminance(texture.sample(at(k), level)))));
+        let period = fourier.forward((0..side * side).map(|k| log_luminance(texture.sample(at(k), level))));
         let mut this = Self {
             texture,
             joins,
@@ -211,7 +209,7 @@ impl<'a> Laid<'a> {
         let Laying { turn, shift, off_m } = laying;
         let shown = self.structure(self.places.iter().map(|p| {
             let at = self.centre + turn * (p.at - self.centre) + shift + p.parallax * off_m;
-            ln(luminance(self.texture.patch(at, turn * p.right, turn * p.down)))
+            log_luminance(self.texture.patch(at, turn * p.right, turn * p.down))
         }));
         let [mut sum, mut aa, mut bb, mut ab] = [0.0f32; 4];
         for ((a, b), w) in self.photo.iter().zip(&shown).zip(&self.weight) {
@@ -274,17 +272,16 @@ fn place(scene: &Scene, maps: &Maps, i: usize) -> Option<Place> {
         gradient.step(to - s.position[i])
     };
     let (x, y) = (i % s.width, i / s.width);
-    let right = if x + 1 < s.width { step(i + 1) } else { -step(i - 1) };
-    let down = if y + 1 < s.height { step(i + s.width) } else { -step(i - s.width) };
+    // at the picture's end, the way back; a picture of one pixel has neither
+    let side = |at: usize, end: usize, next: usize| {
+        if at + 1 < end { Some(step(i + next)) } else { (at > 0).then(|| -step(i - next)) }
+    };
+    let (right, down) = (side(x, s.width, 1)?, side(y, s.height, s.width)?);
     // where the ray meets the surface once it is off its place, brought back along the normal
     let (normal, ray) = (s.normal[i], s.ray[i]);
     let parallax = gradient.step(ray / normal.dot(ray).min(-1e-3) - normal);
     let finite = right.is_finite() && down.is_finite() && parallax.is_finite();
-    (s.triangle[i] != NONE && finite).then_some(Place { at, right, down, parallax })
-}
-
-fn ln(brightness: f32) -> f32 {
-    brightness.max(1e-4).ln()
+    finite.then_some(Place { at, right, down, parallax })
 }
 
 #[cfg(test)]
@@ -323,7 +320,7 @@ pub(super) mod tests {
             .map(|(k, p)| {
                 let at = middle + laying.turn * (p.at - middle) + laying.shift + p.parallax * laying.off_m;
                 let shown = texture.patch(at, laying.turn * p.right, laying.turn * p.down);
-                ln(luminance(shown)) + noise * (hash(k) as f32 / 500.0 - 1.0)
+                log_luminance(shown) + noise * (hash(k) as f32 / 500.0 - 1.0)
             })
             .collect();
         let joins = Joins::open(SIDE, SIDE);

@@ -54,12 +54,20 @@ pub use run::{Progress, audit};
 pub use verdict::{Reason, Verdict};
 pub use view::{Maps, Prepared, Settings, examine};
 
+use glam::Vec3;
+
+use crate::panorama::luminance;
 use joins::Joins;
 
 /// The middle value; 0 of nothing.
 fn median(values: &mut [f32]) -> f32 {
     let middle = values.len() / 2;
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
+}
+
+/// Logarithm of a brightness; black counts as 10⁻⁴.
+fn log_luminance(rgb: Vec3) -> f32 {
+    luminance(rgb).max(1e-4).ln()
 }
 
 /// Pearson's correlation of pairs, and how many there are; 0 where either side varies by less than `least`.

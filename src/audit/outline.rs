@@ -60,10 +60,7 @@ pub(super) const ODDS: f32 = 8.0;
 pub(super) struct Shifted {
     /// The part's pixels and those that it is shifted to, in order.
     pub(super) pixels: Vec<usize>,
-    /// Pixels of the audit's size, to the right and down; `None` if a probe's picture shows it, and not the photograph.
-    pub(super) by_px: Option<[f32; 2]>,
-    /// Pixels of the probe that shows it.
-    pub(super) probe_px: f32,
+    pub(super) by: By,
     /// The same on the part, metres.
     pub(super) metres: f32,
     /// Logarithm of the odds against the model's place.
@@ -73,19 +70,19 @@ pub(super) struct Shifted {
 impl Shifted {
     /// Where the part really stands, as far as the photograph shows it.
     pub(super) fn shift(&self) -> Option<Shift> {
-        let by = self.by_px?;
+        let By::Photograph(by) = self.by else { return None };
         let [right, down] = by.map(|px| f64::from(px * self.metres / by[0].hypot(by[1])));
         Some(Shift { right_m: right, down_m: down })
     }
 
     /// The figures behind it.
     pub(super) fn evidence(&self) -> Vec<Evidence> {
-        let mut all = match self.by_px {
-            Some([right, down]) => vec![
+        let mut all = match self.by {
+            By::Photograph([right, down]) => vec![
                 Evidence::new("outline shifted to the right", right, 2.0, "pixels"),
                 Evidence::new("outline shifted down", down, 2.0, "pixels"),
             ],
-            None => vec![Evidence::new("outline shifted in a probe", self.probe_px, 2.0, "pixels")],
+            By::Probe(px) => vec![Evidence::new("outline shifted in a probe", px, 2.0, "pixels")],
         };
         all.push(Evidence::new("outline shifted, on the part", self.metres, 0.0, "metres"));
         all.push(Evidence::new("odds of another place", self.odds, ODDS, "logarithm"));
@@ -118,8 +115,7 @@ pub(super) fn shifted(prepared: &Prepared, maps: &Maps) -> Vec<Shifted> {
         .collect();
     all.extend(witnesses(prepared, maps, &asked).into_iter().map(|w| Shifted {
         pixels: asked[w.which].1.clone(),
-        by_px: None,
-        probe_px: w.px,
+        by: By::Probe(w.px),
         metres: w.metres,
         odds: w.odds,
     }));
@@ -154,6 +150,14 @@ impl Fit<'_> {
     pub(super) fn elsewhere(&self) -> bool {
         self.shift.iter().any(|s| s.abs() > 0.5) && self.best >= self.own + GAINED
     }
+}
+
+/// By how many pixels a part is shifted.
+pub(super) enum By {
+    /// In the photograph: pixels of the audit's size, to the right and down.
+    Photograph([f32; 2]),
+    /// In a probe's picture only: pixels of that.
+    Probe(f32),
 }
 
 /// The pictures at the test's size.
@@ -195,10 +199,7 @@ impl Small {
             if smooth > 0.0 { ln(smooth / std::f32::consts::PI) } else { lit(i) }
         };
         let all = vec![1.0; width * height];
-        let part = (0..width * height)
-            .map(|i| s.triangle[middle(i)])
-            .map(|t| if t == NONE { NONE } else { prepared.parts[t as usize] })
-            .collect();
+        let part = (0..width * height).map(|i| prepared.part(s.triangle[middle(i)])).collect();
         let distance = (0..width * height).map(|i| s.distance[middle(i)]).collect();
         let models = [(mean(&lit), all.clone()), (mean(&plain), all)];
         Self { by, ..Self::of(width, height, part, distance, &models, &photo, usable) }
@@ -317,7 +318,7 @@ impl Small {
         let by_px = fit.shift.map(|d| d * self.by as f32);
         let distance = fit.members.iter().map(|i| self.distance[*i]).sum::<f32>() / fit.members.len() as f32;
         let metres = by_px[0].hypot(by_px[1]) * distance / maps.surfaces.focal;
-        Shifted { pixels, by_px: Some(by_px), probe_px: 0.0, metres, odds: fit.odds }
+        Shifted { pixels, by: By::Photograph(by_px), metres, odds: fit.odds }
     }
 
     /// Shifted pixels of this size as those of the audit's, in order.

@@ -10,7 +10,7 @@ use super::radiometry::{self, Radiometry, Sights};
 use super::rim::{self, Bridged};
 use super::scores::Scores;
 use super::soften::soften;
-use super::surfaces::{Surfaces, reduced};
+use super::surfaces::{NONE, Surfaces, reduced};
 use super::texture::{self, Texture};
 use super::{PoseCorrection, Reason, Verdict, align, parts, verdict};
 use crate::panorama::{Picture, luminance};
@@ -60,6 +60,11 @@ impl<'a> Prepared<'a> {
     ) -> Self {
         let probes = probes.iter().map(|(probe, picture)| ProbeView::new(scene, probe, picture)).collect();
         Self { scene, light, volume, probes, parts: parts::parts(&scene.mesh) }
+    }
+
+    /// The part of the model that a triangle is of; `NONE` for none.
+    pub(super) fn part(&self, triangle: u32) -> u32 {
+        self.parts.get(triangle as usize).copied().unwrap_or(NONE)
     }
 }
 

@@ -154,6 +154,6 @@ fn cutout(prepared: &Prepared, probe: &ProbeView, camera: &Camera) -> Small {
         .collect();
     let usable: Vec<f32> = seen.iter().map(|v| if v.is_finite() { 1.0 } else { 0.0 }).collect();
     let seen: Vec<f32> = seen.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
-    let part = s.triangle.iter().map(|t| if *t == NONE { NONE } else { prepared.parts[*t as usize] }).collect();
+    let part = s.triangle.iter().map(|t| prepared.part(*t)).collect();
     Small::of(s.width, s.height, part, s.distance, &[(model, known)], &seen, usable)
 }

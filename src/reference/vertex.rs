@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::scene::{Ray, Scene};
 
-/// obvhs skips boxes that end within 10⁻⁴ m of a ray's origin, and with them the walls that touch a corner. Rays start
-/// this far back, in metres, and count hits only from their true origin on.
+/// Walls that touch a corner begin where a ray from it does. Rays start this far back, in metres, and count hits only from
+/// their true origin on.
 const RUN_UP: f32 = 2e-4;
 
 /// A point on a surface, seen from one side.

@@ -148,7 +148,7 @@ impl Texture {
 
     /// Linear RGB averaged over a parallelogram about texture coordinates `uv`: bilinear in one level at so many places
     /// along each of its sides.
-    pub fn sample_patch(&self, uv: Vec2, right: (Vec2, u32), down: (Vec2, u32), level: usize) -> Vec3 {
+    fn sample_patch(&self, uv: Vec2, right: (Vec2, u32), down: (Vec2, u32), level: usize) -> Vec3 {
         let level = &self.levels[level.min(self.levels.len() - 1)];
         let (columns, rows) = (right.1.max(1), down.1.max(1));
         let (across, along) = (level.texels(right.0) / columns as f32, level.texels(down.0) / rows as f32);

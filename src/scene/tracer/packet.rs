@@ -7,9 +7,8 @@
 //! distribution ray tracing*, 2006). glam's `Vec4` is the machine's four-wide register.
 
 use glam::{BVec4A, Mat4, Vec3, Vec4, Vec4Swizzles};
-use smallvec::SmallVec;
 
-use super::pairs::{Child, Kind, Pair, Pairs};
+use super::pairs::{Kind, Pair, Pairs, Stack, Waiting};
 use super::triangle::Corners;
 use super::{Best, Hit, Triangles};
 
@@ -56,13 +55,6 @@ struct Nearest {
     reach: [Vec4; GROUPS],
     /// How far along the main axis the farthest of these lies.
     depth: f32,
-}
-
-/// A subtree that waits, and how far along the main axis its box begins.
-#[derive(Clone, Copy)]
-struct Waiting {
-    child: Child,
-    near: f32,
 }
 
 impl Beam {
@@ -129,7 +121,7 @@ impl Beam {
 
     fn traverse(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, best: &mut Nearest) {
         let Some(mut pair) = tree.pairs.first() else { return };
-        let mut waiting: SmallVec<[Waiting; 64]> = SmallVec::new();
+        let mut waiting: Stack<Waiting> = Stack::new();
         loop {
             let (seen, near) = self.sees(pair, best.depth);
             let mut next = None;

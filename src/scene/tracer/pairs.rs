@@ -3,6 +3,7 @@
 
 use glam::{Vec3, Vec4};
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use smallvec::SmallVec;
 
 /// Marks a count as a leaf's.
 const LEAF: u32 = 1 << 31;
@@ -27,6 +28,16 @@ pub(super) struct Child {
     first: u32,
     count: u32,
 }
+
+/// A subtree that waits, and how far its box begins.
+#[derive(Clone, Copy)]
+pub(super) struct Waiting {
+    pub(super) child: Child,
+    pub(super) near: f32,
+}
+
+/// Subtrees that wait, so many without asking for memory; a deeper tree asks.
+pub(super) type Stack<T> = SmallVec<[T; 64]>;
 
 /// What a child is.
 pub(super) enum Kind {

@@ -5,15 +5,12 @@
 use glam::{Vec3, Vec4};
 use smallvec::SmallVec;
 
-use super::pairs::{Boxed, Child, Kind, Pair, Pairs};
+use super::pairs::{Boxed, Child, Kind, Pair, Pairs, Stack, Waiting};
 use super::triangle::BESIDE;
 use super::{Best, Hit, Ray, Triangles};
 
 /// The least speed towards a side; keeps its reciprocal finite.
 const LEAST: f32 = 1e-24;
-
-/// Subtrees that wait without asking for memory; a deeper tree asks.
-const WAITING: usize = 64;
 
 /// The tree. The first quad holds the root's children; no quad where there is no triangle.
 #[derive(Default)]
@@ -25,13 +22,6 @@ struct Quad {
     /// The low ends of all boxes along x, y and z, then the high ends.
     bounds: [Vec4; 6],
     children: [Child; 4],
-}
-
-/// A subtree that waits, and where along the ray its box begins.
-#[derive(Clone, Copy)]
-struct Waiting {
-    child: Child,
-    near: f32,
 }
 
 /// A ray as boxes are tested with it.
@@ -96,7 +86,7 @@ impl Quads {
     pub(super) fn closest(&self, triangles: &Triangles, ray: &Ray, t_min: f32) -> Option<Hit> {
         let slabs = Slabs::new(ray);
         let (mut best, mut reach) = (Best::NONE, f32::MAX);
-        let mut waiting: SmallVec<[Waiting; WAITING]> = SmallVec::new();
+        let mut waiting: Stack<Waiting> = Stack::new();
         let mut quad = self.0.first()?;
         loop {
             let (mut met, near) = slabs.meet(quad, reach);
@@ -135,7 +125,7 @@ impl Quads {
 
     pub(super) fn occluded(&self, triangles: &Triangles, ray: &Ray, t_min: f32, t_max: f32) -> bool {
         let slabs = Slabs::new(ray);
-        let mut waiting: SmallVec<[Child; WAITING]> = SmallVec::new();
+        let mut waiting: Stack<Child> = Stack::new();
         let Some(mut quad) = self.0.first() else { return false };
         loop {
             let (mut met, _) = slabs.meet(quad, t_max);
