@@ -14,7 +14,7 @@ pub use health::{Edges, Health, MaterialArea, edges};
 pub use load::{SceneError, Spared, load, load_without};
 pub use mesh::{Material, Mesh};
 pub use texture::Texture;
-pub use tracer::{Hit, Ray, Tracer};
+pub use tracer::{Hit, Occluder, Ray, Tracer};
 
 use glam::{DVec3, Vec2, Vec3};
 

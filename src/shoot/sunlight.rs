@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::hits::{Hits, unpack_normal};
-use crate::scene::{Ray, Scene};
+use crate::scene::{Occluder, Ray, Scene};
 
 /// Whether the sun shines on a cell's surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,15 +23,21 @@ pub enum Sunlit {
 
 /// Whether the sun (unit direction towards it) reaches a point of a surface with this normal (on either side).
 pub fn reaches(scene: &Scene, point: Vec3, normal: Vec3, sun: Vec3) -> bool {
+    reaches_past(&mut Occluder::default(), scene, point, normal, sun)
+}
+
+/// The same for one of many points that follow each other, asking first what shaded the last of them.
+fn reaches_past(last: &mut Occluder, scene: &Scene, point: Vec3, normal: Vec3, sun: Vec3) -> bool {
     let origin = point + normal * (1e-4 + 1e-5 * point.abs().max_element());
-    normal.dot(sun) > 0.0 && !scene.tracer.occluded(&Ray { origin, direction: sun }, 1e-4, f32::INFINITY)
+    let ray = Ray { origin, direction: sun };
+    normal.dot(sun) > 0.0 && !scene.tracer.occluded_again(&ray, 1e-4, f32::INFINITY, last)
 }
 
 /// The sun's reach for each cell.
 pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
     let chart = &hits.chart;
     let to_world = hits.to_probe.transpose();
-    let reaches_along = |i: usize, d: Vec3| {
+    let reaches_along = |last: &mut Occluder, i: usize, d: Vec3| {
         let cell = &hits.cells[i];
         let normal = unpack_normal(cell.normal);
         if normal.dot(sun) <= 0.0 {
@@ -40,21 +46,22 @@ pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
         let d = to_world * d;
         let along = normal.dot(d);
         // the plane may be left behind past a grazing cell's corner
-        along < -1e-3 && reaches(scene, hits.origin + d * (cell.plane / along), normal, sun)
+        along < -1e-3 && reaches_past(last, scene, hits.origin + d * (cell.plane / along), normal, sun)
     };
-    let reaches_at = |i: usize, row: usize, x: f32, y: f32| reaches_along(i, chart.direction(row, x, y));
     let centres: Vec<bool> = (0..chart.rows())
         .into_par_iter()
         .flat_map_iter(|row| {
             let range = chart.row(row);
             let middle = chart.middles(row);
-            range.clone().map(move |i| hits.cells[i].is_hit() && reaches_along(i, middle(i - range.start)))
+            let mut last = Occluder::default();
+            range.clone().map(move |i| hits.cells[i].is_hit() && reaches_along(&mut last, i, middle(i - range.start)))
         })
         .collect();
     (0..chart.rows())
         .into_par_iter()
         .flat_map_iter(|row| {
             let (range, centres) = (chart.row(row), &centres);
+            let mut last = Occluder::default();
             range.clone().map(move |i| {
                 let here = centres[i];
                 let x = i - range.start;
@@ -62,8 +69,8 @@ pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
                     return if here { Sunlit::Yes } else { Sunlit::No };
                 }
                 let corners = chart.corners();
-                let (x, y) = (x as f32, row as f32);
-                if corners.iter().all(|&(dx, dy)| reaches_at(i, row, x + dx, y + dy) == here) {
+                let place = |(dx, dy): (f32, f32)| chart.direction(row, x as f32 + dx, row as f32 + dy);
+                if corners.into_iter().all(|corner| reaches_along(&mut last, i, place(corner)) == here) {
                     if here { Sunlit::Yes } else { Sunlit::No }
                 } else {
                     Sunlit::Partly

@@ -10,7 +10,7 @@ mod pairs;
 mod quads;
 mod triangle;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::Mesh;
 use packet::{Beam, PACKET};
@@ -54,6 +54,10 @@ struct Triangles {
     ids: Vec<u32>,
 }
 
+/// What stood in the way of a ray: nothing so far, or a triangle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Occluder(Option<usize>);
+
 /// The best hit so far.
 #[derive(Clone, Copy)]
 struct Best {
@@ -94,6 +98,14 @@ impl Triangles {
         let away = self.corners[slot].normal().dot(direction) > 0.0;
         Best { hit: Hit { t, triangle: self.ids[slot] }, away }
     }
+
+    /// Whether the triangle in a slot stands on a ray between two distances.
+    #[inline(always)]
+    fn stops(&self, slot: usize, ray: &Ray, t_min: f32, t_max: f32) -> bool {
+        let origin = ray.origin.to_array().map(Vec4::splat);
+        let meets = self.corners[slot].seen_from(&origin).meet(ray.direction);
+        meets.is_some_and(|t| t > t_min && t < t_max && t.is_finite())
+    }
 }
 
 impl Tracer {
@@ -125,7 +137,19 @@ impl Tracer {
 
     /// Whether anything stands on the ray farther than `t_min` and nearer than `t_max` metres.
     pub fn occluded(&self, ray: &Ray, t_min: f32, t_max: f32) -> bool {
-        self.quads.occluded(&self.triangles, ray, t_min, t_max)
+        self.quads.occluder(&self.triangles, ray, t_min, t_max).is_some()
+    }
+
+    /// [`Tracer::occluded`], asking first what stood in the way of another ray: rays that follow each other are mostly
+    /// stopped by one thing. Keeps in `last` what stops this one.
+    pub fn occluded_again(&self, ray: &Ray, t_min: f32, t_max: f32, last: &mut Occluder) -> bool {
+        let again = last.0.is_some_and(|slot| self.triangles.stops(slot, ray, t_min, t_max));
+        if !again {
+            let found = self.quads.occluder(&self.triangles, ray, t_min, t_max);
+            last.0 = found.or(last.0);
+            return found.is_some();
+        }
+        true
     }
 
     /// The nearest hits farther than `t_min` metres of many rays from one point, exactly as [`Tracer::closest`] finds

@@ -123,10 +123,11 @@ impl Quads {
         }
     }
 
-    pub(super) fn occluded(&self, triangles: &Triangles, ray: &Ray, t_min: f32, t_max: f32) -> bool {
+    /// The slot of a triangle that stands on a ray.
+    pub(super) fn occluder(&self, triangles: &Triangles, ray: &Ray, t_min: f32, t_max: f32) -> Option<usize> {
         let slabs = Slabs::new(ray);
         let mut waiting: Stack<Child> = Stack::new();
-        let Some(mut quad) = self.0.first() else { return false };
+        let mut quad = self.0.first()?;
         loop {
             let (mut met, _) = slabs.meet(quad, t_max);
             while met != 0 {
@@ -135,16 +136,11 @@ impl Quads {
                 waiting.push(quad.children[lane]);
             }
             quad = loop {
-                match waiting.pop().map(Child::kind) {
-                    None => return false,
-                    Some(Kind::Inner(index)) => break &self.0[index],
-                    Some(Kind::Leaf(mut slots)) => {
-                        let stops = |slot: usize| {
-                            let meets = triangles.corners[slot].seen_from(&slabs.origin).meet(ray.direction);
-                            meets.is_some_and(|t| t > t_min && t < t_max && t.is_finite())
-                        };
-                        if slots.any(stops) {
-                            return true;
+                match waiting.pop()?.kind() {
+                    Kind::Inner(index) => break &self.0[index],
+                    Kind::Leaf(mut slots) => {
+                        if let Some(slot) = slots.find(|&slot| triangles.stops(slot, ray, t_min, t_max)) {
+                            return Some(slot);
                         }
                     }
                 }
