@@ -209,7 +209,7 @@ impl<'a> Laid<'a> {
         let Laying { turn, shift, off_m } = laying;
         let shown = self.structure(self.places.iter().map(|p| {
             let at = self.centre + turn * (p.at - self.centre) + shift + p.parallax * off_m;
-            log_luminance(self.texture.patch(at, turn * p.right, turn * p.down))
+            log_luminance(self.texture.patch(at, turn * p.right, turn * p.down, Texture::APART))
         }));
         let [mut sum, mut aa, mut bb, mut ab] = [0.0f32; 4];
         for ((a, b), w) in self.photo.iter().zip(&shown).zip(&self.weight) {
@@ -319,7 +319,7 @@ pub(super) mod tests {
             .enumerate()
             .map(|(k, p)| {
                 let at = middle + laying.turn * (p.at - middle) + laying.shift + p.parallax * laying.off_m;
-                let shown = texture.patch(at, laying.turn * p.right, laying.turn * p.down);
+                let shown = texture.patch(at, laying.turn * p.right, laying.turn * p.down, Texture::APART);
                 log_luminance(shown) + noise * (hash(k) as f32 / 500.0 - 1.0)
             })
             .collect();

@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 use super::frame::Pixel;
 use super::lattice::{Lattice, Spot};
 use super::{Irradiance, Lit, PrimaryRays, Source};
-use crate::scene::{Face, Hit, Paint, Ray, Scene, Surface};
+use crate::scene::{Face, Hit, Paint, Ray, Scene, Surface, Texture};
 use crate::site::Camera;
 use crate::volume::Nearby;
 
@@ -175,7 +175,7 @@ impl<'a> Shader<'a> {
         let ray = Ray { origin: self.origin, direction };
         let distance = face.meet(&ray).max(least).min(most);
         let surface = face.surface(&ray, distance);
-        let albedo = paint.patch(face, surface.barycentric, face.covered(direction, sides, distance));
+        let albedo = paint.patch(face, surface.barycentric, face.covered(direction, sides, distance), Texture::APART);
         let spot = Spot { position: surface.position, normal: surface.normal, near_m: NEAR * distance };
         self.fragments.push(Fragment { spot, count: hits.len() as u32, first: ALL, albedo, distance });
     }
@@ -245,7 +245,7 @@ impl<'a> Shader<'a> {
             albedo += count
                 * if self.shares {
                     let size = sample.distance * f32::sqrt(count * share);
-                    paint.patch(face, at, face.covered(direction, sides, size))
+                    paint.patch(face, at, face.covered(direction, sides, size), Texture::APART)
                 } else {
                     paint.albedo(at, 0.0)
                 };

@@ -12,7 +12,7 @@ impl Scene {
         let n = e1.cross(e2);
         let inv = 1.0 / n.length_squared();
         let gradient = [e2.cross(n) * inv, n.cross(e1) * inv];
-        Face { triangle, corner: a, normal: n.normalize_or_zero(), gradient }
+        Face { triangle, corner: a, normal: n.normalize_or_zero(), doubled_m2: n.length(), gradient }
     }
 
     /// What a face is painted with. Lamps count as white where that is asked for.
@@ -33,8 +33,9 @@ impl Scene {
         {
             let [a, b, c] = corners.map(|i| self.mesh.uvs[i as usize]);
             let texture = &self.textures[texture as usize];
-            let scale = texture.texels_per_unit() * self.mesh.uv_per_metre(face.triangle);
-            paint.texture = Some(Cloth { texture, uv: [a, b - a, c - a], scale });
+            let uv = [a, b - a, c - a];
+            let units2_per_m2 = uv[1].perp_dot(uv[2]).abs() / face.doubled_m2.max(f32::MIN_POSITIVE);
+            paint.texture = Some(Cloth { texture, uv, scale: (texture.texels_per_unit2() * units2_per_m2).sqrt() });
         }
         paint
     }
@@ -47,6 +48,8 @@ pub struct Face {
     pub triangle: u32,
     corner: Vec3,
     normal: Vec3,
+    /// Twice the area.
+    doubled_m2: f32,
     /// How the second and the third corner's barycentric coordinates change per metre.
     gradient: [Vec3; 2],
 }
@@ -124,9 +127,17 @@ impl Paint<'_> {
         albedo * cloth.texture.sample(cloth.at(barycentric), Texture::level_of(width_m * cloth.scale))
     }
 
+    /// [`Paint::albedo`] without the blend between two levels of the texture: for the many rays whose mean counts.
+    #[inline]
+    pub fn rough_albedo(&self, barycentric: Vec2, width_m: f32) -> Vec3 {
+        let albedo = self.shade(barycentric);
+        let Some(cloth) = &self.texture else { return albedo };
+        albedo * cloth.texture.near(cloth.at(barycentric), width_m * cloth.scale)
+    }
+
     /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: bilinear in the
-    /// texture's level whose texels are about half its shorter side wide, over places a texel and a half apart.
-    pub fn patch(&self, face: &Face, barycentric: Vec2, sides: [Vec3; 2]) -> Vec3 {
+    /// texture's level whose texels are about half its shorter side wide, over places so many texels apart.
+    pub fn patch(&self, face: &Face, barycentric: Vec2, sides: [Vec3; 2], apart: f32) -> Vec3 {
         let albedo = self.shade(barycentric);
         let Some(cloth) = &self.texture else { return albedo };
         let Cloth { texture, uv: [_, b, c], .. } = cloth;
@@ -134,7 +145,7 @@ impl Paint<'_> {
             let change = face.change(side);
             *b * change.x + *c * change.y
         });
-        albedo * texture.patch(cloth.at(barycentric), right, down)
+        albedo * texture.patch(cloth.at(barycentric), right, down, apart)
     }
 
     /// Whether another face carries this one on at a point of it: in the same plane, and painted as this one would be

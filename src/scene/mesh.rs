@@ -66,16 +66,6 @@ impl Mesh {
         Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
     }
 
-    /// How many texture units one metre spans on a triangle: √(area in texture space / area in space).
-    pub fn uv_per_metre(&self, triangle: u32) -> f32 {
-        if self.uvs.is_empty() {
-            return 0.0;
-        }
-        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize]);
-        let area = 0.5 * (b - a).perp_dot(c - a).abs();
-        (area / self.area(triangle).max(f32::MIN_POSITIVE)).sqrt()
-    }
-
     /// The least and greatest corner of the box around all triangles; zeros where there is none.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let mut low = Vec3::INFINITY;

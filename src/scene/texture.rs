@@ -101,10 +101,10 @@ impl Texture {
         self.levels.iter().map(|l| l.texels.len() * 4).sum()
     }
 
-    /// Texels along a texture unit.
-    pub fn texels_per_unit(&self) -> f32 {
+    /// Texels on a square texture unit.
+    pub fn texels_per_unit2(&self) -> f32 {
         let (w, h) = self.size();
-        ((w * h) as f32).sqrt()
+        w as f32 * h as f32
     }
 
     /// The pyramid level whose texels are so many of the picture's own wide; 0 is the picture itself.
@@ -128,21 +128,22 @@ impl Texture {
         (way * Vec2::new(w as f32, h as f32)).length()
     }
 
+    /// How many texels apart the places of a [patch](Self::patch) may be: more than one, since each is the mean of two by two.
+    pub const APART: f32 = 1.5;
+
     /// Linear RGB averaged over a parallelogram about texture coordinates `uv`: bilinear in the level whose texels are about
-    /// half its shorter side wide, over places a texel and a half apart.
+    /// half its shorter side wide, over places `apart` texels apart.
     #[inline]
-    pub fn patch(&self, uv: Vec2, right: Vec2, down: Vec2) -> Vec3 {
+    pub fn patch(&self, uv: Vec2, right: Vec2, down: Vec2, apart: f32) -> Vec3 {
         /// Texels' width, as a share of the shorter side.
         const WIDE: f32 = 0.6;
-        /// Texels from place to place: more than one, since a place is the mean of two by two.
-        const STEP: f32 = 1.5;
         /// Most places along a side.
         const MOST: f32 = 16.0;
         let (across, along) = (self.texels(right), self.texels(down));
         let (short, long) = (across.min(along), across.max(along));
         let level = Self::whole_level((WIDE * short).max(long / MOST));
         let texel = (1u32 << level.min(31)) as f32;
-        let count = |length: f32| (length / (STEP * texel) + 0.5).clamp(1.0, MOST) as u32;
+        let count = |length: f32| (length / (apart * texel) + 0.5).clamp(1.0, MOST) as u32;
         self.sample_patch(uv, (right, count(across)), (down, count(along)), level)
     }
 
@@ -162,6 +163,13 @@ impl Texture {
             }
         }
         sum.truncate() * (1.0 / (columns * rows) as f32)
+    }
+
+    /// Linear RGB at texture coordinates `uv`, bilinear in the level whose texels are nearest to so many of the picture's own
+    /// wide.
+    #[inline]
+    pub fn near(&self, uv: Vec2, texels: f32) -> Vec3 {
+        self.levels[Self::whole_level(texels).min(self.levels.len() - 1)].bilinear(uv)
     }
 
     /// Linear RGB at texture coordinates `uv`, bilinear, between pyramid levels linear.

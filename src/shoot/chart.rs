@@ -185,11 +185,16 @@ impl Chart {
             let range = self.row(r);
             let n = range.len() as i32;
             let at = u * n as f32 - 0.5;
-            let middle = at.round() as i32;
+            // not below −½: rounds to the nearest
+            let middle = (at + 0.5) as i32;
             let wy = if r == row { 1.0 } else { 0.5 };
             (middle - 1..=middle + 1).filter_map(move |column| {
                 let weight = wy * (1.0 - 0.5 * (column as f32 - at).abs());
-                let column = if self.wraps() { column.rem_euclid(n) } else { column };
+                let column = match column {
+                    ..0 if self.wraps() => column + n,
+                    _ if column >= n && self.wraps() => column - n,
+                    _ => column,
+                };
                 (0..n).contains(&column).then(|| (range.start + column as usize, weight))
             })
         })

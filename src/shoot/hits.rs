@@ -77,13 +77,6 @@ impl CellHit {
         self.facing(point, normal, tolerance_m)
     }
 
-    /// Whether this cell's surface, taken as a plane, may stand between the probe and a point (relative to the probe) of
-    /// a surface with the normal given.
-    pub(super) fn hides(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
-        let n = unpack_normal(self.normal);
-        self.is_hit() && hides(n.dot(point) - self.plane, n.dot(normal), tolerance_m)
-    }
-
     /// Whether a point lies on this cell's surface.
     fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
         self.facing(point, normal, tolerance_m) > LEAST_HOLD
@@ -116,7 +109,7 @@ impl Hits {
                     let surface = face.surface(&Ray { origin, direction: directions[x] }, hit.t);
                     let (right, down) = chart.steps(row, middles[x]);
                     let steps = [directions[x], to_world * right, to_world * down];
-                    *cell = see(origin, steps, chart.cell_angle(), face, paint, &surface);
+                    *cell = see(origin, steps, face, paint, &surface);
                 }
             }
         });
@@ -145,15 +138,20 @@ impl Hits {
         let place = self.chart.place(self.to_probe * p)?;
         let tolerance = p.length() * self.chart.cell_angle();
         let around = self.chart.around(place);
-        let behind = around.iter().any(|&(cell, _)| self.cells[cell].hides(p, normal, tolerance));
-        let mut best = (0.0, None);
-        for (cell, kernel) in around {
+        let (mut behind, mut best) = (false, (0.0, None));
+        // neighbours mostly share a normal
+        let mut known = (self.cells[around[0].0].normal, unpack_normal(self.cells[around[0].0].normal));
+        let on = around.map(|(cell, _)| {
             let hit = &self.cells[cell];
-            if kernel > best.0
-                && hit.purity > u16::MAX / 2
-                && hit.holds(p, normal, tolerance)
-                && (!behind || self.joined(scene, cell, point, normal, tolerance))
-            {
+            if hit.normal != known.0 {
+                known = (hit.normal, unpack_normal(hit.normal));
+            }
+            let (off, facing) = (known.1.dot(p) - hit.plane, known.1.dot(normal));
+            behind |= hit.is_hit() && hides(off, facing, tolerance);
+            hit.purity > u16::MAX / 2 && off.abs() < tolerance && facing > LEAST_HOLD
+        });
+        for ((cell, kernel), on) in around.into_iter().zip(on) {
+            if kernel > best.0 && on && (!behind || self.joined(scene, cell, point, normal, tolerance)) {
                 best = (kernel, Some(cell as u32));
             }
         }
@@ -161,7 +159,7 @@ impl Hits {
     }
 
     /// Whether nothing stands between a point and the place where a cell meets its surface: a wall thinner than a cell
-    /// hides what is behind it though its floor runs on. Asked only where another cell nearby [hides](CellHit::hides)
+    /// hides what is behind it though its floor runs on. Asked only where another cell nearby [hides](hides)
     /// the point.
     pub(super) fn joined(&self, scene: &Scene, cell: usize, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
         let hit = &self.cells[cell];
@@ -269,21 +267,15 @@ pub(super) fn hides(off_m: f32, facing: f32, tolerance_m: f32) -> bool {
     off_m < -slack * tolerance_m
 }
 
-/// A cell that sees a surface, with the albedo averaged over its footprint: four points on the surface's plane, found
-/// without casting rays. `steps` are the direction of the cell's middle and its change to the right and down.
-fn see(origin: Vec3, steps: [Vec3; 3], angle: f32, face: &Face, paint: &Paint, surface: &Surface) -> CellHit {
+/// A cell that sees a surface, with the albedo averaged over its footprint on the surface's plane. `steps` are the direction
+/// of the cell's middle and its change to the right and down.
+fn see(origin: Vec3, steps: [Vec3; 3], face: &Face, paint: &Paint, surface: &Surface) -> CellHit {
+    /// Texels from sample to sample. Whatever is wrong with the albedo stays in the record: finer than a view needs.
+    const APART: f32 = 1.0;
     let [middle, right, down] = steps;
     let p = surface.position - origin;
-    let plane = surface.normal.dot(p);
-    let mut albedo = Vec3::ZERO;
-    let width = 0.5 * p.length() * angle;
-    for (dx, dy) in [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)] {
-        let d = middle + right * dx + down * dy;
-        let along = surface.normal.dot(d);
-        let q = if along < -1e-4 { origin + d * (plane / along) } else { surface.position };
-        albedo += paint.albedo(face.barycentric(q), width);
-    }
-    let albedo = (albedo * 0.25).clamp(Vec3::ZERO, Vec3::ONE) * 65535.0 + 0.5;
+    let albedo = paint.patch(face, surface.barycentric, face.covered(middle, [right, down], p.length()), APART);
+    let albedo = albedo.clamp(Vec3::ZERO, Vec3::ONE) * 65535.0 + 0.5;
     let normal = pack_normal(surface.normal);
     CellHit {
         normal,

@@ -111,7 +111,9 @@ impl Records {
                 (0..n).map(move |x| row_average(picture, row, x, n).map(|l| l * gain))
             })
             .collect();
-        let estimate = Estimate { hits: &hits, radiance: &radiance, sunlit: sunlit.as_deref() };
+        let brightness: Vec<f32> = hits.cells.par_iter().zip(&radiance).map(|(hit, l)| brightness(hit, *l)).collect();
+        let estimate =
+            Estimate { hits: &hits, radiance: &radiance, brightness: &brightness, sunlit: sunlit.as_deref() };
         let records = (0..chart.rows())
             .into_par_iter()
             .flat_map_iter(|row| {
@@ -295,8 +297,8 @@ fn similarity(a: f32, b: f32) -> f32 {
 }
 
 /// A rough irradiance/π, summed over channels, to compare neighbours by; dark albedos are floored.
-fn brightness(albedo: Vec3, radiance: Vec3) -> f32 {
-    radiance.element_sum() / albedo.element_sum().max(0.03)
+fn brightness(hit: &CellHit, radiance: Option<Vec3>) -> f32 {
+    radiance.map_or(0.0, Vec3::element_sum) / hit.albedo().element_sum().max(0.03)
 }
 
 /// What the irradiance of a record is estimated from.
@@ -304,6 +306,8 @@ struct Estimate<'a> {
     hits: &'a Hits,
     /// What each cell measured; `None` for bad pixels.
     radiance: &'a [Option<Vec3>],
+    /// [`brightness`] of each cell.
+    brightness: &'a [f32],
     sunlit: Option<&'a [Sunlit]>,
 }
 
@@ -328,7 +332,7 @@ impl Estimate<'_> {
         let d = self.hits.to_probe.transpose() * middle;
         let p = d * (hit.plane / normal.dot(d));
         let tolerance = p.length() * chart.cell_angle();
-        let level = brightness(hit.albedo(), self.radiance[cell].unwrap_or_default());
+        let level = self.brightness[cell];
         let (mut rho_l, mut rho2, mut trust, mut total) = (Vec3::ZERO, Vec3::ZERO, 0.0, 0.0);
         for (other, kernel) in chart.patch(row, x) {
             total += kernel;
@@ -339,7 +343,7 @@ impl Estimate<'_> {
             }
             let rho = theirs.albedo();
             let facing = if facing < 1.0 { facing.powi(FACING) } else { 1.0 };
-            let weight = kernel * facing * theirs.trust() * similarity(level, brightness(rho, l));
+            let weight = kernel * facing * theirs.trust() * similarity(level, self.brightness[other]);
             rho_l += rho * l * weight;
             rho2 += rho * rho * weight;
             trust += weight;

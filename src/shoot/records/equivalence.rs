@@ -149,8 +149,11 @@ fn chart_equals_search(chart: Chart, picture: &Picture, sun: Option<Vec3>) {
         // The footprint's bound: a record that counts is within two cells of the point's direction (row and column), and
         // its plane within one cell's width of the point, so it is that far along the plane ÷ the cosine of incidence.
         let radius_m = p.length() * angle * (2.0 + 3.0 / grazing);
-        let hides = |cell: usize| hits.cells[cell].hides(p, sight.normal, sight.tolerance_m);
-        let behind = hits.chart.around(place).iter().any(|&(cell, _)| hides(cell));
+        let hidden_by = |cell: usize| {
+            let (hit, n) = (&hits.cells[cell], unpack_normal(hits.cells[cell].normal));
+            hit.is_hit() && hides(n.dot(p) - hit.plane, n.dot(sight.normal), sight.tolerance_m)
+        };
+        let behind = hits.chart.around(place).iter().any(|&(cell, _)| hidden_by(cell));
         let (point, normal) = (surface.position, surface.normal);
         let admits = |cell: usize| !behind || hits.joined(&scene, cell, point, normal, sight.tolerance_m);
         let (searched, found) = search(&records, &tree, radius_m, &sight, admits);
