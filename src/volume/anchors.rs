@@ -257,7 +257,7 @@ impl Anchors {
 
 /// Keeps of each key the nearest sample only.
 fn nearest(samples: &mut Vec<(u64, f32, Anchor)>) {
-    samples.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    samples.par_sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     samples.dedup_by_key(|s| s.0);
 }
 

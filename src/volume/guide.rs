@@ -5,7 +5,7 @@
 //! the probability of its direction under the whole mixture (Veach and Guibas, *Optimally Combining Sampling Techniques*,
 //! 1995), so a poor guide costs noise and never a wrong mean.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};
 
@@ -31,15 +31,23 @@ pub struct Guide {
 pub struct Lobes {
     normal: Vec3,
     lobes: Vec<Lobe>,
+    fours: Vec<Four>,
     /// Running sum of the lobes' shares, ends at 1.
     running: Vec<f32>,
 }
 
+/// Directions within an angle of an axis, given by its cosine.
 struct Lobe {
     axis: Vec3,
     cos: f32,
-    /// Share of the guided rays ÷ solid angle.
-    density: f32,
+}
+
+/// Four lobes beside each other: axes, the cosines down to which a direction lies inside, and the share of the guided rays ÷
+/// solid angle.
+struct Four {
+    axis: [Vec4; 3],
+    cos: Vec4,
+    density: Vec4,
 }
 
 /// Share of rays that follow the guide.
@@ -140,18 +148,44 @@ impl Guide {
         let total: f32 = seen.iter().map(|s| s.0).sum();
         let inv = if total > 0.0 { 1.0 / total } else { 0.0 };
         let mut sum = 0.0;
-        let mut running = Vec::with_capacity(seen.len());
-        let mut lobes = Vec::with_capacity(seen.len());
-        for (share, i) in seen {
-            let s = &self.spheres[i as usize];
+        let mut all = Lobes { normal, lobes: Vec::with_capacity(seen.len()), running: Vec::new(), fours: Vec::new() };
+        for (i, &(share, sphere)) in seen.iter().enumerate() {
+            let s = &self.spheres[sphere as usize];
             let d = s.centre - point;
             let d2 = d.length_squared();
-            let cos = (1.0 - s.radius * s.radius / d2).sqrt();
+            let lobe = Lobe { axis: d / d2.sqrt(), cos: (1.0 - s.radius * s.radius / d2).sqrt() };
             sum += share * inv;
-            lobes.push(Lobe { axis: d / d2.sqrt(), cos, density: share * inv / (TAU * (1.0 - cos)) });
-            running.push(sum);
+            all.running.push(sum);
+            if i % 4 == 0 {
+                all.fours.push(Four::NONE);
+            }
+            if let Some(four) = all.fours.last_mut() {
+                four.put(i % 4, &lobe, share * inv / (TAU * (1.0 - lobe.cos)));
+            }
+            all.lobes.push(lobe);
         }
-        Lobes { normal, lobes, running }
+        all
+    }
+}
+
+impl Four {
+    /// No direction lies inside.
+    const NONE: Self = Self { axis: [Vec4::ZERO; 3], cos: Vec4::INFINITY, density: Vec4::ZERO };
+
+    fn put(&mut self, lane: usize, lobe: &Lobe, density: f32) {
+        for (axis, value) in self.axis.iter_mut().zip(lobe.axis.to_array()) {
+            axis[lane] = value;
+        }
+        // a direction sampled on the rim lies inside, whatever rounding says
+        self.cos[lane] = lobe.cos * (1.0 - 1e-6);
+        self.density[lane] = density;
+    }
+
+    /// What the lobes around a direction add to its density.
+    fn density(&self, direction: Vec3) -> Vec4 {
+        let [x, y, z] = self.axis;
+        let along = x * direction.x + y * direction.y + z * direction.z;
+        Vec4::select(along.cmpge(self.cos), self.density, Vec4::ZERO)
     }
 }
 
@@ -171,11 +205,7 @@ impl Lobes {
         if cos <= 0.0 {
             return None;
         }
-        let density: f32 = self
-            .lobes
-            .iter()
-            .map(|l| if direction.dot(l.axis) >= l.cos * (1.0 - 1e-6) { l.density } else { 0.0 })
-            .sum();
+        let density = self.fours.iter().fold(Vec4::ZERO, |sum, four| sum + four.density(direction)).element_sum();
         Some((direction, guided * density + (1.0 - guided) * cos / PI))
     }
 }

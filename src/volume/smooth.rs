@@ -48,6 +48,8 @@ impl Beside {
         vectors: &[[Vec3; 3]],
         squares: &[f32],
     ) -> Vec<[Vec3; 3]> {
+        /// A difference whose square is so many times the noise of both counts as noise.
+        const SURE: f32 = 2.0;
         let variance = |place: usize| {
             let (g, vectors) = (&gathered[place], &vectors[place]);
             let e = luminance(irradiance(vectors, anchors.list[g.anchor as usize].normal));
@@ -63,7 +65,7 @@ impl Beside {
                 let other = other as usize;
                 let noise = variance[i] + variance[other];
                 let off = (bright(other) - here).powi(2);
-                let weight = share * (-(off - noise).max(0.0) / noise.max(f32::MIN_POSITIVE)).exp();
+                let weight = share * (-(off - SURE * noise).max(0.0) / noise.max(f32::MIN_POSITIVE)).exp();
                 for (sum, v) in sum.iter_mut().zip(vectors[other]) {
                     *sum += v * weight;
                 }

@@ -23,7 +23,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { cells: 64, rays: 144 }
+        Self { cells: 64, rays: 96 }
     }
 }
 
@@ -134,7 +134,7 @@ impl Transport {
 /// two different aspects of the representative method*, 1934, with the same spread everywhere).
 fn shared_out(mean: u32, near: &[(u32, f32)]) -> Vec<u32> {
     /// Least and most rays, of the mean.
-    const LEAST: f32 = 0.5;
+    const LEAST: f32 = 0.2;
     const MOST: f32 = 3.0;
     /// Rays come in such lots, so that a point more or less seldom turns an anchor's rays another way.
     const LOT: f32 = 12.0;
@@ -198,8 +198,9 @@ impl Caster<'_> {
             all.sky.push(Sky { weight, direction: ray.direction });
             return;
         };
-        let s = self.scene.surface(ray, &hit);
-        let rho = self.scene.filtered_albedo(s.triangle, s.barycentric, hit.t * spread) / PI;
+        let face = self.scene.face(hit.triangle);
+        let s = face.surface(ray, hit.t);
+        let rho = self.scene.paint(&face, true).rough_albedo(s.barycentric, hit.t * spread) / PI;
         if let Some((probe, cell)) = self.light.finest(self.scene, s.position, s.normal) {
             all.seen.push(Seen { weight, rho, probe, cell });
             return;
