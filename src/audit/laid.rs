@@ -3,6 +3,7 @@
 use glam::{Mat2, Vec2};
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::coding::Coded;
 use super::fourier::{Complex, Fourier};
 use super::mapping::Gradient;
 use super::regions::bounds;
@@ -45,6 +46,8 @@ pub(super) struct Laid<'a> {
     /// Per pixel of the cut-out, 1 where there is a place, and the same smoothed.
     here: Vec<f32>,
     smoothed: Vec<f32>,
+    /// How they are coded.
+    coded: Option<Coded>,
     /// The pixels' indices in the cut-out, places, the structure that the photograph shows there and how much it counts.
     pixels: Vec<usize>,
     pub(super) places: Vec<Place>,
@@ -114,16 +117,18 @@ impl<'a> Laid<'a> {
         let real = |i: &usize| log_luminance(maps.albedo[*i] * maps.texture.ratio[*i].map(f32::exp));
         let photo = all.iter().map(real);
         let weight = all.iter().map(|i| 1.0 / maps.texture.variance[*i]).collect();
-        Some(Self::new(texture, joins, pixels, places, photo, weight))
+        let coded = maps.photo.coding.as_ref().map(|c| c.coded(&all));
+        Some(Self::new(texture, joins, pixels, places, coded, photo, weight))
     }
 
-    /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, the logarithm of what the
-    /// photograph shows of the texture there and how much it counts.
+    /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, how they are coded, the
+    /// logarithm of what the photograph shows of the texture there and how much it counts.
     fn new(
         texture: &'a Texture,
         joins: Joins,
         pixels: Vec<usize>,
         places: Vec<Place>,
+        coded: Option<Coded>,
         photo: impl Iterator<Item = f32>,
         weight: Vec<f32>,
     ) -> Self {
@@ -151,6 +156,7 @@ impl<'a> Laid<'a> {
             joins,
             here,
             smoothed,
+            coded,
             pixels,
             places,
             photo: Vec::new(),
@@ -171,7 +177,13 @@ impl<'a> Laid<'a> {
             let w = f64::from(*w);
             (s + w, q + w * w)
         });
-        (sum * sum / square.max(1e-30)) as f32 / ALIKE_PX
+        let telling = self.coded.as_ref().map_or(1.0, |c| c.telling(ALIKE_PX));
+        (sum * sum / square.max(1e-30)) as f32 / ALIKE_PX * telling
+    }
+
+    /// Whether the photograph is coded coarsely.
+    pub(super) fn is_coded(&self) -> bool {
+        self.coded.is_some()
     }
 
     /// The texture's width over its height, texels.
@@ -196,12 +208,16 @@ impl<'a> Laid<'a> {
         Vec2::new(self.spread[0].sqrt(), self.spread[2].sqrt()).max(Vec2::splat(1e-6))
     }
 
-    /// What is not smooth of values at the places.
+    /// What is not smooth of values at the places, as far as coding leaves it.
     fn structure(&self, values: impl Iterator<Item = f32>) -> Vec<f32> {
         let mut plane = vec![0.0f32; self.here.len()];
         self.pixels.iter().zip(values).for_each(|(k, v)| plane[*k] = v);
         let smooth = self.joins.mean_with(&plane, &self.here, &self.smoothed, BAND);
-        self.pixels.iter().map(|k| plane[*k] - smooth[*k]).collect()
+        let mut structure = self.pixels.iter().map(|k| plane[*k] - smooth[*k]).collect::<Vec<f32>>();
+        if let Some(coded) = &self.coded {
+            coded.leave(&mut structure);
+        }
+        structure
     }
 
     /// Correlation between the photograph's structure and that of the texture laid so.
@@ -324,7 +340,7 @@ pub(super) mod tests {
             })
             .collect();
         let joins = Joins::open(SIDE, SIDE);
-        Laid::new(texture, joins, (0..SIDE * SIDE).collect(), places, photo.into_iter(), vec![1.0; SIDE * SIDE])
+        Laid::new(texture, joins, (0..SIDE * SIDE).collect(), places, None, photo.into_iter(), vec![1.0; SIDE * SIDE])
     }
 
     #[test]

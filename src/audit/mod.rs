@@ -9,6 +9,7 @@ mod align;
 mod behind;
 mod bins;
 mod border;
+mod coding;
 mod colour;
 mod decision;
 mod error;

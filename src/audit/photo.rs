@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::coding::Coding;
 use super::{Joins, Reason};
 use crate::panorama::{Picture, luminance};
 use crate::photograph::{Fitness, Photograph};
@@ -21,6 +22,8 @@ pub(super) struct Reduced {
     pub(super) unusable: Vec<Reason>,
     /// Relative noise of a pixel, as a robust standard deviation.
     pub(super) noise: f32,
+    /// How it is coded, where that shows: only at its full size.
+    pub(super) coding: Option<Coding>,
 }
 
 impl From<Photograph> for Photo {
@@ -80,7 +83,8 @@ impl Photo {
         let mut unusable: Vec<Reason> = blocks.iter().map(|b| b.1).collect();
         let noise = noise(width, height, &pixels, &unusable);
         mark_dark(&pixels, &mut unusable);
-        Reduced { pixels, unusable, noise }
+        let coding = if n == 1 { Coding::of(width, height, &source.pixels) } else { None };
+        Reduced { pixels, unusable, noise, coding }
     }
 }
 

@@ -14,6 +14,10 @@ const FOUND: f32 = 0.45;
 /// Logarithm of the odds from which on another laying is told: many are tried.
 pub(super) const TOLD: f32 = 12.0;
 
+/// The same in a coded photograph, whose few waves depend on each other, but for a surface off its place: that is one line
+/// of places and not all shifts of all turns and scales.
+const TOLD_CODED: f32 = 2.0 * TOLD;
+
 /// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
 /// when it is shifted.
 const ODDS: f32 = 3.0;
@@ -100,14 +104,16 @@ fn searched(laid: &Laid) -> Option<Relaid> {
     let shifts: Vec<Vec<(f32, Vec2)>> = turns.par_iter().map(|(_, turn)| laid.shifts(*turn)).collect();
     let promising = |k: usize| shifts[k].iter().filter(|s| worth(s.0)).map(|s| s.1);
     let fits: Vec<f32> = (0..turns.len()).into_par_iter().map(|k| best_shift(laid, turns[k].1, promising(k))).collect();
-    // a surface off its place shows its texture about shifted
-    let (moved, off_m) = if promising(0).next().is_some() { best_place(laid) } else { (0.0, 0.0) };
+    // a surface off its place shows its texture about shifted, but not all of it by the same way
+    let elsewhere = as_is < FOUND || promising(0).next().is_some();
+    let (moved, off_m) = if elsewhere { best_place(laid) } else { (0.0, 0.0) };
     let names = std::iter::once(What::Moved).chain(turns.iter().map(|t| t.0));
     let mut best: Option<(What, f32)> = None;
     for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
         // the likelier comes first, and a less likely one must explain what the likelier cannot
-        let better = best.map_or(odds(as_is, c) > TOLD, |(_, b)| odds(b, c) > ODDS);
-        if c > FOUND && better {
+        let told = if laid.is_coded() && what != What::Moved { TOLD_CODED } else { TOLD };
+        let better = best.is_none_or(|(_, b)| odds(b, c) > ODDS);
+        if c > FOUND && odds(as_is, c) > told && better {
             best = Some((what, c));
         }
     }
