@@ -1,12 +1,13 @@
 //! From both tests' maps to regions with a kind: what they mark is cut into regions, each is judged by itself, and what
 //! belongs together is joined.
 
+use super::absent::{self, Silhouette};
 use super::outline::{self, Shifted};
-use super::regions::{Region, closed, components, opened};
+use super::regions::{Region, closed, components, dilated, opened};
 use super::scores::{LOW, Scores};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent, relaid};
+use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent, ghosts, relaid};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(super) const WHITE: f32 = 8.0;
@@ -71,7 +72,9 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
         }
     }
     let judged = united(with_relaid(judged, prepared, maps), maps);
-    extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps))
+    let judged = extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps));
+    let judged = ghosts::doubted(prepared, maps, judged);
+    with_absent(judged, absent::silhouettes(prepared, maps, least), maps)
 }
 
 /// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
@@ -102,6 +105,55 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
                 Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
             ],
             region: Region { pixels: piece.clone() },
+        });
+    }
+    judged
+}
+
+/// Adds what stands before the model's surfaces, unless a fault of shape explains most of it already. It explains what lies
+/// mostly within it, and a surface beside it that is hidden by something: the probes saw that thing, too, each on what is
+/// behind it from there. What it does to the light makes doubts of colours around it.
+fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Maps) -> Vec<Judged> {
+    let (w, h) = maps.size();
+    for s in silhouettes {
+        let pixels = &s.region.pixels;
+        let within = |j: &Judged| j.region.pixels.iter().filter(|i| pixels.binary_search(i).is_ok()).count();
+        let hidden = |j: &Judged| j.what == What::Missing && j.displacement.is_none();
+        let few = |j: &Judged| (pixels.len() as f32) < absent::FEW * j.region.pixels.len() as f32;
+        let evidence = Evidence::new(absent::EVIDENCE, s.excess, s.threshold, "logarithm");
+        if let Some(j) = judged.iter_mut().find(|j| hidden(j) && few(j) && 2 * within(j) > pixels.len()) {
+            // two tests, in different light
+            j.reason = Reason::None;
+            j.evidence.push(evidence);
+            continue;
+        }
+        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && j.reason == Reason::None && !hidden(j);
+        let explained: usize = judged.iter().filter(of_shape).map(within).sum();
+        if 2 * explained > pixels.len() {
+            continue;
+        }
+        let strength = s.excess / s.threshold;
+        let sure = strength * strength * pixels.len() as f32 >= absent::SURE_SHARE * maps.usable.len() as f32;
+        if sure {
+            judged.retain(|j| {
+                let inside = within(j);
+                of_shape(&j) || (2 * inside <= j.region.pixels.len() && (inside == 0 || !hidden(j)))
+            });
+            let mut mask = vec![false; w * h];
+            pixels.iter().for_each(|&i| mask[i] = true);
+            let near = dilated(&mask, w, h, absent::TINTED_PX);
+            let tinted = |j: &&mut Judged| j.what == What::Recoloured && j.region.pixels.iter().any(|i| near[*i]);
+            judged.iter_mut().filter(tinted).for_each(|j| j.reason = Reason::Shadow);
+        }
+        judged.push(Judged {
+            score: confidence(f64::from(strength), pixels.len() as f32),
+            kind: Kind::Geometry,
+            what: What::Missing,
+            displacement: None,
+            shift: None,
+            reason: if sure { Reason::None } else { Reason::Undecided },
+            evidence: vec![evidence],
+            region: s.region,
         });
     }
     judged

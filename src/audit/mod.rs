@@ -5,6 +5,7 @@
 //! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around. What is mapped in
 //! one piece is then tried as a whole, laid otherwise: `relaid`.
 
+mod absent;
 mod align;
 mod behind;
 mod bins;
@@ -19,6 +20,7 @@ mod files;
 mod findings;
 mod fourier;
 mod geometry;
+mod ghosts;
 mod joins;
 mod judge;
 mod laid;
