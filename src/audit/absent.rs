@@ -35,8 +35,8 @@ pub(super) const SURE_SHARE: f32 = 5e-3;
 /// A surface that is hidden by something is told already if fewer than this share of it is beyond.
 pub(super) const FEW: f32 = 0.2;
 
-/// A thing shades and tints what is so many pixels beside it, and more.
-pub(super) const TINTED_PX: usize = 8;
+/// A thing shades and tints what is around it, this share of its extent away in the picture.
+pub(super) const TINTED: f32 = 0.5;
 
 /// What the evidence of a thing before the model's surfaces is called.
 pub(super) const EVIDENCE: &str = "brightness beyond all that is predicted";
@@ -47,6 +47,8 @@ pub(super) struct Silhouette {
     /// Mean logarithm of brightness beyond all that is predicted, and what it must be above.
     pub(super) excess: f32,
     pub(super) threshold: f32,
+    /// Most of it is seen by more than one probe.
+    pub(super) several: bool,
 }
 
 /// Looks for what the photograph shows and nothing predicts, in regions of at least so many pixels.
@@ -57,13 +59,13 @@ pub(super) fn silhouettes(prepared: &Prepared, maps: &Maps, least: usize) -> Vec
 }
 
 /// Regions where what nothing predicts is over a threshold on the average; some of each is seen by a probe.
-fn outlined(by: &[Option<f32>], seen: &[bool], w: usize, h: usize, threshold: f32, least: usize) -> Vec<Silhouette> {
+fn outlined(by: &[Option<f32>], seen: &[u8], w: usize, h: usize, threshold: f32, least: usize) -> Vec<Silhouette> {
     let one = |is: bool| if is { 1.0 } else { 0.0 };
     let known: Vec<f32> = by.iter().map(|b| one(b.is_some())).collect();
     let values: Vec<f32> = by.iter().map(|b| b.unwrap_or(0.0)).collect();
     let open = Joins::open(w, h);
     let mean = open.mean(&values, &known, WINDOW);
-    let share = open.smoothed(&seen.iter().map(|s| one(*s)).collect::<Vec<_>>(), WINDOW);
+    let share = open.smoothed(&seen.iter().map(|s| one(*s > 0)).collect::<Vec<_>>(), WINDOW);
     let mut all = Vec::new();
     // brighter and darker apart: what is beside an edge that is a little off its place is both
     for sign in [1.0, -1.0] {
@@ -73,7 +75,9 @@ fn outlined(by: &[Option<f32>], seen: &[bool], w: usize, h: usize, threshold: f3
         let low = closed(&opened(&over(LOW * threshold), w, h, 1), w, h, 2);
         all.extend(components(&low, &high, w, least, |_, _| true).into_iter().map(|region| {
             let excess = region.pixels.iter().map(|i| sign * mean[*i]).sum::<f32>() / region.pixels.len() as f32;
-            Silhouette { region, excess, threshold }
+            let asked = region.pixels.iter().filter(|i| seen[**i] > 0).count();
+            let several = 2 * region.pixels.iter().filter(|i| seen[**i] > 1).count() > asked;
+            Silhouette { region, excess, threshold, several }
         }));
     }
     all
@@ -83,8 +87,8 @@ fn outlined(by: &[Option<f32>], seen: &[bool], w: usize, h: usize, threshold: f3
 struct Beyond {
     /// Per pixel, as a logarithm of brightness: more than the greatest prediction or, negative, less than the least.
     by: Vec<Option<f32>>,
-    /// Some probe sees the surface.
-    seen: Vec<bool>,
+    /// Number of probes that see the surface.
+    seen: Vec<u8>,
     /// What half of the picture differs from its render by.
     usual: f32,
 }
@@ -110,7 +114,7 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
         (e.min_element() > 0.0).then(|| log_luminance(maps.albedo[i] * e / std::f32::consts::PI))
     });
     let mut by: Vec<Option<f32>> = rendered.iter().zip(&smooth).map(|(r, s)| Some(nearest((*r)?, (*s)?))).collect();
-    let mut seen = vec![false; n];
+    let mut seen = vec![0u8; n];
     for (k, probe) in prepared.probes.iter().enumerate() {
         let asked = over(&|i| {
             let log = probe.log_radiance(s.position[i], maps.level(k, i)?) + maps.radiometry.gains[k];
@@ -119,7 +123,7 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
         for i in 0..n {
             if let (Some(b), Some(d)) = (by[i], asked[i]) {
                 by[i] = Some(nearest(b, d));
-                seen[i] = true;
+                seen[i] += 1;
             }
         }
     }
@@ -150,13 +154,15 @@ mod tests {
         // a bar two pixels wide is an edge that is a little off its place
         let edge = |i: usize| (50..52).contains(&(i % w));
         let by: Vec<Option<f32>> = (0..w * h).map(|i| Some(if thing(i) || edge(i) { 0.5 } else { 0.02 })).collect();
-        let found = outlined(&by, &vec![true; w * h], w, h, EXCESS, 40);
-        assert_eq!(found.len(), 1);
+        let found = outlined(&by, &vec![2; w * h], w, h, EXCESS, 40);
+        assert!(found.len() == 1 && found[0].several);
         let right = found[0].region.pixels.iter().filter(|i| thing(**i)).count();
         assert!(right > 300 && found[0].region.pixels.len() < 440 && found[0].excess > EXCESS, "{right}");
         // darker counts as much; what no probe sees is light that nobody knows
         let dark: Vec<Option<f32>> = by.iter().map(|b| b.map(|b| -b)).collect();
-        assert_eq!(outlined(&dark, &vec![true; w * h], w, h, EXCESS, 40).len(), 1);
-        assert!(outlined(&by, &vec![false; w * h], w, h, EXCESS, 40).is_empty());
+        assert_eq!(outlined(&dark, &vec![2; w * h], w, h, EXCESS, 40).len(), 1);
+        let alone = outlined(&by, &vec![1; w * h], w, h, EXCESS, 40);
+        assert!(alone.len() == 1 && !alone[0].several);
+        assert!(outlined(&by, &vec![0; w * h], w, h, EXCESS, 40).is_empty());
     }
 }

@@ -96,11 +96,6 @@ impl Geometry {
         self.of.iter().zip(probes).map(|(of, probe)| of.cost(probe, i, point)).sum()
     }
 
-    /// Whether a probe can tell the place of a pixel's surface.
-    pub(super) fn asks(&self, probe: usize, i: usize) -> bool {
-        self.of[probe].weight[i] > 0.0
-    }
-
     /// Whether some probe sees enough in a pixel for its place to be told.
     pub(super) fn tells(&self, i: usize) -> bool {
         self.of.iter().any(|of| of.weight[i] > 0.0 && of.plain[i].is_none())

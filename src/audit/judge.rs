@@ -3,11 +3,11 @@
 
 use super::absent::{self, Silhouette};
 use super::outline::{self, Shifted};
-use super::regions::{Region, closed, components, dilated, opened};
+use super::regions::{Region, bounds, closed, components, dilated, opened};
 use super::scores::{LOW, Scores};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent, ghosts, relaid};
+use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent, relaid};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(super) const WHITE: f32 = 8.0;
@@ -73,7 +73,6 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
     }
     let judged = united(with_relaid(judged, prepared, maps), maps);
     let judged = extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps));
-    let judged = ghosts::doubted(prepared, maps, judged);
     with_absent(judged, absent::silhouettes(prepared, maps, least), maps)
 }
 
@@ -122,8 +121,8 @@ fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Map
         let few = |j: &Judged| (pixels.len() as f32) < absent::FEW * j.region.pixels.len() as f32;
         let evidence = Evidence::new(absent::EVIDENCE, s.excess, s.threshold, "logarithm");
         if let Some(j) = judged.iter_mut().find(|j| hidden(j) && few(j) && 2 * within(j) > pixels.len()) {
-            // two tests, in different light
-            j.reason = Reason::None;
+            // two tests in different light, unless one probe alone is behind both
+            j.reason = if s.several { Reason::None } else { j.reason };
             j.evidence.push(evidence);
             continue;
         }
@@ -133,7 +132,9 @@ fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Map
             continue;
         }
         let strength = s.excess / s.threshold;
-        let sure = strength * strength * pixels.len() as f32 >= absent::SURE_SHARE * maps.usable.len() as f32;
+        // what one probe alone saw elsewhere may be that probe's own
+        let sure =
+            s.several && strength * strength * pixels.len() as f32 >= absent::SURE_SHARE * maps.usable.len() as f32;
         if sure {
             judged.retain(|j| {
                 let inside = within(j);
@@ -141,7 +142,8 @@ fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Map
             });
             let mut mask = vec![false; w * h];
             pixels.iter().for_each(|&i| mask[i] = true);
-            let near = dilated(&mask, w, h, absent::TINTED_PX);
+            let [left, top, right, bottom] = bounds(pixels, w);
+            let near = dilated(&mask, w, h, (absent::TINTED * (right - left).max(bottom - top) as f32) as usize);
             let tinted = |j: &&mut Judged| j.what == What::Recoloured && j.region.pixels.iter().any(|i| near[*i]);
             judged.iter_mut().filter(tinted).for_each(|j| j.reason = Reason::Shadow);
         }

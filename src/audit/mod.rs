@@ -20,7 +20,6 @@ mod files;
 mod findings;
 mod fourier;
 mod geometry;
-mod ghosts;
 mod joins;
 mod judge;
 mod laid;
