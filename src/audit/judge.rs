@@ -1,8 +1,9 @@
 //! From both tests' maps to regions with a kind: what they mark is cut into regions, each is judged by itself, and what
 //! belongs together is joined.
 
+use super::absent::{self, Silhouette};
 use super::outline::{self, Shifted};
-use super::regions::{Region, closed, components, opened};
+use super::regions::{Region, bounds, closed, components, dilated, opened};
 use super::scores::{LOW, Scores};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
@@ -71,7 +72,8 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
         }
     }
     let judged = united(with_relaid(judged, prepared, maps), maps);
-    extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps))
+    let judged = extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps));
+    with_absent(judged, absent::silhouettes(prepared, maps, least), maps)
 }
 
 /// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
@@ -102,6 +104,58 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
                 Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
             ],
             region: Region { pixels: piece.clone() },
+        });
+    }
+    judged
+}
+
+/// Adds what stands before the model's surfaces, unless a fault of shape explains most of it already. It explains what lies
+/// mostly within it, and a surface beside it that is hidden by something: the probes saw that thing, too, each on what is
+/// behind it from there. What it does to the light makes doubts of colours around it.
+fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Maps) -> Vec<Judged> {
+    let (w, h) = maps.size();
+    for s in silhouettes {
+        let pixels = &s.region.pixels;
+        let within = |j: &Judged| j.region.pixels.iter().filter(|i| pixels.binary_search(i).is_ok()).count();
+        let hidden = |j: &Judged| j.what == What::Missing && j.displacement.is_none();
+        let few = |j: &Judged| (pixels.len() as f32) < absent::FEW * j.region.pixels.len() as f32;
+        let evidence = Evidence::new(absent::EVIDENCE, s.excess, s.threshold, "logarithm");
+        if let Some(j) = judged.iter_mut().find(|j| hidden(j) && few(j) && 2 * within(j) > pixels.len()) {
+            // two tests in different light, unless one probe alone is behind both
+            j.reason = if s.several { Reason::None } else { j.reason };
+            j.evidence.push(evidence);
+            continue;
+        }
+        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && j.reason == Reason::None && !hidden(j);
+        let explained: usize = judged.iter().filter(of_shape).map(within).sum();
+        if 2 * explained > pixels.len() {
+            continue;
+        }
+        let strength = s.excess / s.threshold;
+        // what one probe alone saw elsewhere may be that probe's own
+        let sure =
+            s.several && strength * strength * pixels.len() as f32 >= absent::SURE_SHARE * maps.usable.len() as f32;
+        if sure {
+            judged.retain(|j| {
+                let inside = within(j);
+                of_shape(&j) || (2 * inside <= j.region.pixels.len() && (inside == 0 || !hidden(j)))
+            });
+            let mut mask = vec![false; w * h];
+            pixels.iter().for_each(|&i| mask[i] = true);
+            let [left, top, right, bottom] = bounds(pixels, w);
+            let near = dilated(&mask, w, h, (absent::TINTED * (right - left).max(bottom - top) as f32) as usize);
+            let tinted = |j: &&mut Judged| j.what == What::Recoloured && j.region.pixels.iter().any(|i| near[*i]);
+            judged.iter_mut().filter(tinted).for_each(|j| j.reason = Reason::Shadow);
+        }
+        judged.push(Judged {
+            score: confidence(f64::from(strength), pixels.len() as f32),
+            kind: Kind::Geometry,
+            what: What::Missing,
+            displacement: None,
+            shift: None,
+            reason: if sure { Reason::None } else { Reason::Undecided },
+            evidence: vec![evidence],
+            region: s.region,
         });
     }
     judged

@@ -5,6 +5,7 @@
 //! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around. What is mapped in
 //! one piece is then tried as a whole, laid otherwise: `relaid`.
 
+mod absent;
 mod align;
 mod behind;
 mod bins;

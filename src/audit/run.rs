@@ -9,7 +9,7 @@ use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
     Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary,
-    What, relaid, verdict,
+    What, absent, relaid, verdict,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -340,6 +340,7 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
         ("colour_delta_e00", scores::COLOUR),
         ("foreign_chroma", scores::FOREIGN),
         ("shading", scores::SHADING),
+        ("brightness_beyond_predictions", absent::EXCESS),
     ];
     let method = Method {
         version: env!("CARGO_PKG_VERSION").to_owned(),

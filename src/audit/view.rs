@@ -170,6 +170,11 @@ impl Maps {
         (self.surfaces.width, self.surfaces.height)
     }
 
+    /// The level of a probe's picture that is no sharper than the photograph in a pixel; `None` where the probe does not see it.
+    pub(super) fn level(&self, probe: usize, i: usize) -> Option<usize> {
+        self.sights.of[probe][i].as_ref().map(|sight| Sights::level(&self.surfaces, i, sight))
+    }
+
     /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
     pub fn scores(&self) -> [Vec<f32>; 3] {
         let scores = Scores::of(self);

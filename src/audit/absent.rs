@@ -1,0 +1,168 @@
+//! Things that stand in the real room and not in the model, where the photograph shows them.
+//!
+//! The model shows a surface behind such a thing instead. The photograph is then brighter or darker than all that can be
+//! said of that surface: what each probe saw of it, what the render makes of that, and its albedo under smooth light. Where
+//! something is only in a probe's way, the albedo vouches for the model; where a shadow falls, or paint differs, the probes
+//! do.
+
+use rayon::prelude::*;
+
+use super::regions::{Region, closed, components, opened};
+use super::surfaces::NONE;
+use super::view::{Maps, Prepared};
+use super::{Joins, log_luminance, median};
+use crate::panorama::Picture;
+
+/// Differences are averaged over windows of this standard deviation, pixels.
+const WINDOW: f32 = 1.5;
+
+/// Logarithm of brightness beyond all that is predicted, from which on something else is seen …
+pub(super) const EXCESS: f32 = 0.25;
+
+/// … and so many times what half of the picture differs from its render by.
+const TIMES: f32 = 5.0;
+
+/// Beside what is that far beyond, this share of it counts, too.
+const LOW: f32 = 0.5;
+
+/// Less than this share of a window, seen by a probe, tells nothing.
+const SEEN_SHARE: f32 = 0.3;
+
+/// It is sure if its size, times the square of its strength over the threshold, is at least this share of the picture: at the
+/// edges of sunlight and behind lattices, small regions of right models are a little beyond.
+pub(super) const SURE_SHARE: f32 = 5e-3;
+
+/// A surface that is hidden by something is told already if fewer than this share of it is beyond.
+pub(super) const FEW: f32 = 0.2;
+
+/// A thing shades and tints what is around it, this share of its extent away in the picture.
+pub(super) const TINTED: f32 = 0.5;
+
+/// What the evidence of a thing before the model's surfaces is called.
+pub(super) const EVIDENCE: &str = "brightness beyond all that is predicted";
+
+/// What stands before the model's surfaces.
+pub(super) struct Silhouette {
+    pub(super) region: Region,
+    /// Mean logarithm of brightness beyond all that is predicted, and what it must be above.
+    pub(super) excess: f32,
+    pub(super) threshold: f32,
+    /// Most of it is seen by more than one probe.
+    pub(super) several: bool,
+}
+
+/// Looks for what the photograph shows and nothing predicts, in regions of at least so many pixels.
+pub(super) fn silhouettes(prepared: &Prepared, maps: &Maps, least: usize) -> Vec<Silhouette> {
+    let Beyond { by, seen, usual } = beyond(prepared, maps);
+    let (w, h) = maps.size();
+    outlined(&by, &seen, w, h, EXCESS.max(TIMES * usual), least)
+}
+
+/// Regions where what nothing predicts is over a threshold on the average; some of each is seen by a probe.
+fn outlined(by: &[Option<f32>], seen: &[u8], w: usize, h: usize, threshold: f32, least: usize) -> Vec<Silhouette> {
+    let one = |is: bool| if is { 1.0 } else { 0.0 };
+    let known: Vec<f32> = by.iter().map(|b| one(b.is_some())).collect();
+    let values: Vec<f32> = by.iter().map(|b| b.unwrap_or(0.0)).collect();
+    let open = Joins::open(w, h);
+    let mean = open.mean(&values, &known, WINDOW);
+    let share = open.smoothed(&seen.iter().map(|s| one(*s > 0)).collect::<Vec<_>>(), WINDOW);
+    let mut all = Vec::new();
+    // brighter and darker apart: what is beside an edge that is a little off its place is both
+    for sign in [1.0, -1.0] {
+        let over = |least: f32| mean.iter().map(|m| sign * m >= least).collect::<Vec<bool>>();
+        let asked: Vec<bool> = over(threshold).iter().zip(&share).map(|(o, s)| *o && *s >= SEEN_SHARE).collect();
+        let high = opened(&asked, w, h, 2);
+        let low = closed(&opened(&over(LOW * threshold), w, h, 1), w, h, 2);
+        all.extend(components(&low, &high, w, least, |_, _| true).into_iter().map(|region| {
+            let excess = region.pixels.iter().map(|i| sign * mean[*i]).sum::<f32>() / region.pixels.len() as f32;
+            let asked = region.pixels.iter().filter(|i| seen[**i] > 0).count();
+            let several = 2 * region.pixels.iter().filter(|i| seen[**i] > 1).count() > asked;
+            Silhouette { region, excess, threshold, several }
+        }));
+    }
+    all
+}
+
+/// What the photograph shows beyond all that is predicted.
+struct Beyond {
+    /// Per pixel, as a logarithm of brightness: more than the greatest prediction or, negative, less than the least.
+    by: Vec<Option<f32>>,
+    /// Number of probes that see the surface.
+    seen: Vec<u8>,
+    /// What half of the picture differs from its render by.
+    usual: f32,
+}
+
+fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
+    let s = &maps.surfaces;
+    let n = s.triangle.len();
+    let usable = |i: usize| maps.usable[i] > 0.0 && s.triangle[i] != NONE && maps.log_photo[i].is_finite();
+    let photo: Vec<Option<f32>> =
+        (0..n).map(|i| usable(i).then(|| log_luminance(maps.log_photo[i].map(f32::exp)))).collect();
+    // the photograph over a prediction, with what half of the picture has of it taken out
+    let over = |prediction: &(dyn Fn(usize) -> Option<f32> + Sync)| -> Vec<Option<f32>> {
+        let of = |i: usize| Some(photo[i]? - prediction(i)?).filter(|d| d.is_finite());
+        let mut all: Vec<Option<f32>> = (0..n).into_par_iter().map(of).collect();
+        let middle = median(&mut all.iter().flatten().copied().collect::<Vec<_>>());
+        all.iter_mut().flatten().for_each(|d| *d -= middle);
+        all
+    };
+    let rendered = over(&|i| Some(maps.render.pixels[i]).filter(|p| Picture::valid(*p)).map(log_luminance));
+    let usual = median(&mut rendered.iter().flatten().map(|d| d.abs()).collect::<Vec<_>>());
+    let smooth = over(&|i| {
+        let e = maps.irradiance[i];
+        (e.min_element() > 0.0).then(|| log_luminance(maps.albedo[i] * e / std::f32::consts::PI))
+    });
+    let mut by: Vec<Option<f32>> = rendered.iter().zip(&smooth).map(|(r, s)| Some(nearest((*r)?, (*s)?))).collect();
+    let mut seen = vec![0u8; n];
+    for (k, probe) in prepared.probes.iter().enumerate() {
+        let asked = over(&|i| {
+            let log = probe.log_radiance(s.position[i], maps.level(k, i)?) + maps.radiometry.gains[k];
+            Some(log_luminance(log.map(f32::exp)))
+        });
+        for i in 0..n {
+            if let (Some(b), Some(d)) = (by[i], asked[i]) {
+                by[i] = Some(nearest(b, d));
+                seen[i] += 1;
+            }
+        }
+    }
+    Beyond { by, seen, usual }
+}
+
+/// Of two differences the smaller; none where they have different signs: then something between both is predicted.
+fn nearest(a: f32, b: f32) -> f32 {
+    if a * b <= 0.0 { 0.0 } else { a.signum() * a.abs().min(b.abs()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_between_predictions_is_predicted() {
+        assert_eq!(nearest(0.3, -0.2), 0.0);
+        assert_eq!(nearest(0.3, 0.2), 0.2);
+        assert_eq!(nearest(-0.1, -0.2), -0.1);
+        assert_eq!(nearest(0.0, 0.2), 0.0);
+    }
+
+    #[test]
+    fn a_thing_before_the_wall_is_outlined_where_some_probe_sees_the_wall() {
+        let (w, h) = (64, 48);
+        let thing = |i: usize| (20..32).contains(&(i % w)) && (10..40).contains(&(i / w));
+        // a bar two pixels wide is an edge that is a little off its place
+        let edge = |i: usize| (50..52).contains(&(i % w));
+        let by: Vec<Option<f32>> = (0..w * h).map(|i| Some(if thing(i) || edge(i) { 0.5 } else { 0.02 })).collect();
+        let found = outlined(&by, &vec![2; w * h], w, h, EXCESS, 40);
+        assert!(found.len() == 1 && found[0].several);
+        let right = found[0].region.pixels.iter().filter(|i| thing(**i)).count();
+        assert!(right > 300 && found[0].region.pixels.len() < 440 && found[0].excess > EXCESS, "{right}");
+        // darker counts as much; what no probe sees is light that nobody knows
+        let dark: Vec<Option<f32>> = by.iter().map(|b| b.map(|b| -b)).collect();
+        assert_eq!(outlined(&dark, &vec![2; w * h], w, h, EXCESS, 40).len(), 1);
+        let alone = outlined(&by, &vec![1; w * h], w, h, EXCESS, 40);
+        assert!(alone.len() == 1 && !alone[0].several);
+        assert!(outlined(&by, &vec![0; w * h], w, h, EXCESS, 40).is_empty());
+    }
+}
