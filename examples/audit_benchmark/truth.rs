@@ -2,7 +2,7 @@
 
 use clerestory::panorama::{Panorama, Picture};
 use clerestory::render::PrimaryRays;
-use clerestory::scene::{Ray, Scene};
+use clerestory::scene::{Ray, Scene, Texture};
 use clerestory::site::Probe;
 use glam::Vec3;
 
@@ -49,7 +49,7 @@ impl Bench {
                 let surface = face.surface(&ray, hit.t);
                 let (direction, sides) = rays.middle(i % w, i / w);
                 let covered = face.covered(direction, sides, hit.t);
-                (hit.t, scene.paint(&face, true).patch(&face, surface.barycentric, covered))
+                (hit.t, scene.paint(&face, true).patch(&face, surface.barycentric, covered, Texture::APART))
             })
         };
         let probes: Vec<(Vec3, Panorama)> =
