@@ -29,14 +29,13 @@ const LOW: f32 = 0.5;
 const SEEN_SHARE: f32 = 0.3;
 
 /// It is sure if its size, times the square of its strength over the threshold, is at least this share of the picture: at the
-/// edges of sunlight and behind lattices, small regions of right models are a little beyond.
+/// edges of sunlight and behind lattices, small regions of right models are a little beyond. Less than the second is no
+/// doubt, either.
 pub(super) const SURE_SHARE: f32 = 5e-3;
+pub(super) const DOUBT_SHARE: f32 = 2.5e-3;
 
 /// A surface that is hidden by something is told already if fewer than this share of it is beyond.
 pub(super) const FEW: f32 = 0.2;
-
-/// A thing shades and tints what is around it, this share of its extent away in the picture.
-pub(super) const TINTED: f32 = 0.5;
 
 /// What the evidence of a thing before the model's surfaces is called.
 pub(super) const EVIDENCE: &str = "brightness beyond all that is predicted";

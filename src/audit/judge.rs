@@ -3,7 +3,7 @@
 
 use super::absent::{self, Silhouette};
 use super::outline::{self, Shifted};
-use super::regions::{Region, bounds, closed, components, dilated, opened};
+use super::regions::{Region, closed, components, opened};
 use super::scores::{LOW, Scores};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
@@ -109,11 +109,10 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
     judged
 }
 
-/// Adds what stands before the model's surfaces, unless a fault of shape explains most of it already. It explains what lies
-/// mostly within it, and a surface beside it that is hidden by something: the probes saw that thing, too, each on what is
-/// behind it from there. What it does to the light makes doubts of colours around it.
+/// Adds what stands before the model's surfaces, unless another finding explains most of it already. It explains doubts that
+/// lie mostly within it, and a surface beside it that is hidden by something: the probes saw that thing, too, each on what is
+/// behind it from there.
 fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Maps) -> Vec<Judged> {
-    let (w, h) = maps.size();
     for s in silhouettes {
         let pixels = &s.region.pixels;
         let within = |j: &Judged| j.region.pixels.iter().filter(|i| pixels.binary_search(i).is_ok()).count();
@@ -126,26 +125,23 @@ fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Map
             j.evidence.push(evidence);
             continue;
         }
-        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && j.reason == Reason::None && !hidden(j);
-        let explained: usize = judged.iter().filter(of_shape).map(within).sum();
+        let told = |j: &&Judged| j.reason == Reason::None && !hidden(j);
+        let explained: usize = judged.iter().filter(told).map(within).sum();
         if 2 * explained > pixels.len() {
             continue;
         }
         let strength = s.excess / s.threshold;
+        let share = strength * strength * pixels.len() as f32 / maps.usable.len() as f32;
+        if share < absent::DOUBT_SHARE {
+            continue;
+        }
         // what one probe alone saw elsewhere may be that probe's own
-        let sure =
-            s.several && strength * strength * pixels.len() as f32 >= absent::SURE_SHARE * maps.usable.len() as f32;
+        let sure = s.several && share >= absent::SURE_SHARE;
         if sure {
             judged.retain(|j| {
                 let inside = within(j);
-                of_shape(&j) || (2 * inside <= j.region.pixels.len() && (inside == 0 || !hidden(j)))
+                told(&j) || (2 * inside <= j.region.pixels.len() && (inside == 0 || !hidden(j)))
             });
-            let mut mask = vec![false; w * h];
-            pixels.iter().for_each(|&i| mask[i] = true);
-            let [left, top, right, bottom] = bounds(pixels, w);
-            let near = dilated(&mask, w, h, (absent::TINTED * (right - left).max(bottom - top) as f32) as usize);
-            let tinted = |j: &&mut Judged| j.what == What::Recoloured && j.region.pixels.iter().any(|i| near[*i]);
-            judged.iter_mut().filter(tinted).for_each(|j| j.reason = Reason::Shadow);
         }
         judged.push(Judged {
             score: confidence(f64::from(strength), pixels.len() as f32),
