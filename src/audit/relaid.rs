@@ -14,9 +14,12 @@ const FOUND: f32 = 0.45;
 /// Logarithm of the odds from which on another laying is told: many are tried.
 pub(super) const TOLD: f32 = 12.0;
 
-/// The same in a coded photograph, whose few waves depend on each other, but for a surface off its place: that is one line
-/// of places and not all shifts of all turns and scales.
+/// The same in a coded photograph, whose few waves depend on each other, but for a surface off its place whose texture does
+/// not fit as it is: that is one line of places and not all shifts of all turns and scales.
 const TOLD_CODED: f32 = 2.0 * TOLD;
+
+/// Fewer independent pixels of a coded photograph, some ten blocks, hold so few waves that much else fits them.
+const FEWEST_CODED: f32 = 50.0;
 
 /// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
 /// when it is shifted.
@@ -111,7 +114,12 @@ fn searched(laid: &Laid) -> Option<Relaid> {
     let mut best: Option<(What, f32)> = None;
     for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
         // the likelier comes first, and a less likely one must explain what the likelier cannot
-        let told = if laid.is_coded() && what != What::Moved { TOLD_CODED } else { TOLD };
+        let told = match what {
+            _ if !laid.is_coded() => TOLD,
+            What::Moved if as_is < FOUND => TOLD,
+            _ if n < FEWEST_CODED => f32::INFINITY,
+            _ => TOLD_CODED,
+        };
         let better = best.is_none_or(|(_, b)| odds(b, c) > ODDS);
         if c > FOUND && odds(as_is, c) > told && better {
             best = Some((what, c));
