@@ -159,7 +159,7 @@ impl Hits {
     }
 
     /// Whether nothing stands between a point and the place where a cell meets its surface: a wall thinner than a cell
-    /// hides what is behind it though its floor runs on. Asked only where another cell nearby [hides](hides)
+    /// hides what is behind it though its floor runs on. Asked only where another cell nearby [`hides`]
     /// the point.
     pub(super) fn joined(&self, scene: &Scene, cell: usize, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
         let hit = &self.cells[cell];
