@@ -84,13 +84,7 @@ impl Photograph {
     /// [`PhotographError`] when a file cannot be read, or the photograph's size is not the view's. A mask of another size
     /// is stretched: the site file's check saw to its aspect.
     pub fn of(view: &View) -> Result<Option<Self>, PhotographError> {
-        let Some(path) = &view.photo else { return Ok(None) };
-        let (picture, coding) = panorama::read_coded(path)?;
-        let found = [picture.width, picture.height];
-        let wanted = [view.camera.width as usize, view.camera.height as usize];
-        if found != wanted {
-            return Err(PhotographError::Size { path: path.clone(), view: view.name.clone(), found, wanted });
-        }
+        let (Some(path), Some((picture, coding))) = (&view.photo, read(view)?) else { return Ok(None) };
         let mut fitness = fitness(&picture, coding);
         if !view.camera.is_pinhole() {
             let width = picture.width;
@@ -117,6 +111,23 @@ impl Photograph {
     pub fn share(&self, fitness: Fitness) -> f64 {
         self.fitness.iter().filter(|f| **f == fitness).count() as f64 / self.fitness.len().max(1) as f64
     }
+}
+
+/// The picture that a view names, as its file has it, linear and upright, and how the file stores its values; `None` where
+/// the view has none.
+///
+/// # Errors
+///
+/// [`PhotographError`] when the file cannot be read, or the picture's size is not the view's.
+pub fn read(view: &View) -> Result<Option<(Picture, Coding)>, PhotographError> {
+    let Some(path) = &view.photo else { return Ok(None) };
+    let (picture, coding) = panorama::read_coded(path)?;
+    let found = [picture.width, picture.height];
+    let wanted = [view.camera.width as usize, view.camera.height as usize];
+    if found != wanted {
+        return Err(PhotographError::Size { path: path.clone(), view: view.name.clone(), found, wanted });
+    }
+    Ok(Some((picture, coding)))
 }
 
 /// The pixels that a view's mask leaves out, in the view's size; `None` without a mask.

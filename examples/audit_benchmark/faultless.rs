@@ -25,7 +25,14 @@ pub fn faultless(bench: &Bench, nuisances: &[Nuisance]) {
                 let (judged, _) = maps.judged(prepared);
                 let (refined, pose) = maps.pose();
                 most = most.max(pose.mean_px);
-                left = left.max(apart(&refined, &bench.cameras[v], &bench.scene));
+                let off = apart(&refined, &bench.cameras[v], &bench.scene);
+                if bench.regions {
+                    println!(
+                        "#     {} off by {off:.2} px, told ± {:.2} px",
+                        bench.site.views[v].name, pose.residual_px
+                    );
+                }
+                left = left.max(off);
                 let sure: Vec<&Judged> = judged.iter().filter(|j| j.reason == Reason::None).collect();
                 here += sure.len();
                 pixels += (camera.width * camera.height) as f64;

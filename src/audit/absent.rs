@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::probe_view::ProbeView;
 use super::regions::{Region, closed, components, opened};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
@@ -21,6 +22,9 @@ pub(super) const EXCESS: f32 = 0.25;
 
 /// … and so many times what half of the picture differs from its render by.
 const TIMES: f32 = 5.0;
+
+/// A probe that looks at a surface along the camera's ray, but for this angle in radians, sees the same thing before it.
+const ALONG: f32 = 0.05;
 
 /// Beside what is that far beyond, this share of it counts, too.
 const LOW: f32 = 0.5;
@@ -86,7 +90,7 @@ fn outlined(by: &[Option<f32>], seen: &[u8], w: usize, h: usize, threshold: f32,
 struct Beyond {
     /// Per pixel, as a logarithm of brightness: more than the greatest prediction or, negative, less than the least.
     by: Vec<Option<f32>>,
-    /// Number of probes that see the surface.
+    /// Number of probes that see the surface, and not along the camera's ray.
     seen: Vec<u8>,
     /// What half of the picture differs from its render by.
     usual: f32,
@@ -112,12 +116,19 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
         let e = maps.irradiance[i];
         (e.min_element() > 0.0).then(|| log_luminance(maps.albedo[i] * e / std::f32::consts::PI))
     });
-    let mut by: Vec<Option<f32>> = rendered.iter().zip(&smooth).map(|(r, s)| Some(nearest((*r)?, (*s)?))).collect();
+    // what a probe beside the camera sees there, the render shows, too
+    let along = |probe: &ProbeView, i: usize| s.ray[i].angle_between(s.position[i] - probe.origin) < ALONG;
+    let sees = |k: usize, i: usize| maps.level(k, i).is_some();
+    let echoes = |i: usize| prepared.probes.iter().enumerate().any(|(k, probe)| sees(k, i) && along(probe, i));
+    let mut by: Vec<Option<f32>> = (0..n)
+        .into_par_iter()
+        .map(|i| Some(if echoes(i) { smooth[i]? } else { nearest(rendered[i]?, smooth[i]?) }))
+        .collect();
     let mut seen = vec![0u8; n];
     for (k, probe) in prepared.probes.iter().enumerate() {
         let asked = over(&|i| {
             let log = probe.log_radiance(s.position[i], maps.level(k, i)?) + maps.radiometry.gains[k];
-            Some(log_luminance(log.map(f32::exp)))
+            Some(log_luminance(log.map(f32::exp))).filter(|_| !along(probe, i))
         });
         for i in 0..n {
             if let (Some(b), Some(d)) = (by[i], asked[i]) {

@@ -14,8 +14,16 @@ use super::{Displacement, Evidence, Kind, Reason, What};
 const MISMATCH: f32 = 2.5;
 /// The same where the texture's test marks the region, too.
 const TORN: f32 = 1.7;
-/// A displacement of a region of so many pixels is told although it explains less of the difference.
+/// A displacement must explain so much of the difference, as a ratio to what it leaves, in a region of at least so many
+/// pixels less; where one probe alone is asked more, and without the other test all.
+const EXPLAINS: f32 = 1.0;
+const EXPLAINS_LARGE: f32 = 0.6;
 const LARGE_PX: usize = 1000;
+const EXPLAINS_ALONE: f32 = 1.5;
+const EXPLAINS_ALL: f32 = 3.0;
+/// And so much of the cost at least, and be so many times its own uncertainty.
+const GAINED: f32 = 0.5;
+const CERTAIN: f64 = 3.0;
 /// In a small region, a displacement must explain a difference of more than this, and one probe alone is not believed.
 const SMALL_MISMATCH: f32 = 3.0;
 /// A surface further off its place than so many times its thickness in the picture is not told to be moved: what a probe
@@ -31,8 +39,18 @@ const BEHIND_MOST: f32 = 2.0;
 /// region's own.
 const FOLLOWS: f32 = 0.6;
 const FOLLOWS_MORE: f32 = 0.35;
-/// A surface goes on over an opening if more than this share of it says so.
+/// A surface goes on over an opening if more than this share of it says so, and is known by what it shows if this one does.
 const BRIDGED: f64 = 0.4;
+const DISTINCT: f32 = 0.25;
+/// Without the texture's test, a shape is contradicted by the geometry test on this share of a region, at this cost, where
+/// the texture's score is at least so much.
+const MARKED: f32 = 0.3;
+const PLAIN: f32 = 3.5;
+const PLAIN_TEXTURE: f32 = 0.5;
+/// A region is a whole surface, and not a part of one, if it has more than this share of its pieces.
+const WHOLE: f64 = 0.6;
+/// What lies behind fits better than the region at any place: this share of the least cost there.
+const BEHIND_BETTER: f32 = 0.6;
 /// A colour's strength: its mean ΔE00 times the root of its area over this share of the picture. The light that surfaces
 /// throw on each other is known coarsely, and errors of its colour are strong only where they are small.
 const COLOUR_SHARE: f32 = 6e-3;
@@ -43,6 +61,10 @@ const COLOUR_DOUBT: f32 = 9.0;
 /// it by this share.
 const COLOUR_SURE: f32 = 18.0;
 const PAINT_STEP: f32 = 0.5;
+/// Correlation with the model's texture from which on a structure is the model's.
+const AS_IS: f32 = 0.6;
+/// Share of a region that must be of a foreign picture, or of another colour, for all of it to be.
+const SHARE: f32 = 0.3;
 
 /// What is wrong with a region, how surely, and why.
 struct Decision {
@@ -99,14 +121,14 @@ fn moved(f: &Figures) -> bool {
     let (swept, explains) = (&f.swept, explains(f));
     // one probe alone may be at fault itself, unless the other test bears it out or a displacement explains all
     let explained = if f.several {
-        explains > if f.region.pixels.len() >= LARGE_PX { 0.6 } else { 1.0 }
+        explains > if f.region.pixels.len() >= LARGE_PX { EXPLAINS_LARGE } else { EXPLAINS }
     } else {
-        (explains > 1.5 && f.structural) || explains > 3.0
+        (explains > EXPLAINS_ALONE && f.structural) || explains > EXPLAINS_ALL
     };
     let strong = !f.small || swept.here > SMALL_MISMATCH;
-    let sure = swept.best_m.abs() > 3.0 * swept.uncertainty_m;
+    let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let far = swept.pixels > THICKNESS * f.thickness;
-    f.able && strong && swept.here - swept.least > 0.5 && explained && sure && swept.pixels > PIXELS_OFF && !far
+    f.able && strong && swept.here - swept.least > GAINED && explained && sure && swept.pixels > PIXELS_OFF && !far
 }
 
 /// An opening of the model that the photograph does not have.
@@ -115,7 +137,7 @@ fn opening(f: &Figures) -> Option<Decision> {
     if bridged <= BRIDGED || moved(f) {
         return None;
     }
-    let distinct = f.share(|i| f.maps.bridged.distinct[i]) > 0.25;
+    let distinct = f.share(|i| f.maps.bridged.distinct[i]) > DISTINCT;
     Some(Decision {
         strength: f.upper(&f.maps.bridged.score),
         kind: Kind::Geometry,
@@ -141,7 +163,7 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     let beside = f.border.as_ref().is_some_and(|b| b.alike_in_shape(f.maps));
     let torn =
         f.textured >= TEXTURED && !beside && (swept.here > MISMATCH || (swept.here > TORN && explains(f) > 0.05));
-    let wrong = f.able && (torn || (f.marked > 0.3 && swept.here > 3.5 && f.texture > 0.5));
+    let wrong = f.able && (torn || (f.marked > MARKED && swept.here > PLAIN && f.texture > PLAIN_TEXTURE));
     if !moved && !wrong {
         return None;
     }
@@ -152,8 +174,9 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
         .iter()
         .map(|i| shares[*i])
         .fold((0.0f64, 0.0f64), |(c, a), (size, part)| (c + f64::from(part), a + f64::from(size)));
-    let whole_surface = covered / whole.max(1.0) > 0.6;
-    let gone = behind.is_some_and(|(here, there)| there < BEHIND * here && there < 0.6 * swept.least.max(BEHIND_MOST));
+    let whole_surface = covered / whole.max(1.0) > WHOLE;
+    let gone = behind
+        .is_some_and(|(here, there)| there < BEHIND * here && there < BEHIND_BETTER * swept.least.max(BEHIND_MOST));
     let what = match (moved, gone, whole_surface) {
         (_, true, _) => What::Extra,
         _ if bridged(f) > BRIDGED => What::Missing,
@@ -212,19 +235,19 @@ fn picture(f: &Figures) -> Option<Decision> {
     let found = explained.odds > 0.0;
     let size = (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
     let unseen = f.share(|i| maps.geometry.seen[i] == 0) > 0.5;
-    let foreign = f.share(|i| f.scores.foreign[i] >= 1.0) >= 0.3;
-    let tinted = f.share(|i| f.scores.colour[i] >= 1.0) >= 0.3;
+    let foreign = f.share(|i| f.scores.foreign[i] >= 1.0) >= SHARE;
+    let tinted = f.share(|i| f.scores.colour[i] >= 1.0) >= SHARE;
     let seen = f.region.pixels.iter().filter(|i| maps.texture.tested[**i]);
     let (sum, tested) = seen.fold((0.0, 0.0f32), |(s, n), i| (s + maps.texture.colour[*i], n + 1.0));
     let mean = sum / tested.max(1.0);
     // where structure says nothing, coding or darkness may have spoilt colour, too
-    let told = f.structural || f.odds <= -REGION_ODDS || explained.as_is > 0.6;
+    let told = f.structural || f.odds <= -REGION_ODDS || explained.as_is > AS_IS;
     // light of another colour falls on whole surfaces, paint ends anywhere and leaves the structure as it is
     let stepped = f.border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean);
-    let paint = stepped || mean >= COLOUR_SURE || explained.as_is > 0.6;
+    let paint = stepped || mean >= COLOUR_SURE || explained.as_is > AS_IS;
     let coloured = tinted && paint && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
     // a surface that is off its place would not show the model's structure in another colour
-    let recoloured = coloured && (explained.as_is > 0.6 || f.odds <= -REGION_ODDS);
+    let recoloured = coloured && (explained.as_is > AS_IS || f.odds <= -REGION_ODDS);
     let doubtful = f.odds >= 0.5 * REGION_ODDS || mean >= COLOUR_DOUBT || (f.able && f.swept.here > TORN);
     if !coloured && !foreign && !f.structural && !doubtful {
         return None;

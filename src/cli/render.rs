@@ -311,21 +311,7 @@ type Masked = (Picture, Option<Vec<bool>>);
 fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Masked>> {
     let mut photos = BTreeMap::new();
     for view in views {
-        if let Some(path) = &view.photo {
-            let photo = panorama::read(path)?;
-            let size = (photo.width as u32, photo.height as u32);
-            let wanted = (view.camera.width, view.camera.height);
-            if size != wanted {
-                bail!(
-                    "{}: the photograph has {} × {} pixels, but the view “{}” has {} × {}",
-                    path.display(),
-                    size.0,
-                    size.1,
-                    view.name,
-                    wanted.0,
-                    wanted.1
-                );
-            }
+        if let Some((photo, _)) = photograph::read(view)? {
             photos.insert(view.name.clone(), (photo, photograph::left_out(view)?));
         }
     }
