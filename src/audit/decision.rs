@@ -31,6 +31,13 @@ const SMALL_MISMATCH: f32 = 3.0;
 const THICKNESS: f32 = 1.0;
 /// Cost from which on one probe is believed where the texture's test marks a small region, too.
 const STRONG: f32 = 5.0;
+/// Coding makes differences of its own. In a coded photograph a shape is told that no displacement explains by so much, and
+/// nothing behind it, only with so much from the texture's test or its odds …
+const CODED_EXPLAINS: f32 = 0.3;
+const CODED_TEXTURE: f32 = 1.5;
+const CODED_ODDS: f32 = 8.0;
+/// … and a colour only over so many pixels: two blocks of coarse colour.
+const CODED_PX: usize = 512;
 /// What lies behind a region is what the photograph shows if its cost is at most this share of the region's own, and in
 /// itself no more than this.
 const BEHIND: f32 = 0.25;
@@ -187,6 +194,12 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
         behind.map(|(here, there)| Evidence::new("fit of what lies behind", there / here, BEHIND, "× the surface's"));
     let explained = Evidence::new("explained by a displacement", explains(f), 1.0, "× what is left");
     let borne_out = f.texture >= 1.0 && swept.here > if f.small { STRONG } else { TORN };
+    let coding = f.maps.photo.coding.is_some()
+        && !moved
+        && !gone
+        && explains(f) < CODED_EXPLAINS
+        && f.texture < CODED_TEXTURE
+        && f.odds < CODED_ODDS;
     Some(Decision {
         strength: f.geometry.max(swept.here / MISMATCH).max(f.texture),
         kind: Kind::Geometry,
@@ -197,6 +210,7 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
             Some(_) if moved && swept.here < MISMATCH => Reason::Periodic,
             // the photograph shows the model's structure in its place: what differs is in the probes' way
             _ if !moved && !gone && f.odds <= -REGION_ODDS && !borne_out => Reason::ProbesDisagree,
+            _ if coding => Reason::Undecided,
             // but what the same probe saw behind it, and the other test bears out, is no fault of the probe
             _ if f.small && !f.several && !(gone && f.texture >= 1.0) => Reason::ProbesDisagree,
             // a picture that is not the model's, either, cannot be the probe's fault
@@ -245,7 +259,9 @@ fn picture(f: &Figures) -> Option<Decision> {
     // light of another colour falls on whole surfaces, paint ends anywhere and leaves the structure as it is
     let stepped = f.border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean);
     let paint = stepped || mean >= COLOUR_SURE || explained.as_is > AS_IS;
-    let coloured = tinted && paint && mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
+    let coding = maps.photo.coding.is_some() && f.region.pixels.len() < CODED_PX;
+    let strong = mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
+    let coloured = tinted && paint && strong && !coding;
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > AS_IS || f.odds <= -REGION_ODDS);
     let doubtful = f.odds >= 0.5 * REGION_ODDS || mean >= COLOUR_DOUBT || (f.able && f.swept.here > TORN);
