@@ -6,7 +6,7 @@
 mod support;
 
 use clerestory::audit::{self, Audit, Kind, Reason, Settings, Verdict, What};
-use clerestory::panorama::{Layer, Picture, write_exr};
+use clerestory::panorama::{Layer, Picture, linear_to_srgb, write_exr};
 use clerestory::reference::{self, render_camera, unwatched};
 use clerestory::scene::{self, Health, Scene, Surface};
 use clerestory::site::Site;
@@ -369,6 +369,38 @@ fn the_chapels_faulty_twin_is_found_out() {
     // in the view from aside alone its shift might as well be a surface off its place
     let vines = audit.findings.iter().filter(|f| f.material == "painting_vine");
     assert!(vines.clone().all(|f| f.what.name() == "shifted"), "{:?}", vines.map(|f| &f.note).collect::<Vec<_>>());
+}
+
+/// A camera's JPEG leaves edges of its own, and little of what is faint.
+#[test]
+fn a_coded_photograph_of_a_right_model_yields_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = Path::new("sites/chapel");
+    for part in ["", "model", "probes", "photos"] {
+        fs::create_dir_all(folder.path().join(part)).unwrap();
+        for file in fs::read_dir(from.join(part)).unwrap().map(Result::unwrap).filter(|f| f.path().is_file()) {
+            fs::copy(file.path(), folder.path().join(part).join(file.file_name())).unwrap();
+        }
+    }
+    let photo = clerestory::panorama::read(&from.join("photos/apse.exr")).unwrap();
+    let mut bright: Vec<f32> = photo.pixels.iter().map(|p| p.max_element()).collect();
+    bright.sort_by(f32::total_cmp);
+    // one pixel in a hundred is clipped
+    let gain = 1.0 / bright[bright.len() * 99 / 100];
+    let code = |v: f32| (linear_to_srgb((v * gain).clamp(0.0, 1.0)) * 255.0).round() as u8;
+    let bytes: Vec<u8> = photo.pixels.iter().flat_map(|p| p.to_array().map(code)).collect();
+    let file = fs::File::create(folder.path().join("photos/apse.jpg")).unwrap();
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(file, 60);
+    encoder.encode(&bytes, photo.width as u32, photo.height as u32, image::ExtendedColorType::Rgb8).unwrap();
+    let site = folder.path().join("site.toml");
+    let text = fs::read_to_string(&site).unwrap();
+    fs::write(&site, text.replace("photos/apse.exr", "photos/apse.jpg")).unwrap();
+    let site = Site::load(folder.path()).unwrap();
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let settings = Settings { cells: 24, ..Settings::default() };
+    let audit =
+        audit::audit(&site, &scene, &site.lightings()[0], &["apse".to_owned()], &settings, &|_, _, _| {}).unwrap();
+    assert!(audit.findings.is_empty(), "{:?}", audit.findings);
 }
 
 #[test]
