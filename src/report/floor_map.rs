@@ -4,12 +4,15 @@ use glam::DVec2;
 
 use super::style::{BLACK, GREY, Hatch, LIGHT, Pattern, Style, WHITE};
 use super::svg::{Anchor, Point, Svg, Text};
-use crate::plan::site::FloorPlan;
+use crate::plan::site::{FloorPlan, Station};
 
 /// Millimetres left free around the sheet.
 pub(super) const MARGIN: f64 = 12.0;
 /// Where the map begins below the sheet's upper edge, millimetres.
 const TOP: f64 = 27.0;
+/// Height of a station's name, and how far right of its place it begins, millimetres.
+const NAME: f64 = 2.6;
+const NAME_GAP: f64 = 2.4;
 /// Usual scales, 1 to ….
 const SCALES: [f64; 16] =
     [20.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0];
@@ -129,13 +132,21 @@ impl FloorMap {
         });
     }
 
+    /// Points along what a station that is there already takes on the sheet, with its name.
+    pub(super) fn named(&self, station: &Station) -> impl Iterator<Item = Point> {
+        const APART: f64 = 4.0;
+        let [x, y] = self.at(station.position.truncate());
+        let long = NAME_GAP + super::text_width(&station.name, NAME, false);
+        (0..=(long / APART).ceil() as usize).map(move |k| [x + long.min(k as f64 * APART), y])
+    }
+
     /// The place of each station: a circle with its number, or a square with a name for one that is there already.
     pub(super) fn stations(&self, svg: &mut Svg, plan: &FloorPlan) {
         svg.group("stations", "stations", |svg| {
             for station in &plan.present {
                 let [x, y] = self.at(station.position.truncate());
                 svg.rectangle([x - 1.6, y - 1.6, 3.2, 3.2], &Style::fill(BLACK).outlined(WHITE, 0.3));
-                svg.text([x + 2.4, y + 1.0], &station.name, &Text::new(2.6).halo(0.4));
+                svg.text([x + NAME_GAP, y + 1.0], &station.name, &Text::new(NAME).halo(0.4));
             }
             for (i, station) in plan.stations.iter().enumerate() {
                 let [x, y] = self.at(station.position.truncate());

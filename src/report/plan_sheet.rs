@@ -95,6 +95,7 @@ fn isovists(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
 fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
     svg.group("tapes", "tapes", |svg| {
         let mut taken: Vec<[f64; 2]> = plan.stations.iter().map(|s| map.at(s.position.truncate())).collect();
+        taken.extend(plan.present.iter().flat_map(|s| map.named(s)));
         for station in &plan.stations {
             let from = map.at(station.position.truncate());
             for tape in station.tapes.iter().take(2) {
