@@ -24,6 +24,9 @@ const STRIDE: usize = 4;
 /// Colours are compared over windows of this standard deviation, pixels.
 const COLOUR_WINDOW: f32 = 4.0;
 
+/// Logarithm of brightness over the prediction, over a window, from which on the prediction's light is wrong: a factor of 4.
+const LIGHT_OFF: f32 = 1.4;
+
 /// Pieces with fewer tested pixels than this are too small to tell a colour by.
 const FEWEST: f64 = 60.0;
 
@@ -132,17 +135,19 @@ pub(super) fn test(
     }
     let white_balance = colour_of(middle.x - middle.y, middle.z - middle.y);
     let Structure { bands, odds, structured, usual, variance } = structure(joins, pieces, &weight, log_photo, albedo);
+    let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
+    let brightness: Vec<f32> = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
+    // light that is far off in brightness is none to judge a colour by
+    let lit: Vec<bool> = tested.iter().zip(&brightness).map(|(t, b)| *t && *b <= LIGHT_OFF).collect();
     let chroma: [Vec<f32>; 2] = [0, 2].map(|c| ratio.iter().map(|r| r[c] - r.y).collect());
     let means = [0, 1].map(|c| joins.mean(&chroma[c], &weight, COLOUR_WINDOW));
     let colour = (0..n)
         .into_par_iter()
-        .map(|i| if tested[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
+        .map(|i| if lit[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
-    let piece_colour = by_piece(pieces, &chroma, &tested, albedo);
+    let piece_colour = by_piece(pieces, &chroma, &lit, albedo);
     let foreign = foreign(joins, &chroma, &weight);
-    let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let shading = deviation(joins, &bright, &weight);
-    let brightness = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
     Texture {
         ratio,
         odds,
