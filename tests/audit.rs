@@ -138,6 +138,15 @@ fn parted(truth: &Plan, model: &Plan) -> Vec<bool> {
     (0..w * h).map(|i| (distance(&real.scene, i) - distance(&modelled.scene, i)).abs() > 0.01).collect()
 }
 
+/// Intersection over union of the largest finding of something missing with where it is.
+fn overlap_of_missing(audit: &Audit, expected: &[bool]) -> f64 {
+    let missing = audit.findings.iter().filter(|f| f.what == What::Missing).max_by_key(|f| f.area_px);
+    let id = &missing.unwrap_or_else(|| panic!("{:?}", audit.doubts)).id;
+    let mask = &audit.views[0].masks.iter().find(|m| m.0 == *id).unwrap().1;
+    let count = |f: &dyn Fn(usize) -> bool| (0..expected.len()).filter(|i| f(*i)).count() as f64;
+    count(&|i| mask[i] && expected[i]) / count(&|i| mask[i] || expected[i])
+}
+
 #[test]
 fn an_opening_that_is_not_there_is_found_as_large_as_it_is() {
     // the model's far wall lacks a square of 1 m, beyond which there is nothing
@@ -148,12 +157,7 @@ fn an_opening_that_is_not_there_is_found_as_large_as_it_is() {
     let (truth, model) = (plan(room(), &[grey(0.5)]), plan(open, &[grey(0.5)]));
     // rich in contrast: what is seen through the opening must fit there and nowhere else
     let audit = audited(&photographed(&truth, &model, |s| Vec3::splat(pattern(s.position).powi(4))));
-    let missing = audit.findings.iter().filter(|f| f.what == What::Missing).max_by_key(|f| f.area_px);
-    let id = &missing.unwrap_or_else(|| panic!("{:?}", audit.doubts)).id;
-    let mask = &audit.views[0].masks.iter().find(|m| m.0 == *id).unwrap().1;
-    let expected = parted(&truth, &model);
-    let count = |f: &dyn Fn(usize) -> bool| (0..expected.len()).filter(|i| f(*i)).count() as f64;
-    let overlap = count(&|i| mask[i] && expected[i]) / count(&|i| mask[i] || expected[i]);
+    let overlap = overlap_of_missing(&audit, &parted(&truth, &model));
     assert!(overlap > 0.7, "{overlap:.2}");
 }
 
@@ -168,12 +172,7 @@ fn a_post_that_is_not_modelled_is_found_although_a_probe_beside_the_camera_sees_
         let post = (f64::from(s.position.y) + origin.y - 3.4).abs() < 0.01;
         Vec3::splat(if post { 0.15 } else { pattern(s.position).powf(0.3) })
     }));
-    let missing = audit.findings.iter().filter(|f| f.what == What::Missing).max_by_key(|f| f.area_px);
-    let id = &missing.unwrap_or_else(|| panic!("{:?}", audit.doubts)).id;
-    let mask = &audit.views[0].masks.iter().find(|m| m.0 == *id).unwrap().1;
-    let expected = parted(&truth, &model);
-    let count = |f: &dyn Fn(usize) -> bool| (0..expected.len()).filter(|i| f(*i)).count() as f64;
-    let overlap = count(&|i| mask[i] && expected[i]) / count(&|i| mask[i] || expected[i]);
+    let overlap = overlap_of_missing(&audit, &parted(&truth, &model));
     assert!(overlap > 0.6, "{overlap:.2}");
 }
 
@@ -244,6 +243,14 @@ fn a_person_in_one_probe_and_a_clipped_window_are_no_faults() {
     assert_eq!((*window, audit.views[0].verdicts[40 * SIDE as usize + 35]), (Reason::Clipped, Verdict::Untestable));
 }
 
+/// Copies the files of a folder, not the folders in it.
+fn copy_files(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for file in fs::read_dir(from).unwrap().map(Result::unwrap).filter(|f| f.path().is_file()) {
+        fs::copy(file.path(), to.join(file.file_name())).unwrap();
+    }
+}
+
 /// A room with chequered walls, path-traced, and the same with one wall's picture gone wrong.
 #[test]
 fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
@@ -271,10 +278,7 @@ fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
     let photo = render_camera(&real.scene, &lights, &real.site.views[0].camera, &settings, &unwatched).unwrap().mean();
     let audit = |colour: &str| {
         let folder = tempfile::tempdir().unwrap();
-        for file in fs::read_dir(real.folder.path()).unwrap() {
-            let file = file.unwrap();
-            fs::copy(file.path(), folder.path().join(file.file_name())).unwrap();
-        }
+        copy_files(real.folder.path(), folder.path());
         let put = |name: &str, from: &str, to: &str| {
             let path = folder.path().join(name);
             fs::write(&path, fs::read_to_string(&path).unwrap().replacen(from, to, 1)).unwrap();
@@ -377,10 +381,7 @@ fn a_coded_photograph_of_a_right_model_yields_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let from = Path::new("sites/chapel");
     for part in ["", "model", "probes", "photos"] {
-        fs::create_dir_all(folder.path().join(part)).unwrap();
-        for file in fs::read_dir(from.join(part)).unwrap().map(Result::unwrap).filter(|f| f.path().is_file()) {
-            fs::copy(file.path(), folder.path().join(part).join(file.file_name())).unwrap();
-        }
+        copy_files(&from.join(part), &folder.path().join(part));
     }
     let photo = clerestory::panorama::read(&from.join("photos/apse.exr")).unwrap();
     let mut bright: Vec<f32> = photo.pixels.iter().map(|p| p.max_element()).collect();

@@ -118,8 +118,8 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
     });
     // what a probe beside the camera sees there, the render shows, too
     let along = |probe: &ProbeView, i: usize| s.ray[i].angle_between(s.position[i] - probe.origin) < ALONG;
-    let sees = |k: usize, i: usize| maps.level(k, i).is_some();
-    let echoes = |i: usize| prepared.probes.iter().enumerate().any(|(k, probe)| sees(k, i) && along(probe, i));
+    let echoes =
+        |i: usize| prepared.probes.iter().zip(&maps.sights.of).any(|(p, sights)| sights[i].is_some() && along(p, i));
     let mut by: Vec<Option<f32>> = (0..n)
         .into_par_iter()
         .map(|i| Some(if echoes(i) { smooth[i]? } else { nearest(rendered[i]?, smooth[i]?) }))
@@ -127,8 +127,9 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
     let mut seen = vec![0u8; n];
     for (k, probe) in prepared.probes.iter().enumerate() {
         let asked = over(&|i| {
-            let log = probe.log_radiance(s.position[i], maps.level(k, i)?) + maps.radiometry.gains[k];
-            Some(log_luminance(log.map(f32::exp))).filter(|_| !along(probe, i))
+            let level = maps.level(k, i).filter(|_| !along(probe, i))?;
+            let log = probe.log_radiance(s.position[i], level) + maps.radiometry.gains[k];
+            Some(log_luminance(log.map(f32::exp)))
         });
         for i in 0..n {
             if let (Some(b), Some(d)) = (by[i], asked[i]) {
