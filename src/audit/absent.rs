@@ -11,7 +11,7 @@ use super::probe_view::ProbeView;
 use super::regions::{Region, closed, components, opened};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Joins, log_luminance, median};
+use super::{EdgeAware, log_luminance, median};
 use crate::panorama::Picture;
 
 /// Differences are averaged over windows of this standard deviation, pixels.
@@ -66,7 +66,7 @@ fn outlined(by: &[Option<f32>], seen: &[u8], w: usize, h: usize, threshold: f32,
     let one = |is: bool| if is { 1.0 } else { 0.0 };
     let known: Vec<f32> = by.iter().map(|b| one(b.is_some())).collect();
     let values: Vec<f32> = by.iter().map(|b| b.unwrap_or(0.0)).collect();
-    let open = Joins::open(w, h);
+    let open = EdgeAware::open(w, h);
     let mean = open.mean(&values, &known, WINDOW);
     let share = open.smoothed(&seen.iter().map(|s| one(*s > 0)).collect::<Vec<_>>(), WINDOW);
     let mut all = Vec::new();

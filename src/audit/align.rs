@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::surfaces::{NONE, Surfaces};
-use super::{Joins, PoseCorrection, median};
+use super::{EdgeAware, PoseCorrection, median};
 use crate::scene::Scene;
 use crate::site::{Camera, Lens};
 
@@ -78,7 +78,7 @@ struct Band {
 }
 
 fn bands(surfaces: &Surfaces, render: &[f32], photo: &[f32], usable: &[f32], blur: f32) -> Option<(Band, Band)> {
-    let open = Joins::open(surfaces.width, surfaces.height);
+    let open = EdgeAware::open(surfaces.width, surfaces.height);
     // black is as dark as a hundredth of the mean: its logarithm must not run away
     let log = |v: &[f32]| -> Vec<f32> {
         let floor = 0.01 * v.iter().map(|v| f64::from(*v)).sum::<f64>() as f32 / v.len().max(1) as f32;

@@ -11,7 +11,7 @@ use super::surfaces::NONE;
 use super::sweep::sweep;
 use super::verdict::verdicts;
 use super::view::{Maps, Prepared};
-use super::{Displacement, Joins, Judged, Kind, Verdict, What, median};
+use super::{Displacement, EdgeAware, Judged, Kind, Verdict, What, median};
 use crate::panorama::{Picture, luminance};
 
 /// Differences are averaged over windows of this standard deviation, pixels.
@@ -138,7 +138,8 @@ fn differs(maps: &Maps, right: &[Verdict]) -> Vec<bool> {
     let middle = median(&mut all);
     let square: Vec<f32> = difference.iter().map(|d| (d - middle).clamp(-MOST, MOST).powi(2)).collect();
     let weight: Vec<f32> = known.iter().map(|k| if *k { 1.0 } else { 0.0 }).collect();
-    let local: Vec<f32> = Joins::open(w, h).mean(&square, &weight, WINDOW).iter().map(|s| s.max(0.0).sqrt()).collect();
+    let local: Vec<f32> =
+        EdgeAware::open(w, h).mean(&square, &weight, WINDOW).iter().map(|s| s.max(0.0).sqrt()).collect();
     let mut all: Vec<f32> = local.iter().zip(&known).filter(|l| *l.1).map(|l| *l.0).collect();
     let least = (TIMES * median(&mut all)).max(LEAST);
     let same: Vec<bool> = (0..w * h).map(|i| !known[i] || local[i] <= least || right[i] == Verdict::Ok).collect();

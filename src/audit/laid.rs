@@ -9,7 +9,7 @@ use super::mapping::Gradient;
 use super::regions::bounds;
 use super::structure::{ALIKE_PX, BAND};
 use super::view::Maps;
-use super::{Joins, log_luminance};
+use super::{EdgeAware, log_luminance};
 use crate::scene::{Scene, Texture};
 
 /// Sides of the grids that a texture's period is divided into.
@@ -42,7 +42,7 @@ pub(super) struct Place {
 pub(super) struct Laid<'a> {
     texture: &'a Texture,
     /// Which of the cut-out's pixels hang together.
-    joins: Joins,
+    joins: EdgeAware,
     /// Per pixel of the cut-out, 1 where there is a place, and the same smoothed.
     here: Vec<f32>,
     smoothed: Vec<f32>,
@@ -125,7 +125,7 @@ impl<'a> Laid<'a> {
     /// logarithm of what the photograph shows of the texture there and how much it counts.
     fn new(
         texture: &'a Texture,
-        joins: Joins,
+        joins: EdgeAware,
         pixels: Vec<usize>,
         places: Vec<Place>,
         coded: Option<Coded>,
@@ -267,12 +267,12 @@ fn cut_out(
     pixels: &[usize],
     inside: impl Fn(usize) -> usize,
     joined: impl Fn(usize, usize) -> bool,
-) -> (Joins, Vec<usize>) {
+) -> (EdgeAware, Vec<usize>) {
     let mut from = vec![usize::MAX; width * height];
     let places: Vec<usize> = pixels.iter().map(|i| inside(*i)).collect();
     places.iter().zip(pixels).for_each(|(k, i)| from[*k] = *i);
     let both = |k: usize, l: usize| from[k] != usize::MAX && from[l] != usize::MAX && joined(from[k], from[l]);
-    (Joins::new(width, height, both), places)
+    (EdgeAware::new(width, height, both), places)
 }
 
 /// The place of a pixel in its texture; `None` without texture coordinates.
@@ -339,7 +339,7 @@ pub(super) mod tests {
                 log_luminance(shown) + noise * (hash(k) as f32 / 500.0 - 1.0)
             })
             .collect();
-        let joins = Joins::open(SIDE, SIDE);
+        let joins = EdgeAware::open(SIDE, SIDE);
         Laid::new(texture, joins, (0..SIDE * SIDE).collect(), places, None, photo.into_iter(), vec![1.0; SIDE * SIDE])
     }
 

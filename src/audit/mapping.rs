@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::Joins;
+use super::EdgeAware;
 use super::regions::Pieces;
 use crate::scene::Mesh;
 
@@ -74,11 +74,13 @@ pub(super) fn runs_on(mesh: &Mesh, a: Mapped, b: Mapped) -> bool {
 }
 
 /// Cuts `joins` where `runs_on` says no between two large pieces.
-pub(super) fn cut(joins: &Joins, runs_on: impl Fn(usize, usize) -> bool) -> Joins {
-    let whole = Joins::new(joins.width, joins.height, |i, j| joins.joined(i, j) && runs_on(i, j));
+pub(super) fn cut(joins: &EdgeAware, runs_on: impl Fn(usize, usize) -> bool) -> EdgeAware {
+    let whole = EdgeAware::new(joins.width, joins.height, |i, j| joins.joined(i, j) && runs_on(i, j));
     let pieces = Pieces::new(&whole);
     let large = |i: usize| pieces.pixels[pieces.of[i] as usize].len() >= LARGE;
-    Joins::new(joins.width, joins.height, |i, j| joins.joined(i, j) && (whole.joined(i, j) || !large(i) || !large(j)))
+    EdgeAware::new(joins.width, joins.height, |i, j| {
+        joins.joined(i, j) && (whole.joined(i, j) || !large(i) || !large(j))
+    })
 }
 
 #[cfg(test)]
@@ -116,7 +118,7 @@ mod tests {
 
     #[test]
     fn only_large_pieces_are_cut_apart() {
-        let open = Joins::open(40, 30);
+        let open = EdgeAware::open(40, 30);
         let halves = cut(&open, |i, j| (i % 40 < 20) == (j % 40 < 20));
         assert!(!halves.joined(19, 20) && halves.joined(18, 19) && halves.joined(20, 60));
         let strip = cut(&open, |i, j| (i % 40 < 2) == (j % 40 < 2));

@@ -21,7 +21,7 @@ mod files;
 mod findings;
 mod fourier;
 mod geometry;
-mod joins;
+
 mod judge;
 mod laid;
 mod mapping;
@@ -58,8 +58,8 @@ pub use view::{Maps, Prepared, Settings, examine};
 
 use glam::Vec3;
 
+use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
-use joins::Joins;
 
 /// The middle value; 0 of nothing.
 fn median(values: &mut [f32]) -> f32 {

@@ -11,7 +11,7 @@ use super::regions::dilated;
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
 use super::witness::witnesses;
-use super::{Evidence, Joins, Shift, correlation, median};
+use super::{EdgeAware, Evidence, Shift, correlation, median};
 use crate::panorama::luminance;
 
 /// The test works on pictures of about this size.
@@ -215,7 +215,7 @@ impl Small {
         photo: &[f32],
         usable: Vec<f32>,
     ) -> Self {
-        let open = Joins::open(width, height);
+        let open = EdgeAware::open(width, height);
         let band = |values: &[f32], weights: &[f32]| -> Vec<f32> {
             let [fine, coarse] = BAND.map(|sigma| open.mean(values, weights, sigma));
             fine.iter().zip(&coarse).map(|(f, c)| (f - c).clamp(-1.0, 1.0)).collect()

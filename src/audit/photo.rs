@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::coding::Coding;
-use super::{Joins, Reason};
+use super::{EdgeAware, Reason};
 use crate::panorama::{Picture, luminance};
 use crate::photograph::{Fitness, Photograph};
 
@@ -131,7 +131,7 @@ pub(super) struct Blurred {
 }
 
 impl Blurred {
-    pub(super) fn new(pixels: &[Vec3], usable: &[f32], joins: &Joins) -> Self {
+    pub(super) fn new(pixels: &[Vec3], usable: &[f32], joins: &EdgeAware) -> Self {
         let channel = |c: usize| -> Vec<f32> { pixels.iter().map(|p| p[c]).collect() };
         let logs = BLURS
             .into_par_iter()

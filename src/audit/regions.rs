@@ -1,6 +1,6 @@
 //! From maps of scores to regions.
 
-use super::Joins;
+use super::EdgeAware;
 
 /// A connected set of pixels, in the picture's order.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,7 +103,7 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    pub(super) fn new(joins: &Joins) -> Self {
+    pub(super) fn new(joins: &EdgeAware) -> Self {
         let of = joins.labels();
         let mut pixels = vec![Vec::new(); of.iter().max().map_or(0, |m| *m as usize + 1)];
         of.iter().enumerate().for_each(|(i, k)| pixels[*k as usize].push(i));
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_surface_knows_how_much_of_it_is_covered() {
-        let joins = Joins::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
+        let joins = EdgeAware::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
         let shares = Pieces::new(&joins).shares(&mask(&["#...", "...."]));
         assert_eq!((shares[0], shares[7]), ((4, 1), (4, 0)));
     }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::Joins;
+use super::EdgeAware;
 use super::bins::Bins;
 use super::regions::Pieces;
 use super::texture::Texture;
@@ -43,7 +43,13 @@ pub(super) struct Structure {
 }
 
 /// How far the photograph follows the albedo's structure, over windows.
-pub(super) fn structure(joins: &Joins, pieces: &Pieces, weight: &[f32], photo: &[Vec3], albedo: &[Vec3]) -> Structure {
+pub(super) fn structure(
+    joins: &EdgeAware,
+    pieces: &Pieces,
+    weight: &[f32],
+    photo: &[Vec3],
+    albedo: &[Vec3],
+) -> Structure {
     let n = weight.len();
     let log = |p: Vec3| luminance(p).max(1e-6).ln();
     let band = |v: Vec<f32>| -> Vec<f32> {
@@ -170,7 +176,7 @@ mod tests {
 
     /// Share of the inner pixels whose odds are above (or below, if negative) a threshold.
     fn share(photo: &[f32], albedo: &[f32], threshold: f32) -> f32 {
-        let joins = Joins::open(SIDE, SIDE);
+        let joins = EdgeAware::open(SIDE, SIDE);
         let photo: Vec<Vec3> = photo.iter().map(|v| Vec3::splat(v.ln())).collect();
         let albedo: Vec<Vec3> = albedo.iter().map(|v| Vec3::splat(*v)).collect();
         let odds = structure(&joins, &Pieces::new(&joins), &[1.0; SIDE * SIDE], &photo, &albedo).odds;

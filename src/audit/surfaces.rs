@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::Joins;
+use super::EdgeAware;
 use super::mapping::{Mapped, cut, runs_on};
 use super::regions::Pieces;
 use crate::render::PrimaryRays;
@@ -42,9 +42,9 @@ pub(super) struct Surfaces {
     pub(super) barycentric: Vec<Vec2>,
     pub(super) material: Vec<u32>,
     /// Which neighbours lie on one smooth surface, whatever its material.
-    pub(super) shape: Joins,
+    pub(super) shape: EdgeAware,
     /// Which neighbours lie on one smooth surface of one material, mapped in one piece.
-    pub(super) paint: Joins,
+    pub(super) paint: EdgeAware,
     /// What is mapped in one piece.
     pub(super) pieces: Pieces,
 }
@@ -95,12 +95,13 @@ impl Surfaces {
                 .iter()
                 .map(|f| f.1.as_ref().map_or(NONE, |s| scene.mesh.materials[s.1.triangle as usize]))
                 .collect(),
-            shape: Joins::open(1, 1),
-            paint: Joins::open(1, 1),
+            shape: EdgeAware::open(1, 1),
+            paint: EdgeAware::open(1, 1),
             pieces: Pieces::default(),
         };
-        this.shape = Joins::new(width, height, |i, j| this.one_surface(i, j));
-        let painted = Joins::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
+        this.shape = EdgeAware::new(width, height, |i, j| this.one_surface(i, j));
+        let painted =
+            EdgeAware::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
         let textured =
             |i: usize| this.triangle[i] != NONE && scene.materials[this.material[i] as usize].texture.is_some();
         let mapped = |i: usize| {

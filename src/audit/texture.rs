@@ -10,7 +10,7 @@ use super::colour::{colour_difference, colour_of};
 use super::regions::Pieces;
 use super::structure::{Structure, structure};
 use super::surfaces::{NONE, Surfaces};
-use super::{Joins, median};
+use super::{EdgeAware, median};
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::volume::{Nearby, Volume};
@@ -182,13 +182,13 @@ fn by_piece(pieces: &Pieces, chroma: &[Vec<f32>; 2], tested: &[bool], albedo: &[
 }
 
 /// Standard deviation over a window of chroma that is not smooth.
-fn foreign(joins: &Joins, chroma: &[Vec<f32>; 2], weight: &[f32]) -> Vec<f32> {
+fn foreign(joins: &EdgeAware, chroma: &[Vec<f32>; 2], weight: &[f32]) -> Vec<f32> {
     let [x, y] = [0, 1].map(|c| deviation(joins, &chroma[c], weight));
     x.iter().zip(&y).map(|(x, y)| (x * x + y * y).sqrt()).collect()
 }
 
 /// Standard deviation over a window of the difference of Gaussians 1 to 8 pixels.
-fn deviation(joins: &Joins, values: &[f32], weight: &[f32]) -> Vec<f32> {
+fn deviation(joins: &EdgeAware, values: &[f32], weight: &[f32]) -> Vec<f32> {
     let (fine, coarse) = (joins.mean(values, weight, 1.0), joins.mean(values, weight, 8.0));
     let square: Vec<f32> = fine.iter().zip(&coarse).map(|(f, c)| (f - c) * (f - c)).collect();
     joins.mean(&square, weight, 6.0).iter().map(|v| v.max(0.0).sqrt()).collect()
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_piece_s_colour_is_told_where_its_pixels_are_too_noisy() {
-        let pieces = Pieces::new(&Joins::new(SIDE, SIDE, |i, j| (i % SIDE < SIDE / 2) == (j % SIDE < SIDE / 2)));
+        let pieces = Pieces::new(&EdgeAware::new(SIDE, SIDE, |i, j| (i % SIDE < SIDE / 2) == (j % SIDE < SIDE / 2)));
         // blocks of 8 × 8 pixels that are off by a fifth either way; red is off by a tenth in the left half
         let noise = |i: usize| if (i % SIDE / 8 + i / SIDE / 8).is_multiple_of(2) { 0.2 } else { -0.2 };
         let red = (0..SIDE * SIDE).map(|i| noise(i) + if i % SIDE < SIDE / 2 { 0.1 } else { 0.0 }).collect();
