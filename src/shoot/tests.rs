@@ -2,9 +2,9 @@
 
 use super::hits::{pack_normal, unpack_normal};
 use super::{Chart, Hits, Light};
-use crate::panorama::Picture;
+use crate::panorama::{CameraModel, Picture};
 use crate::scene::{Material, Mesh, Scene};
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec2, DVec3, Mat3, Vec3};
 use proptest::prelude::*;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -27,6 +27,9 @@ fn closed_box(low: Vec3, high: Vec3, albedo: f32) -> Scene {
 fn charts() -> Vec<Chart> {
     let mut all: Vec<Chart> = [(2, 1), (4, 2), (6, 3), (64, 32), (1024, 512)].map(|(w, h)| Chart::latlong(w, h)).into();
     all.extend([(1, 1), (7, 5), (64, 48)].map(|(w, h)| Chart::perspective(w, h, 1.2)));
+    let mut aside = CameraModel::with_fov([64, 48], 60.0);
+    (aside.centre, aside.focal) = (DVec2::new(70.0, 13.0), DVec2::new(50.0, 42.0));
+    all.push(Chart::pinhole(64, 48, &aside));
     all
 }
 

@@ -24,7 +24,7 @@ mod fault;
 mod file;
 pub(crate) mod files;
 mod frame;
-mod lens;
+mod numbers;
 mod pose;
 mod poses;
 mod resection;
@@ -33,13 +33,14 @@ mod resolve;
 pub use camera::Camera;
 pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
-pub use lens::{Distortion, Lens};
 pub use poses::PoseFileError;
 pub use resection::{Resection, ResectionError};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+pub use crate::panorama::{Distortion, Lens};
 
 use crate::panorama::Projection;
 
@@ -60,10 +61,12 @@ pub struct Site {
     pub sun: Option<Sun>,
     /// Lightings under another sun. See [`Site::sun_under`].
     pub suns: BTreeMap<String, Sun>,
-    /// The light probes, in the file's order.
+    /// The light probes, in the file's order; those of a pose file come last.
     pub probes: Vec<Probe>,
     /// The views, in the file's order; those of a pose file come last.
     pub views: Vec<View>,
+    /// What another program has solved: a file or folder of poses.
+    pub pose_file: Option<PathBuf>,
     /// How probes are to be planned.
     pub plan: Plan,
     /// What is odd but no fault, a sentence each.
@@ -113,13 +116,7 @@ impl Site {
         }
         files.extend(self.probes.iter().flat_map(|p| p.pictures.iter().map(|l| l.path.clone())));
         files.extend(self.views.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
-        let pose_files = self.views.iter().filter_map(|v| match &v.source {
-            CameraSource::PoseFile(path) => Some(path),
-            _ => None,
-        });
-        let mut pose_files: Vec<_> = pose_files.collect();
-        pose_files.dedup();
-        files.extend(pose_files.into_iter().flat_map(|path| poses::files(path)));
+        files.extend(self.pose_file.iter().flat_map(|path| poses::files(path)));
         files
     }
 
