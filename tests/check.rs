@@ -301,6 +301,22 @@ fn units_and_up_have_many_names() {
 }
 
 #[test]
+fn vertex_colours_are_linear_unless_said_otherwise() {
+    let colour = |key: &str| {
+        let dir = folder(&HEAD.replace("\"m.obj\"", &format!("\"c.obj\"{key}")));
+        let corners = "v 0 0 0 0.5 1 0\nv 1 0 0 0.5 1 0\nv 0 1 0 0.5 1 0\nf 1 2 3\n";
+        fs::write(dir.path().join("c.obj"), corners).unwrap();
+        let scene = scene::load(&Site::load(dir.path()).unwrap(), &mut Health::default()).unwrap();
+        scene.mesh.colours[0]
+    };
+    assert_eq!(colour(""), Vec3::new(0.5, 1.0, 0.0));
+    assert_eq!(colour("\nvertex_colours = \"linear\""), colour(""));
+    assert!(colour("\nvertex_colours = \"srgb\"").distance(Vec3::new(0.21404, 1.0, 0.0)) < 1e-4);
+    let error = fault(&HEAD.replace("\"m.obj\"", "\"m.obj\"\nvertex_colours = \"sRGB\""));
+    assert!(error.contains("model.vertex_colours") && error.contains("Did you mean `srgb`?"), "{error}");
+}
+
+#[test]
 fn plan_points_are_the_models_horizontal_axes() {
     let text = format!("{}[plan]\nfixed = [[2, 3]]\n", HEAD.replace("\"z\"", "\"y\"").replace("\"m\"", "\"cm\""));
     let dir = folder(&text);

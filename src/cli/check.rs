@@ -32,6 +32,7 @@ pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> 
 
 fn print(check: &Check, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{}", check.site)?;
+    check.causes.iter().try_for_each(|cause| writeln!(out, "! {}", cause.sentence))?;
     sentences(&check.warnings, "", out)?;
     print_model(check, out)?;
     for probe in &check.probes {

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
 
+use super::VertexColours;
 use super::numbers::List;
 
 type Number = Spanned<f64>;
@@ -45,6 +46,7 @@ pub(super) struct SiteTable {
 #[serde(deny_unknown_fields)]
 pub(super) struct ModelTable {
     pub(super) path: Text,
+    pub(super) vertex_colours: Option<VertexColours>,
 }
 
 #[derive(serde::Deserialize)]

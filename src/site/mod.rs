@@ -55,6 +55,8 @@ pub struct Site {
     pub frame: Frame,
     /// The model's OBJ file.
     pub model: PathBuf,
+    /// What the numbers of the model's vertex colours are.
+    pub vertex_colours: VertexColours,
     /// Outdoor light, for rehearsal and reference.
     pub environment: Option<Environment>,
     /// The sun, under every lighting that has none of its own.
@@ -137,6 +139,17 @@ impl Site {
     }
 }
 
+/// How a model's vertex colours are encoded; OBJ does not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VertexColours {
+    /// Proportional to albedo.
+    #[default]
+    Linear,
+    /// By sRGB's curve, as most scanners' programs write them.
+    Srgb,
+}
+
 /// Whether the pictures of probes and the photographs of views must be there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pictures {
@@ -148,6 +161,7 @@ pub enum Pictures {
 
 /// Where the light outside comes from.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a site has one")]
 pub enum Environment {
     /// The same radiance from everywhere.
     Uniform(Vec3),

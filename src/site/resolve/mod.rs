@@ -19,7 +19,7 @@ use super::frame::{Frame, Up};
 use super::pose::finite_number;
 use super::{Pictures, Site};
 use names::unique;
-use probe::with_lighting_warnings;
+use probe::{with_exif_gains, with_lighting_warnings};
 
 /// Reads and checks a site file's text. `path` is the file itself.
 pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Result<Site, SiteError> {
@@ -42,6 +42,7 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
         Some(table) => Some(resolver.cameras(table, &mut views, &mut probes, &mut warnings)?),
         None => None,
     };
+    with_exif_gains(&mut probes, file.probe.iter().any(|p| p.get_ref().gain.is_some()));
     let name = match &file.site.name {
         Some(name) => name.get_ref().clone(),
         None => folder.file_name().map_or_else(|| "site".to_owned(), |n| n.to_string_lossy().into_owned()),
@@ -50,6 +51,7 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
         name,
         frame,
         model: resolver.existing(file.model.path.get_ref(), file.model.path.span(), "the model")?,
+        vertex_colours: file.model.vertex_colours.unwrap_or_default(),
         environment: file.environment.as_ref().map(|e| resolver.environment(e)).transpose()?,
         sun: file.sun.as_ref().map(|t| resolver.sun(&t.direction, &t.irradiance)).transpose()?,
         suns: file.sun.as_ref().map_or_else(|| Ok(BTreeMap::new()), |t| resolver.suns(t, &probes))?,

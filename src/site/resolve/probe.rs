@@ -10,7 +10,7 @@ use super::super::{LitPicture, Probe, Site};
 use super::Resolver;
 use super::lens::{LensKeys, lens_keys};
 use super::names::{lighting_name, safe_name};
-use crate::panorama::{Lens, Projection};
+use crate::panorama::{Exif, Lens, Projection};
 
 impl Resolver<'_> {
     pub(super) fn probe(&self, table: &Spanned<ProbeTable>) -> Result<Probe, SiteError> {
@@ -89,6 +89,28 @@ impl Resolver<'_> {
         let (width, height) = self.size_of(&self.existing(name, at.clone(), "the picture")?, at)?;
         let model = self.camera_model(&keys, [width, height], lens, false, ("probe", table.span()))?;
         Ok(Projection::Camera(model))
+    }
+}
+
+/// Gives probes the gains that their exposures by EXIF ask for, around 1, if no probe `has_gain` of its own and each tells
+/// one exposure for all of its pictures. Light arrives in the ratio of 2 to the exposure value.
+pub(super) fn with_exif_gains(probes: &mut [Probe], has_gain: bool) {
+    /// Exposure values within which two pictures count as exposed alike: half a third of a stop.
+    const ALIKE: f64 = 1.0 / 6.0;
+    if has_gain || probes.len() < 2 {
+        return;
+    }
+    let value = |probe: &Probe| {
+        let values = probe.pictures.iter().map(|lit| Exif::read(&lit.path).exposure_value());
+        let values: Option<Vec<f64>> = values.collect();
+        let values = values.filter(|v| !v.is_empty())?;
+        values.iter().all(|v| (v - values[0]).abs() < ALIKE).then_some(values[0])
+    };
+    let values: Option<Vec<f64>> = probes.iter().map(value).collect();
+    let Some(values) = values else { return };
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    for (probe, value) in probes.iter_mut().zip(values) {
+        probe.gain = (value - mean).exp2() as f32;
     }
 }
 
