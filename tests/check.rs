@@ -312,7 +312,8 @@ fn vertex_colours_are_linear_unless_said_otherwise() {
     assert_eq!(colour(""), Vec3::new(0.5, 1.0, 0.0));
     assert_eq!(colour("\nvertex_colours = \"linear\""), colour(""));
     assert!(colour("\nvertex_colours = \"srgb\"").distance(Vec3::new(0.21404, 1.0, 0.0)) < 1e-4);
-    let error = fault(&HEAD.replace("\"m.obj\"", "\"m.obj\"\nvertex_colours = \"sRGB\""));
+    assert_eq!(colour("\nvertex_colours = \"sRGB\""), colour("\nvertex_colours = \"srgb\""));
+    let error = fault(&HEAD.replace("\"m.obj\"", "\"m.obj\"\nvertex_colours = \"srg\""));
     assert!(error.contains("model.vertex_colours") && error.contains("Did you mean `srgb`?"), "{error}");
 }
 

@@ -146,7 +146,8 @@ pub enum VertexColours {
     /// Proportional to albedo.
     #[default]
     Linear,
-    /// By sRGB's curve, as most scanners' programs write them.
+    /// By sRGB's curve, as programs that colour scans from photographs mostly write them.
+    #[serde(alias = "sRGB")]
     Srgb,
 }
 
