@@ -4,7 +4,7 @@
 use assert_cmd::Command;
 use clerestory::panorama::Projection;
 use clerestory::scene::{self, Health};
-use clerestory::site::{Environment, Site};
+use clerestory::site::{Environment, Site, Up};
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -68,7 +68,24 @@ fn each_fault_names_line_key_and_cure() {
         (plan("max_probe = 3"), 8, "plan.max_probe", &["Did you mean `max_probes`?"]),
         (good_probe("gain = \"1\""), 11, "probe.a.gain", &["expected a number, found string \"1\""]),
         (probe("image = 3"), 10, "probe.a.image", &["expected a picture's path, or a table"]),
-        (view("size = [8]"), 10, "view.v.size", &["expected a list of length 2"]),
+        (view("size = [8]"), 10, "view.v.size", &["expected a list of 2 whole numbers, found 1"]),
+        (view("size = [8, 6, 4]"), 10, "view.v.size", &["expected a list of 2 whole numbers, found 3"]),
+        (
+            "[[probe]]\nname = \"a\"\nposition = [6,6, 1,2, 1,6]\nimage = \"p.png\"\n".into(),
+            9,
+            "probe.a.position",
+            &["expected a list of 3 numbers, found 6", "Did you mean [6.6, 1.2, 1.6]?"],
+        ),
+        (good_probe("look_at = [6,6, -1,2, 1,6]"), 11, "probe.a.look_at", &["Did you mean [6.6, -1.2, 1.6]?"]),
+        (good_probe("rotation = [1, 0, 0]"), 11, "probe.a.rotation", &["list of 4 numbers, found 3"]),
+        (good_probe("matrix = [[1, 0, 0], [0, 1, 0]]"), 11, "probe.a.matrix", &["list of 3 lists, found 2"]),
+        (good_probe("matrix = [[1, 0, 0, 4], [0, 1, 0, 5], [0, 0, 1, 6]]"), 11, "probe.a.matrix", &["found 4"]),
+        (good_probe("heading = 90,5"), 11, "", &["write 1.6 for 1,6"]),
+        ("[sun]\ndirection = [0,1, 0,2, 0,9]\nirradiance = [1, 1, 1]\n".into(), 8, "sun.direction", &["0.1, 0.2, 0.9"]),
+        ("[environment]\nradiance = [1, 1]\n".into(), 8, "environment.radiance", &["list of 3 numbers, found 2"]),
+        (plan("fixed = [[2,5, 3,5]]"), 8, "plan.fixed", &["Did you mean [2.5, 3.5]?"]),
+        (plan("keep_out = [[[0, 0], [1,5, 0], [1, 1]]]"), 8, "plan.keep_out", &["list of 2 numbers, found 3"]),
+        (plan("vertical_field = [-60, 90, 0]"), 8, "plan.vertical_field", &["list of 2 numbers, found 3"]),
         (view("size = [8.5, 6]"), 10, "view.v.size", &["expected a whole number", "found floating point `8.5`"]),
         (view("size = [-8, 6]"), 10, "view.v.size", &["expected a whole number"]),
         ("[sun]\ndirection = [0, 0, 1]\n".into(), 7, "sun", &["the key `irradiance` is missing"]),
@@ -97,8 +114,8 @@ fn each_fault_names_line_key_and_cure() {
         (good_probe("projection = \"mirror-ball\""), 10, "probe.a.image", &["square"]),
         (good_probe("projection = \"fisheye\""), 10, "probe.a.image", &["square"]),
         (good_probe("projection = \"cube-cross\""), 10, "probe.a.image", &["3 × 4 or 4 × 3"]),
-        (good_probe("projection = \"perspective\""), 11, "probe.a.projection", &["needs fov_y"]),
-        (good_probe("fov_y = 50"), 11, "probe.a.fov_y", &["\"perspective\" only"]),
+        (good_probe("projection = \"perspective\""), 11, "probe.a.projection", &["needs fov_y or fx"]),
+        (good_probe("fov_y = 50"), 11, "probe.a.fov_y", &["\"perspective\" or \"fisheye\" only"]),
         (good_view("photo = \"square.png\""), 12, "view.v.photo", &["aspect", "8 × 6", "32 × 32"]),
         (good_view("mask = \"square.png\""), 12, "view.v.mask", &["aspect"]),
         // poses
@@ -189,7 +206,10 @@ fn faults_of_the_head_and_of_the_file_itself() {
         ("[site]\nup = \"z\"\n", vec![":1:1", "`model` is missing"]),
         ("[site]\nunits = \"km\"\n[model]\npath = \"m.obj\"\n", vec![":2:", "site.units", "\"cm\", \"mm\", \"ft\""]),
         ("[site]\nunits = 0\n[model]\npath = \"m.obj\"\n", vec!["site.units", "above zero"]),
-        ("[site]\nup = \"x\"\n[model]\npath = \"m.obj\"\n", vec!["site.up", "unknown value `x`", "y, z"]),
+        ("[site]\nup = \"w\"\n[model]\npath = \"m.obj\"\n", vec!["site.up", "string \"w\"", "a vector [x, y, z]"]),
+        ("[site]\nup = [0, 0, 0]\n[model]\npath = \"m.obj\"\n", vec!["site.up", "expected a direction"]),
+        ("[site]\nup = [0,1, 0,2, 0,9]\n[model]\npath = \"m.obj\"\n", vec!["site.up", "[0.1, 0.2, 0.9]"]),
+        ("[site]\nunits = \"miles\"\n[model]\npath = \"m.obj\"\n", vec!["site.units", "string \"miles\""]),
         ("[site]\nnorth = nan\n[model]\npath = \"m.obj\"\n", vec!["site.north", "finite"]),
         ("[model]\npath = \"no.obj\"\n", vec![":2:8: model.path", "there is no file"]),
         ("[model]\npath = \"http://x.org/m.obj\"\n", vec!["model.path", "URL"]),
@@ -264,6 +284,37 @@ fn a_full_site_file_is_understood() {
     assert_eq!((camera.distortion.k()[0], camera.distortion.p()[1]), (0.1, -0.01));
     assert_eq!((site.plan.clearance_m, site.plan.probe_height_m, site.plan.max_probes), (0.5, 1.6, 12));
     assert_eq!((site.plan.keep_out[0].len(), site.plan.fixed[0]), (3, DVec2::new(2.0, 3.0)));
+}
+
+#[test]
+fn units_and_up_have_many_names() {
+    let frame = |units: &str, up: &str| {
+        let text = format!("[site]\nunits = {units}\nup = {up}\n[model]\npath = \"m.obj\"\n");
+        Site::load(folder(&text).path()).unwrap().frame
+    };
+    assert_eq!(frame("\"feet\"", "\"Z\"").metres_per_unit, 0.3048);
+    assert_eq!(frame("\"Meters\"", "\"+y\"").up, Up::Y);
+    assert_eq!(frame("2", "[0, 0, 3]").up, Up::Z);
+    for (up, model) in [("\"x\"", DVec3::X), ("\"-z\"", DVec3::NEG_Z), ("[0.1, 0, 0.99]", DVec3::new(0.1, 0.0, 0.99))] {
+        assert!(frame("1", up).direction_in(model.normalize()).distance(DVec3::Z) < 1e-12, "{up}");
+    }
+}
+
+#[test]
+fn vertex_colours_are_linear_unless_said_otherwise() {
+    let colour = |key: &str| {
+        let dir = folder(&HEAD.replace("\"m.obj\"", &format!("\"c.obj\"{key}")));
+        let corners = "v 0 0 0 0.5 1 0\nv 1 0 0 0.5 1 0\nv 0 1 0 0.5 1 0\nf 1 2 3\n";
+        fs::write(dir.path().join("c.obj"), corners).unwrap();
+        let scene = scene::load(&Site::load(dir.path()).unwrap(), &mut Health::default()).unwrap();
+        scene.mesh.colours[0]
+    };
+    assert_eq!(colour(""), Vec3::new(0.5, 1.0, 0.0));
+    assert_eq!(colour("\nvertex_colours = \"linear\""), colour(""));
+    assert!(colour("\nvertex_colours = \"srgb\"").distance(Vec3::new(0.21404, 1.0, 0.0)) < 1e-4);
+    assert_eq!(colour("\nvertex_colours = \"sRGB\""), colour("\nvertex_colours = \"srgb\""));
+    let error = fault(&HEAD.replace("\"m.obj\"", "\"m.obj\"\nvertex_colours = \"srg\""));
+    assert!(error.contains("model.vertex_colours") && error.contains("Did you mean `srgb`?"), "{error}");
 }
 
 #[test]

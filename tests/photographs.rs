@@ -339,6 +339,111 @@ fn cameras_of_a_pose_file_become_views() {
 }
 
 #[test]
+fn photographs_of_a_pose_file_can_be_probes() {
+    let dir = folder("");
+    let at = |name: &str| dir.path().join(name);
+    let known = site(&dir, &format!("{VIEW}size = [60, 40]\nfov_y = 50\n")).unwrap().views[0].camera;
+    for name in ["a.jpg", "b.jpg", "c.jpg"] {
+        jpeg(&at(name), 60, 40, 1, 50);
+    }
+    colmap(&at("sparse"), &known, [60, 40], &["a.jpg", "b.jpg", "c.jpg"]);
+    let found = |keys: &str| {
+        let site = site(&dir, &format!("[cameras]\npath = \"sparse\"\nphotos = \".\"\n{keys}\n")).unwrap();
+        let probes: Vec<String> = site.probes.iter().map(|p| p.name.clone()).collect();
+        let views: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
+        (probes.join(" "), views.join(" "), site)
+    };
+    for (keys, probes, views) in [
+        ("probes = [\"a\", \"c.jpg\"]", "a c", "b"),
+        ("probes = \"all\"", "a b c", ""),
+        ("probes = [\"a\"]\nonly = [\"b\"]", "a", "b"),
+        ("probes = [\"a\"]\nonly = [\"a\", \"b\"]", "a", "a b"),
+    ] {
+        let (p, v, site) = found(keys);
+        assert_eq!((p.as_str(), v.as_str()), (probes, views), "{keys}");
+        assert!(site.files().iter().any(|f| f.ends_with("sparse/images.txt")));
+        let probe = &site.probes[0];
+        let direction = probe.pose.rotation.transpose() * (DVec3::new(6.0, 2.6, 1.9) - probe.pose.position);
+        let pixel = probe.projection.pixel(60, 40, direction).unwrap();
+        assert!(pixel.distance(known.project(DVec3::new(6.0, 2.6, 1.9)).unwrap()) < 1e-9);
+    }
+    assert_eq!(found("probes = \"all\"\nlighting = \"10:00\"").2.lightings(), ["10:00"]);
+    let bad = |keys: &str| site(&dir, &format!("[cameras]\npath = \"sparse\"\nphotos = \".\"\n{keys}\n")).unwrap_err();
+    assert!(bad("probes = [\"d\"]").contains("no solved camera “d”"));
+    assert!(bad("probes = \"some\"").contains("\"all\", or a list of photographs"));
+    assert!(bad("lighting = \"10:00\"").contains("a lighting without probes"));
+}
+
+#[test]
+fn a_probe_has_the_lens_that_a_view_has() {
+    let dir = folder("");
+    let at = |name: &str| dir.path().join(name);
+    jpeg(&at("p.jpg"), 60, 40, 1, 50);
+    jpeg(&at("large.jpg"), 120, 80, 1, 50);
+    jpeg(&at("square.jpg"), 40, 40, 1, 50);
+    let probe = |rest: &str| format!("[[probe]]\nname = \"a\"\nposition = [3, 2, 1.6]\nheading = 20\n{rest}\n");
+    for lens in ["fx = 70\nfy = 71\ncx = 31\nk1 = -0.1\np2 = 0.01", "fov_y = 40\ncy = 18", "fov_y = 40"] {
+        let image = "image = { \"10:00\" = \"p.jpg\", \"14:30\" = \"large.jpg\" }";
+        let view = format!("{}photo = \"p.jpg\"\n", VIEW.replace("look_at = [6, 2.5, 1.5]", "heading = 20"));
+        let both = format!("{}{view}{lens}\n", probe(&format!("{image}\nprojection = \"perspective\"\n{lens}")));
+        let site = site(&dir, &both).unwrap();
+        let (probe, camera) = (&site.probes[0], &site.views[0].camera);
+        for (x, y) in [(2.0, 3.0), (30.0, 20.0), (57.0, 38.0)] {
+            let d = probe.pose.rotation * probe.projection.direction(60, 40, x, y).unwrap();
+            assert!(d.distance(camera.direction(x, y)) < 1e-12, "{lens} ({x}, {y})");
+            let twice = probe.pose.rotation * probe.projection.direction(120, 80, 2.0 * x, 2.0 * y).unwrap();
+            assert!(d.distance(twice) < 1e-12);
+        }
+    }
+    let bad = |rest: &str| site(&dir, &probe(rest)).unwrap_err();
+    assert!(bad("image = \"p.jpg\"\nfx = 70").contains("\"perspective\" or \"fisheye\" only"));
+    assert!(bad("image = \"p.jpg\"\nprojection = \"perspective\"\nk1 = 0.1").contains("neither fov_y nor fx"));
+    let other = "image = { a = \"p.jpg\", b = \"square.jpg\" }\nprojection = \"perspective\"\nfx = 70";
+    assert!(bad(other).contains("in the aspect of the first"));
+}
+
+/// A grey JPEG whose EXIF data tells an exposure.
+fn exposed(path: &Path, time: [u32; 2], f_number: [u32; 2], iso: u16) {
+    let mut exif = b"II*\0\x08\0\0\0\x01\0".to_vec();
+    exif.extend([0x69, 0x87, 4, 0, 1, 0, 0, 0, 26, 0, 0, 0, 0, 0, 0, 0]);
+    exif.extend([3, 0]);
+    exif.extend([0x9a, 0x82, 5, 0, 1, 0, 0, 0, 68, 0, 0, 0]);
+    exif.extend([0x9d, 0x82, 5, 0, 1, 0, 0, 0, 76, 0, 0, 0]);
+    exif.extend([0x27, 0x88, 3, 0, 1, 0, 0, 0]);
+    exif.extend(u32::from(iso).to_le_bytes());
+    exif.extend([0; 4]);
+    exif.extend([time, f_number].concat().iter().flat_map(|v| v.to_le_bytes()));
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new(fs::File::create(path).unwrap());
+    encoder.set_exif_metadata(exif).unwrap();
+    encoder.write_image(&[90; 3 * 60 * 40], 60, 40, image::ExtendedColorType::Rgb8).unwrap();
+}
+
+#[test]
+fn probes_without_gains_get_theirs_from_exif() {
+    let dir = folder("");
+    let at = |name: &str| dir.path().join(name);
+    // two stops darker by time, one brighter by aperture, one by sensitivity
+    exposed(&at("a.jpg"), [1, 30], [40, 10], 100);
+    exposed(&at("b.jpg"), [1, 120], [40, 10], 100);
+    exposed(&at("c.jpg"), [1, 30], [28284, 10000], 200);
+    jpeg(&at("plain.jpg"), 60, 40, 1, 50);
+    let probe = |name: &str, rest: &str| {
+        format!(
+            "[[probe]]\nname = \"{name}\"\nposition = [3, 2, 1.6]\nprojection = \"perspective\"\nfov_y = 40\n\
+             image = \"{name}.jpg\"\n{rest}"
+        )
+    };
+    let gains = |text: &str| site(&dir, text).unwrap().probes.iter().map(|p| p.gain).collect::<Vec<_>>();
+    let found = gains(&[probe("a", ""), probe("b", ""), probe("c", "")].concat());
+    // exposure values 0, 2, −2 beside the first's
+    for (found, expected) in found.iter().zip([1.0, 4.0, 0.25]) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found:?}");
+    }
+    assert_eq!(gains(&[probe("a", ""), probe("b", "gain = 3\n")].concat()), [1.0, 3.0], "a person's word counts");
+    assert_eq!(gains(&[probe("a", ""), probe("plain", "")].concat()), [1.0, 1.0], "one says nothing");
+}
+
+#[test]
 fn a_bad_cameras_table_is_one_clear_line() {
     let dir = folder("");
     let at = |name: &str| dir.path().join(name);

@@ -249,13 +249,9 @@ fn gains(prepared: &Prepared, maps: &Maps) -> Vec<ProbeGain> {
         .enumerate()
         .map(|(k, probe)| {
             let gain = r.gains[k].element_sum() / 3.0 / std::f32::consts::LN_2;
-            let colour = (r.gains[k] - Vec3::splat(r.gains[k].element_sum() / 3.0)).abs().max_element();
             let mut why = Vec::new();
             if gain.abs() > 0.15 {
                 why.push(format!("its exposure is {gain:+.2} stops off the others'"));
-            }
-            if colour > 0.05 {
-                why.push("its colour is off the others'".to_owned());
             }
             if r.spread[k].is_some_and(|s| s > 3.0 * usual.max(0.05)) {
                 why.push("what it sees differs from the photograph".to_owned());

@@ -1,19 +1,24 @@
 //! Whether a site is fit for work: the model's health, the probes' sanity, and which stages the site needs.
 
+mod cause;
+mod frame;
 mod probes;
 mod reach;
 mod stages;
+mod surroundings;
 mod views;
 
+pub use cause::{Cause, CauseKind};
 pub use probes::{PictureCheck, ProbeCheck};
 pub use reach::unreachable;
 pub use stages::{Saving, Stage, stages};
 pub use views::ViewCheck;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::panorama::PanoramaError;
-use crate::scene::{self, Edges, Health, Scene, SceneError};
+use crate::scene::{self, Edges, Health, SceneError};
 use crate::site::Site;
 
 /// What is known about a site after reading all of it. Serialises to the JSON of `check --json`.
@@ -23,6 +28,8 @@ pub struct Check {
     pub site: String,
     /// Whether nothing at all is to be warned of.
     pub ok: bool,
+    /// Mistakes that explain what else is odd, the first cause first.
+    pub causes: Vec<Cause>,
     /// What is odd in the site file, a sentence each.
     pub warnings: Vec<String>,
     /// What import found in the model.
@@ -61,14 +68,25 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
     let mut model = Health::default();
     let scene = scene::load(site, &mut model)?;
     let edges = scene::edges(&scene.mesh);
-    let probes = probes::probes(site, &scene, &edges)?;
-    let views: Vec<_> = site.views.iter().map(|v| views::view(site, &scene, v)).collect();
+    let around_probes: Vec<_> = site.probes.par_iter().map(|p| probes::surroundings(&scene, p)).collect();
+    let around_views: Vec<_> = site.views.par_iter().map(|v| views::surroundings(&scene, v)).collect();
+    let around = || around_probes.iter().chain(&around_views);
+    let front_is_usual = winding_means_something(&edges).then(|| surroundings::usual_side(around()));
+    let nearest_m: Vec<f32> = around().map(|a| a.nearest_m).collect();
+    let mut causes = frame::causes(site, &scene, &nearest_m);
+    let (probes, of_probes) = probes::probes(site, &around_probes, front_is_usual)?;
+    causes.extend(of_probes);
+    let views = site.views.iter().zip(&around_views).map(|(v, around)| views::view(site, v, around, front_is_usual));
+    let (views, of_views): (Vec<_>, Vec<_>) = views.unzip();
+    causes.extend(of_views.into_iter().flatten());
+    let causes = cause::ordered(causes);
     let unseen_share = stages::unseen_share(site, &scene);
     let edge_warnings = edge_warnings(&edges);
-    let quiet = site.warnings.is_empty() && model.warnings.is_empty() && edge_warnings.is_empty();
+    let quiet = causes.is_empty() && site.warnings.is_empty() && model.warnings.is_empty() && edge_warnings.is_empty();
     Ok(Check {
         site: site.name.clone(),
         ok: quiet && probes.iter().all(|p| p.warnings.is_empty()) && views.iter().all(|v| v.warnings.is_empty()),
+        causes,
         warnings: site.warnings.clone(),
         stages: stages(site, &scene, unseen_share)?,
         model,
@@ -129,43 +147,4 @@ fn downward() -> [glam::Vec3; 3] {
 /// Whether a mesh with such edges is wound well enough for fronts and backs to mean something.
 pub(crate) fn winding_means_something(edges: &Edges) -> bool {
     edges.inverted * 20 <= edges.total
-}
-
-/// What a few thousand rays from a point tell of its surroundings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Surroundings {
-    /// Distance of the nearest hit in metres; infinite without any.
-    nearest_m: f32,
-    /// Distance that half the hits are nearer than; infinite without any.
-    median_m: f32,
-    /// Share of rays that hit within 5 cm.
-    close_share: f64,
-    /// Share of hits on a triangle's back.
-    back_share: f64,
-    /// Share of rays that hit nothing.
-    open_share: f64,
-    /// Distance straight down, if anything is there.
-    beneath_m: Option<f32>,
-}
-
-impl Surroundings {
-    fn of(scene: &Scene, position: glam::Vec3) -> Self {
-        const RAYS: usize = 2048;
-        const CLOSE_M: f32 = 0.05;
-        let cast = |direction| {
-            let ray = scene::Ray { origin: position, direction };
-            scene.tracer.closest(&ray, 0.0).map(|hit| (hit.t, scene.mesh.normal(hit.triangle).dot(direction) > 0.0))
-        };
-        let mut hits: Vec<(f32, bool)> = sphere(RAYS).filter_map(cast).collect();
-        hits.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
-        Self {
-            nearest_m: hits.first().map_or(f32::INFINITY, |h| h.0),
-            median_m: hits.get(hits.len() / 2).map_or(f32::INFINITY, |h| h.0),
-            close_share: share(hits.iter().filter(|h| h.0 < CLOSE_M).count(), RAYS),
-            back_share: share(hits.iter().filter(|h| h.1).count(), hits.len()),
-            open_share: share(RAYS - hits.len(), RAYS),
-            beneath_m: downward().into_iter().find_map(cast).map(|h| h.0),
-        }
-    }
 }

@@ -3,10 +3,11 @@
 use serde::Serialize;
 use std::path::PathBuf;
 
-use super::{Surroundings, winding_means_something};
-use crate::panorama::{self, PanoramaError, PictureHealth};
-use crate::scene::{Edges, Scene};
-use crate::site::Site;
+use super::cause::Cause;
+use super::surroundings::Surroundings;
+use crate::panorama::{self, Exif, PanoramaError, PictureHealth};
+use crate::scene::Scene;
+use crate::site::{Probe, Site};
 
 /// What is known about one probe.
 #[derive(Clone, Debug, Serialize)]
@@ -19,7 +20,8 @@ pub struct ProbeCheck {
     pub nearest_m: Option<f32>,
     /// Height above the surface straight beneath in metres; `None` where there is none.
     pub height_m: Option<f32>,
-    /// Share of directions in which a surface is nearer than 5 cm.
+    /// Share of directions in which a surface is nearer than 5 cm. Directions are all around, but of a photograph those
+    /// in its field of view.
     pub close_share: f64,
     /// Share of hits on the back of a triangle, by its winding.
     pub back_share: f64,
@@ -52,16 +54,24 @@ pub struct PictureCheck {
     pub black: usize,
     /// Pixels at the picture's largest value, where many share it.
     pub clipped: usize,
+    /// The exposure value that EXIF tells. See [`Exif::exposure_value`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure_value: Option<f64>,
 }
 
-/// Checks all probes; reads their pictures one at a time.
-pub(super) fn probes(site: &Site, scene: &Scene, edges: &Edges) -> Result<Vec<ProbeCheck>, PanoramaError> {
-    let around: Vec<Surroundings> =
-        site.probes.iter().map(|p| Surroundings::of(scene, scene.local(p.pose.position))).collect();
-    let front_is_usual = usual_side(&around);
-    let one = |(probe, around): (&crate::site::Probe, &Surroundings)| {
-        let winding = winding_means_something(edges).then_some(front_is_usual);
-        let mut warnings = place_warnings(around, winding);
+/// Checks all probes; reads their pictures one at a time. `around` is what surrounds each, `front_is_usual` as
+/// [`Surroundings::faults`] takes it. Also gives what is wrong with places.
+pub(super) fn probes(
+    site: &Site,
+    around: &[Surroundings],
+    front_is_usual: Option<bool>,
+) -> Result<(Vec<ProbeCheck>, Vec<Cause>), PanoramaError> {
+    let mut checks = Vec::new();
+    let mut causes = Vec::new();
+    for (probe, around) in site.probes.iter().zip(around) {
+        let faults = around.faults(front_is_usual);
+        causes.extend(faults.iter().filter_map(|fault| fault.cause("probe", &probe.name)));
+        let mut warnings: Vec<String> = faults.into_iter().map(|fault| fault.sentence).collect();
         let mut pictures = Vec::new();
         for lit in &probe.pictures {
             let picture = panorama::read(&lit.path)?;
@@ -77,9 +87,10 @@ pub(super) fn probes(site: &Site, scene: &Scene, edges: &Edges) -> Result<Vec<Pr
                 negative: health.negative,
                 black: health.black,
                 clipped: health.clipped,
+                exposure_value: Exif::read(&lit.path).exposure_value(),
             });
         }
-        Ok(ProbeCheck {
+        checks.push(ProbeCheck {
             name: probe.name.clone(),
             position: site.frame.point_out(probe.pose.position).to_array(),
             nearest_m: Some(around.nearest_m).filter(|d| d.is_finite()),
@@ -89,59 +100,22 @@ pub(super) fn probes(site: &Site, scene: &Scene, edges: &Edges) -> Result<Vec<Pr
             open_share: around.open_share,
             pictures,
             warnings,
-        })
-    };
-    site.probes.iter().zip(&around).map(one).collect()
+        });
+    }
+    Ok((checks, causes))
 }
 
-/// Whether most probes see fronts. A shell may be wound either way; a probe that differs from the others stands on
-/// the other side of a surface.
-fn usual_side(around: &[Surroundings]) -> bool {
-    let fronts = around.iter().filter(|a| a.back_share < 0.5).count();
-    2 * fronts >= around.len()
-}
-
-/// `front_is_usual` is `None` where the model's winding means nothing.
-fn place_warnings(around: &Surroundings, front_is_usual: Option<bool>) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let wrong_share = match front_is_usual {
-        Some(true) => around.back_share,
-        Some(false) => 1.0 - around.back_share,
-        None => 0.0,
-    };
-    // a probe in the open of a room sees the other side of a few thin things only
-    let cramped = around.back_share > 0.8 && around.median_m < 0.5 && front_is_usual.is_some();
-    if around.open_share > 0.999 {
-        warnings.push("It sees nothing of the model: check its position, site.units and site.up.".to_owned());
-        return warnings;
+/// What surrounds a probe: a photograph's field of view, else all around.
+pub(super) fn surroundings(scene: &Scene, probe: &Probe) -> Surroundings {
+    let position = scene.local(probe.pose.position);
+    if !probe.projection.is_photograph() {
+        return Surroundings::of(scene, position);
     }
-    if around.close_share > 0.25 {
-        warnings.push(format!(
-            "It stands in or on a surface: {:.0} % of what surrounds it is nearer than 5 cm.",
-            100.0 * around.close_share
-        ));
-    } else if wrong_share > 0.6 || cramped {
-        let share = 100.0 * wrong_share.max(around.back_share);
-        warnings
-            .push(format!("It stands inside a wall or below a floor: it sees {share:.0} % of surfaces from behind."));
-    }
-    match around.beneath_m {
-        None => warnings.push("There is no surface beneath it: it stands below the floor or outside.".to_owned()),
-        Some(height) if height < 0.2 => {
-            warnings.push(format!("It is only {:.0} cm above the surface beneath.", 100.0 * height));
-        }
-        Some(height) if height > 20.0 => {
-            warnings.push(format!("It is {height:.0} m above the surface beneath: check its height and site.units."));
-        }
-        Some(_) => {}
-    }
-    if around.open_share > 0.5 {
-        warnings.push(format!(
-            "In {:.0} % of directions there is no surface: it may stand outside, or the model is open.",
-            100.0 * around.open_share
-        ));
-    }
-    warnings
+    let size = probe.pictures.first().and_then(|lit| panorama::dimensions(&lit.path).ok());
+    let (width, height) = size.unwrap_or((4, 3));
+    let to_camera = probe.pose.rotation.transpose();
+    let shows = |d: glam::Vec3| probe.projection.pixel(width, height, to_camera * d.as_dvec3()).is_some();
+    Surroundings::in_field(scene, position, shows)
 }
 
 fn picture_warnings(lighting: &str, health: &PictureHealth) -> Vec<String> {
@@ -164,71 +138,6 @@ fn picture_warnings(lighting: &str, health: &PictureHealth) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Mesh};
-    use glam::{DVec3, Vec3};
-
-    /// Boxes with fronts outwards, or inwards for a room.
-    fn scene(boxes: &[([f32; 3], [f32; 3], bool)]) -> Scene {
-        let mut mesh = Mesh::default();
-        for (low, high, room) in boxes {
-            let base = mesh.positions.len() as u32;
-            for i in 0..8 {
-                let side = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
-                mesh.positions.push(Vec3::new(side(0), side(1), side(2)));
-            }
-            let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-            for [a, b, c, d] in quads {
-                for mut t in [[a, b, c], [a, c, d]] {
-                    if *room {
-                        t.swap(1, 2);
-                    }
-                    mesh.triangles.push(t.map(|i| base + i));
-                    mesh.materials.push(0);
-                }
-            }
-        }
-        let grey = Material { name: String::new(), albedo: Vec3::splat(0.5), texture: None, emission: Vec3::ZERO };
-        Scene::new(mesh, vec![grey], Vec::new(), DVec3::ZERO)
-    }
-
-    const ROOM: ([f32; 3], [f32; 3], bool) = ([0.0; 3], [6.0, 5.0, 4.0], true);
-    /// Its ends stand out of floor and ceiling.
-    const PILLAR: ([f32; 3], [f32; 3], bool) = ([2.0, 2.0, -0.1], [3.0, 3.0, 4.1], false);
-
-    #[test]
-    fn a_probe_in_a_room_is_fine_and_one_in_a_pillar_is_not() {
-        let scene = scene(&[ROOM, PILLAR]);
-        let free = Surroundings::of(&scene, Vec3::new(1.0, 1.0, 1.6));
-        assert!(free.back_share < 0.01 && free.open_share == 0.0);
-        assert!((free.beneath_m.unwrap() - 1.6).abs() < 1e-4 && (free.nearest_m - 1.0).abs() < 0.01);
-        assert_eq!(place_warnings(&free, Some(true)), Vec::<String>::new());
-        let inside = Surroundings::of(&scene, Vec3::new(2.5, 2.5, 1.6));
-        // floor and ceiling run through the pillar and show their fronts
-        assert!(inside.back_share > 0.8);
-        assert!(place_warnings(&inside, Some(true))[0].contains("inside a wall"));
-        assert!(!place_warnings(&inside, None).iter().any(|w| w.contains("inside a wall")));
-    }
-
-    #[test]
-    fn a_probe_on_a_wall_below_the_floor_or_far_away_is_told() {
-        let scene = scene(&[ROOM]);
-        let warnings = |x, y, z| place_warnings(&Surroundings::of(&scene, Vec3::new(x, y, z)), Some(true)).join(" ");
-        assert!(warnings(0.01, 2.5, 1.6).contains("in or on a surface"));
-        assert!(warnings(3.0, 2.5, -0.5).contains("no surface beneath"));
-        assert!(warnings(3.0, 2.5, -0.5).contains("below a floor"));
-        assert!(warnings(3000.0, 2.5, 1.6).contains("nothing of the model"));
-        assert!(warnings(3.0, 2.5, 0.1).contains("only 10 cm above"));
-    }
-
-    /// A room whose fronts all point outwards: every probe sees backs, which then is the usual side.
-    #[test]
-    fn a_room_wound_outwards_is_no_fault() {
-        let (low, high, _) = ROOM;
-        let scene = scene(&[(low, high, false)]);
-        let around = Surroundings::of(&scene, Vec3::new(3.0, 2.5, 1.6));
-        assert!(around.back_share > 0.99 && !usual_side(&[around]));
-        assert_eq!(place_warnings(&around, Some(false)), Vec::<String>::new());
-    }
 
     #[test]
     fn pictures_tell_their_ill_pixels() {

@@ -1,10 +1,13 @@
 //! Whether a view's camera and photograph are fit for use.
 
+use glam::{DVec2, Vec3};
 use serde::Serialize;
 use std::path::PathBuf;
 
+use super::cause::Cause;
+use super::surroundings::Surroundings;
 use crate::photograph::{Fitness, Photograph};
-use crate::scene::{Ray, Scene};
+use crate::scene::Scene;
 use crate::site::{CameraSource, Site, View};
 
 /// What is known about one view. Poses are in the model's own axes and units, as the site file takes them.
@@ -63,6 +66,9 @@ pub struct PhotographCheck {
     pub dark: f64,
     /// Share of pixels that the mask leaves out.
     pub masked: f64,
+    /// The exposure value that EXIF tells. See [`crate::panorama::Exif::exposure_value`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure_value: Option<f64>,
     /// The camera that took it, where the file says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera: Option<String>,
@@ -77,11 +83,32 @@ const LEAST_SHOWN: f64 = 0.05;
 /// Share of a photograph's pixels that have to measure light.
 const LEAST_USABLE: f64 = 0.5;
 
-pub(super) fn view(site: &Site, scene: &Scene, view: &View) -> ViewCheck {
+/// What surrounds a view, in its field.
+pub(super) fn surroundings(scene: &Scene, view: &View) -> Surroundings {
     let camera = &view.camera;
-    let mut warnings = Vec::new();
-    let shown = shown(scene, view);
-    if shown < LEAST_SHOWN {
+    let (model, to_camera) = (camera.model(), camera.pose.rotation.transpose());
+    let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+    let shows = |d: Vec3| {
+        let pixel = model.pixel(to_camera * d.as_dvec3());
+        pixel.is_some_and(|p| p.cmpge(DVec2::ZERO).all() && p.cmple(size).all())
+    };
+    Surroundings::in_field(scene, scene.local(camera.pose.position), shows)
+}
+
+/// Checks a view that has these surroundings; also gives what is wrong with its place.
+pub(super) fn view(
+    site: &Site,
+    view: &View,
+    around: &Surroundings,
+    front_is_usual: Option<bool>,
+) -> (ViewCheck, Vec<Cause>) {
+    let camera = &view.camera;
+    // a view may look out of a window, or down from a drone
+    let faults: Vec<_> = around.faults(front_is_usual).into_iter().filter(|fault| fault.is_impossible).collect();
+    let causes = faults.iter().filter_map(|fault| fault.cause("view", &view.name)).collect();
+    let mut warnings: Vec<String> = faults.into_iter().map(|fault| fault.sentence).collect();
+    let shown = 1.0 - around.open_share;
+    if shown < LEAST_SHOWN && warnings.is_empty() {
         warnings.push(format!(
             "It shows the model in {:.1} % of its pixels: does it look out of the model? Check its pose, units and axes.",
             100.0 * shown
@@ -103,7 +130,7 @@ pub(super) fn view(site: &Site, scene: &Scene, view: &View) -> ViewCheck {
     let residuals_px: Vec<f64> = view.matches.iter().map(miss).collect();
     let sum: f64 = residuals_px.iter().map(|r| r * r).sum();
     let rms_px = (!residuals_px.is_empty()).then(|| (sum / residuals_px.len() as f64).sqrt());
-    ViewCheck {
+    let check = ViewCheck {
         name: view.name.clone(),
         source,
         size: [camera.width, camera.height],
@@ -116,7 +143,8 @@ pub(super) fn view(site: &Site, scene: &Scene, view: &View) -> ViewCheck {
         uncertainty,
         photograph: photograph(view, &mut warnings),
         warnings,
-    }
+    };
+    (check, causes)
 }
 
 fn photograph(view: &View, warnings: &mut Vec<String>) -> Option<PhotographCheck> {
@@ -136,22 +164,9 @@ fn photograph(view: &View, warnings: &mut Vec<String>) -> Option<PhotographCheck
         clipped: photo.share(Fitness::Clipped),
         dark: photo.share(Fitness::Dark),
         masked: photo.share(Fitness::Masked),
+        exposure_value: photo.exif.exposure_value(),
         camera: photo.exif.camera,
         taken: photo.exif.taken,
         file: photo.path,
     })
-}
-
-/// The share of a coarse grid of pixels that shows the model.
-fn shown(scene: &Scene, view: &View) -> f64 {
-    const GRID: usize = 24;
-    let camera = &view.camera;
-    let origin = scene.local(camera.pose.position);
-    let part = |n: usize, side: u32| (n as f64 + 0.5) / GRID as f64 * f64::from(side);
-    let hits = (0..GRID * GRID).filter(|i| {
-        let (x, y) = (part(i % GRID, camera.width), part(i / GRID, camera.height));
-        let ray = Ray { origin, direction: camera.direction(x, y).as_vec3() };
-        camera.shows(x, y) && scene.tracer.closest(&ray, 0.0).is_some()
-    });
-    hits.count() as f64 / (GRID * GRID) as f64
 }

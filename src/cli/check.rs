@@ -32,6 +32,7 @@ pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> 
 
 fn print(check: &Check, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{}", check.site)?;
+    check.causes.iter().try_for_each(|cause| writeln!(out, "! {}", cause.sentence))?;
     sentences(&check.warnings, "", out)?;
     print_model(check, out)?;
     for probe in &check.probes {
@@ -85,7 +86,8 @@ fn print_probe(probe: &ProbeCheck, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "\nProbe {}", probe.name)?;
     writeln!(out, "  floor beneath {}, nearest surface {}", metres(probe.height_m), metres(probe.nearest_m))?;
     for picture in &probe.pictures {
-        writeln!(out, "  {} × {} pixels, {}", picture.width, picture.height, picture.file.display())?;
+        let exposure = exposure(picture.exposure_value);
+        writeln!(out, "  {} × {} pixels, {}{exposure}", picture.width, picture.height, picture.file.display())?;
     }
     sentences(&probe.warnings, "  ", out)
 }
@@ -121,9 +123,15 @@ fn print_view(view: &ViewCheck, out: &mut impl Write) -> io::Result<()> {
                 write!(out, ", {} {what}", percent(share))?;
             }
         }
-        writeln!(out, "{}", photo.camera.as_ref().map_or(String::new(), |c| format!(" ({c})")))?;
+        let camera = photo.camera.as_ref().map_or(String::new(), |c| format!(" ({c})"));
+        writeln!(out, "{}{camera}", exposure(photo.exposure_value))?;
     }
     sentences(&view.warnings, "  ", out)
+}
+
+/// What EXIF tells of a picture's exposure.
+fn exposure(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |v| format!(", exposure value {v:.1} by EXIF"))
 }
 
 fn sentences(list: &[String], indent: &str, out: &mut impl Write) -> io::Result<()> {

@@ -18,6 +18,12 @@ pub struct Exif {
     pub focal_mm: Option<f64>,
     /// The focal length that shows the same on 35 mm film, millimetres; usually rounded to a whole number.
     pub focal_35mm: Option<f64>,
+    /// Exposure time in seconds.
+    pub exposure_s: Option<f64>,
+    /// Focal length over the aperture's width.
+    pub f_number: Option<f64>,
+    /// Sensitivity by ISO 12232.
+    pub iso: Option<f64>,
 }
 
 /// The diagonal of a frame of 35 mm film, 36 mm × 24 mm.
@@ -59,7 +65,23 @@ impl Exif {
             Some((day, time)) => format!("{} {time}", day.replace(':', "-")),
             None => t,
         });
-        Self { camera, taken, focal_mm: number(Tag::FocalLength), focal_35mm: number(Tag::FocalLengthIn35mmFilm) }
+        Self {
+            camera,
+            taken,
+            focal_mm: number(Tag::FocalLength),
+            focal_35mm: number(Tag::FocalLengthIn35mmFilm),
+            exposure_s: number(Tag::ExposureTime),
+            f_number: number(Tag::FNumber),
+            iso: number(Tag::PhotographicSensitivity),
+        }
+    }
+
+    /// The exposure value at ISO 100, log₂(N² / t · 100 / S): the brightness that the exposure was meant for (ISO 2720).
+    /// Of two photographs by one kind of camera, equal pixel values mean radiances in the ratio 2^(difference). An
+    /// exposure bias is in the exposure time already, and is not heeded.
+    pub fn exposure_value(&self) -> Option<f64> {
+        let (time, aperture, iso) = (self.exposure_s?, self.f_number?, self.iso?);
+        Some((aperture * aperture / time * 100.0 / iso).log2())
     }
 
     /// The focal length in pixels of a picture of this size, from the 35 mm equivalent: by the ratio of diagonals (CIPA
@@ -79,6 +101,19 @@ mod tests {
         let exif = Exif { focal_35mm: Some(FILM_DIAGONAL_MM), ..Exif::default() };
         assert!((exif.focal_px(300, 400).unwrap() - 500.0).abs() < 1e-9);
         assert_eq!(Exif::default().focal_px(300, 400), None);
+    }
+
+    #[test]
+    fn an_exposure_value_follows_the_sunny_sixteen() {
+        // f/16 and 1/100 s at ISO 100 suit full sun, EV 14.6; a stop less of any is one more or less
+        let sunny = Exif { exposure_s: Some(0.01), f_number: Some(16.0), iso: Some(100.0), ..Exif::default() };
+        let ev = sunny.exposure_value().unwrap();
+        assert!((ev - 14.64).abs() < 0.01, "{ev}");
+        let iso = Exif { iso: Some(200.0), ..sunny.clone() };
+        assert!((iso.exposure_value().unwrap() - (ev - 1.0)).abs() < 1e-9);
+        let time = Exif { exposure_s: Some(0.02), ..sunny.clone() };
+        assert!((time.exposure_value().unwrap() - (ev - 1.0)).abs() < 1e-9);
+        assert_eq!(Exif { f_number: None, ..sunny }.exposure_value(), None);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::radial::Radial;
-use super::{cube, latlong, pinhole};
+use super::{CameraModel, cube, latlong, pinhole};
 
 /// How a picture's pixels map to directions in the camera's axes (+x right, +y forward, +z up).
 ///
@@ -29,6 +29,8 @@ pub enum Projection {
         /// Vertical field of view in radians.
         fov_y: f64,
     },
+    /// A photograph through a calibrated lens.
+    Camera(CameraModel),
 }
 
 impl Projection {
@@ -45,6 +47,10 @@ impl Projection {
             Self::Fisheye => Radial::FISHEYE.direction(width, height, x, y),
             Self::CubeCross => cube::direction(width, height, x, y),
             Self::Perspective { fov_y } => Some(pinhole::direction(*fov_y, width, height, x, y)),
+            Self::Camera(model) => {
+                let at = DVec2::new(x, y) / stretch(model, width, height);
+                model.shows(at.x, at.y).then(|| model.direction(at.x, at.y))
+            }
         }
     }
 
@@ -58,11 +64,17 @@ impl Projection {
             Self::Fisheye => Radial::FISHEYE.pixel(width, height, direction),
             Self::CubeCross => Some(cube::pixel(width, height, direction)),
             Self::Perspective { fov_y } => pinhole::pixel(*fov_y, width, height, direction),
+            Self::Camera(model) => {
+                let p = model.pixel(direction)? * stretch(model, width, height);
+                let inside = (0.0..=width as f64).contains(&p.x) && (0.0..=height as f64).contains(&p.y);
+                inside.then_some(p)
+            }
         }
     }
 
     /// The solid angle of pixel `(x, y)` in steradians: of the part of the pixel that shows something, 0 where none
-    /// does. Closed forms, or to 10⁻¹² by Gauss quadrature along the pixel's rim (angular map and fisheye).
+    /// does. Closed forms, or to 10⁻¹² by Gauss quadrature along the pixel's rim (angular map and fisheye); with a
+    /// distorted lens as [`CameraModel::solid_angle`] has it.
     pub fn solid_angle(&self, width: usize, height: usize, x: usize, y: usize) -> f64 {
         match self {
             Self::LatLong => latlong::solid_angle(width, height, y),
@@ -71,24 +83,48 @@ impl Projection {
             Self::Fisheye => Radial::FISHEYE.solid_angle(width, height, x, y),
             Self::CubeCross => cube::solid_angle(width, height, x, y),
             Self::Perspective { fov_y } => pinhole::solid_angle(*fov_y, width, height, x, y),
+            Self::Camera(model) => {
+                let by = stretch(model, width, height);
+                let [low, middle, high] = [0.0, 0.5, 1.0].map(|d| DVec2::new(x as f64 + d, y as f64 + d) / by);
+                if model.shows(middle.x, middle.y) { model.solid_angle(low, high) } else { 0.0 }
+            }
         }
     }
+
+    /// Whether it shows a part of the surroundings only, as a photograph does: its field of view is its own.
+    pub fn is_photograph(&self) -> bool {
+        matches!(self, Self::Perspective { .. } | Self::Camera(_))
+    }
+}
+
+/// Pixels of a picture of this size per pixel that a lens was calibrated in.
+fn stretch(model: &CameraModel, width: usize, height: usize) -> DVec2 {
+    DVec2::new(width as f64, height as f64) / DVec2::new(f64::from(model.size[0]), f64::from(model.size[1]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panorama::{Distortion, Lens};
     use proptest::prelude::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    const ALL: [Projection; 6] = [
-        Projection::LatLong,
-        Projection::Angular,
-        Projection::MirrorBall,
-        Projection::Fisheye,
-        Projection::CubeCross,
-        Projection::Perspective { fov_y: 1.1 },
-    ];
+    fn all() -> [Projection; 8] {
+        let mut barrel = CameraModel::with_fov([60, 40], 63.0);
+        barrel.focal.x *= 1.1;
+        barrel.distortion = Distortion::brown([-0.1, 0.01, 0.0, 0.0], [0.0; 2]);
+        let fisheye = CameraModel { lens: Lens::Fisheye, focal: DVec2::splat(12.0), ..barrel };
+        [
+            Projection::LatLong,
+            Projection::Angular,
+            Projection::MirrorBall,
+            Projection::Fisheye,
+            Projection::CubeCross,
+            Projection::Perspective { fov_y: 1.1 },
+            Projection::Camera(barrel),
+            Projection::Camera(fisheye),
+        ]
+    }
 
     fn total(projection: Projection, width: usize, height: usize) -> f64 {
         let rows = (0..height).map(|y| (0..width).map(|x| projection.solid_angle(width, height, x, y)).sum::<f64>());
@@ -110,6 +146,9 @@ mod tests {
             let closed = 4.0 * ((fov_x / 2.0).sin() * (fov_y / 2.0).sin()).asin();
             let sum = total(Projection::Perspective { fov_y }, width, height);
             assert!((sum - closed).abs() < 1e-9, "perspective {width}×{height}: {sum} for {closed}");
+            let model = CameraModel::with_fov([3 * width as u32, 3 * height as u32], fov_y.to_degrees());
+            let camera = total(Projection::Camera(model), width, height);
+            assert!((camera - closed).abs() < 1e-9, "camera {width}×{height}: {camera} for {closed}");
         }
     }
 
@@ -117,7 +156,7 @@ mod tests {
     fn a_pixel_covers_what_its_directions_spread_over() {
         // |∂d/∂x × ∂d/∂y| integrated over the pixel by the midpoint rule, against the exact solid angle
         let (width, height, n) = (24, 32, 40);
-        for projection in ALL {
+        for projection in all() {
             for (x, y) in [(11, 15), (9, 12), (12, 18), (10, 9)] {
                 let mut sum = 0.0;
                 for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
@@ -137,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_centre_looks_forward_and_right_is_right() {
-        for projection in ALL {
+        for projection in all() {
             // a vertical cross has its front face above the middle
             let (w, h, cy) = if projection == Projection::CubeCross { (30, 40, 15.0) } else { (40, 40, 20.0) };
             let cx = w as f64 / 2.0;
@@ -163,8 +202,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn pixel_undoes_direction(which in 0..ALL.len(), w in 3usize..3000, h in 3usize..3000, u in 0.001..0.999, v in 0.001..0.999) {
-            let projection = ALL[which];
+        fn pixel_undoes_direction(which in 0..8usize, w in 3usize..3000, h in 3usize..3000, u in 0.001..0.999, v in 0.001..0.999) {
+            let projection = all()[which];
             let (x, y) = (u * w as f64, v * h as f64);
             if let Some(direction) = projection.direction(w, h, x, y) {
                 prop_assert!((direction.length() - 1.0).abs() < 1e-12);

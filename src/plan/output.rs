@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use super::site::{FloorPlan, SitePlan, Station};
 use crate::scene::Scene;
-use crate::site::{Frame, Site, Up};
+use crate::site::{Frame, Site};
 
 /// `plan.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -136,13 +136,10 @@ impl Outward {
         self.frame.point_out(local + self.origin).to_array().map(|v| (v * scale).round() / scale + 0.0)
     }
 
-    /// A local height along the model's up axis.
+    /// A local height along the model's up direction, rounded to about a millimetre.
     pub fn elevation(&self, z: f32) -> f64 {
-        let p = self.point(DVec3::new(0.0, 0.0, f64::from(z)));
-        match self.frame.up {
-            Up::Y => p[1],
-            Up::Z => p[2],
-        }
+        let scale = 10f64.powi(self.decimals() as i32);
+        (self.frame.height_out(f64::from(z) + self.origin.z) * scale).round() / scale + 0.0
     }
 
     /// Degrees clockwise from true north of a direction in plan.

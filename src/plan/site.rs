@@ -259,14 +259,7 @@ fn fixed(
 fn blocked(site: &Site, scene: &Scene, floors: &[Floor], at: DVec2) -> PlanError {
     let places = floors.iter().flat_map(|f| f.standable.cells().map(move |c| (f, f.standable.grid.middle(c))));
     let nearest = places.min_by(|a, b| a.1.distance_squared(at).total_cmp(&b.1.distance_squared(at)));
-    let out = |p: DVec2| {
-        let p = site.frame.point_out((p + scene.origin.truncate()).extend(0.0));
-        let pair = match site.frame.up {
-            crate::site::Up::Y => [p.x, p.z],
-            crate::site::Up::Z => [p.x, p.y],
-        };
-        pair.map(|v| (v * 100.0).round() / 100.0)
-    };
+    let out = |p: DVec2| site.frame.plan_out(p + scene.origin.truncate()).map(|v| (v * 100.0).round() / 100.0);
     let (floor, free) = nearest.map_or_else(|| (String::new(), at), |(f, p)| (f.name.to_lowercase(), p));
     PlanError::FixedBlocked { at: out(at), free: out(free), floor }
 }

@@ -9,8 +9,9 @@ use std::time::Instant;
 use super::health::{self, Health};
 use super::mtl::{self, Map, MtlMaterial};
 use super::{Material, Mesh, Scene, Texture, Tracer, obj};
-use crate::site::Site;
+use crate::panorama::srgb_to_linear;
 use crate::site::files::find_loosely;
+use crate::site::{Site, VertexColours};
 
 /// Why a model could not be loaded.
 #[derive(Debug, thiserror::Error)]
@@ -66,7 +67,7 @@ impl SceneError {
 }
 
 /// Loads a site's model: geometry in local metres, materials, textures, and the ray caster over them. `health` gets
-/// what was odd. Colours of vertices are taken as linear.
+/// what was odd. Colours of vertices are decoded as the site has them.
 ///
 /// # Errors
 ///
@@ -100,7 +101,10 @@ pub fn load_without(
     health: &mut Health,
     marks: impl FnOnce(&Mesh, DVec3) -> Option<Vec<bool>>,
 ) -> Result<(Scene, Option<Spared>), SceneError> {
-    let model = obj::read(&site.model, &site.frame)?;
+    let mut model = obj::read(&site.model, &site.frame)?;
+    if site.vertex_colours == VertexColours::Srgb {
+        model.colours.iter_mut().for_each(|c| *c = c.map(srgb_to_linear));
+    }
     warn_of_oddities(&model, health);
     let folder = site.model.parent().unwrap_or(Path::new(""));
     let library = library(&site.model, folder, &model, health);

@@ -4,11 +4,11 @@
 //! chart is therefore a reduced grid: each row holds only as many cells as its solid angle deserves, which saves a
 //! share of 1 − 2/π = 36 % of the rays and evens out the records' sizes. A perspective photograph keeps its pixels.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::ops::Range;
 
-use crate::panorama::latlong_pixel_fast;
+use crate::panorama::{CameraModel, latlong_pixel_fast};
 
 /// The cells of a probe and the directions they look along, in the probe's axes (+x right, +y forward, +z up).
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +21,25 @@ pub struct Chart {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lens {
     LatLong,
-    /// Tangents of half the horizontal and vertical field of view.
-    Perspective(Vec2),
+    /// A rectangle in the plane at distance 1 ahead.
+    Plane(Plane),
+}
+
+/// A rectangle of tangents, x right and y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plane {
+    /// The top left corner.
+    corner: Vec2,
+    /// Width and height.
+    size: Vec2,
+}
+
+impl Plane {
+    /// The unit direction of a share of the width from the left and of the height from the top.
+    fn direction(self, u: f32, v: f32) -> Vec3 {
+        let p = self.corner + Vec2::new(u, v) * self.size;
+        Vec3::new(p.x, 1.0, -p.y).normalize()
+    }
 }
 
 impl Chart {
@@ -38,11 +55,17 @@ impl Chart {
         Self { lens: Lens::LatLong, starts }
     }
 
-    /// The pixels of a perspective picture with the given vertical field of view in radians.
-    pub fn perspective(width: usize, height: usize, fov_y: f32) -> Self {
-        let tangent = (0.5 * fov_y).tan();
-        let half = Vec2::new(tangent * width as f32 / height as f32, tangent);
-        Self { lens: Lens::Perspective(half), starts: (0..=height).map(|row| (row * width) as u32).collect() }
+    /// The pixels of a perspective picture with square pixels, its axis in the middle and the given vertical field of view
+    /// in radians.
+    pub fn perspective(width: usize, height: usize, fov_y: f64) -> Self {
+        Self::pinhole(width, height, &CameraModel::with_fov([width as u32, height as u32], fov_y.to_degrees()))
+    }
+
+    /// The pixels of a picture by a pinhole camera; its distortion and skew are not heeded.
+    pub fn pinhole(width: usize, height: usize, camera: &CameraModel) -> Self {
+        let size = DVec2::new(f64::from(camera.size[0]), f64::from(camera.size[1])) / camera.focal;
+        let plane = Plane { corner: (-camera.centre / camera.focal).as_vec2(), size: size.as_vec2() };
+        Self { lens: Lens::Plane(plane), starts: (0..=height).map(|row| (row * width) as u32).collect() }
     }
 
     /// Number of cells.
@@ -86,7 +109,7 @@ impl Chart {
                 let (sin_theta, cos_theta) = (v * PI).sin_cos();
                 Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
             }
-            Lens::Perspective(half) => Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize(),
+            Lens::Plane(plane) => plane.direction(u, v),
         }
     }
 
@@ -103,9 +126,7 @@ impl Chart {
                     let (sin_phi, cos_phi) = ((u - 0.5) * TAU).sin_cos();
                     Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
                 }
-                Lens::Perspective(half) => {
-                    Vec3::new((2.0 * u - 1.0) * half.x, 1.0, (1.0 - 2.0 * v) * half.y).normalize()
-                }
+                Lens::Plane(plane) => plane.direction(u, v),
             }
         }
     }
@@ -120,9 +141,9 @@ impl Chart {
                 let down = Vec3::new(d.z * d.x / sin_theta, d.z * d.y / sin_theta, -sin_theta) * (PI / rows);
                 (right, down)
             }
-            Lens::Perspective(half) => {
-                let right = Vec3::X * (2.0 * half.x / n * d.y);
-                let down = Vec3::NEG_Z * (2.0 * half.y / rows * d.y);
+            Lens::Plane(Plane { size, .. }) => {
+                let right = Vec3::X * (size.x / n * d.y);
+                let down = Vec3::NEG_Z * (size.y / rows * d.y);
                 (right - d * right.dot(d), down - d * down.dot(d))
             }
         }
@@ -133,10 +154,10 @@ impl Chart {
     pub fn place(&self, d: Vec3) -> Option<Vec2> {
         match self.lens {
             Lens::LatLong => Some(latlong_pixel_fast(d, 1.0, self.rows() as f32)),
-            Lens::Perspective(half) => {
-                let p = Vec2::new(d.x, -d.z) / d.y / half;
-                (d.y > 0.0 && p.abs().max_element() <= 1.0)
-                    .then(|| Vec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0) * self.rows() as f32))
+            Lens::Plane(Plane { corner, size }) => {
+                let p = (Vec2::new(d.x, -d.z) / d.y - corner) / size;
+                (d.y > 0.0 && p.min_element() >= 0.0 && p.max_element() <= 1.0)
+                    .then(|| Vec2::new(p.x, p.y * self.rows() as f32))
             }
         }
     }
@@ -205,7 +226,7 @@ impl Chart {
     pub fn corners(&self) -> [(f32, f32); 4] {
         let (left, right) = match self.lens {
             Lens::LatLong => (0.0, 1.0),
-            Lens::Perspective(_) => (0.05, 0.95),
+            Lens::Plane(_) => (0.05, 0.95),
         };
         [(left, 0.05), (right, 0.05), (left, 0.95), (right, 0.95)]
     }
@@ -214,7 +235,7 @@ impl Chart {
     pub fn cell_angle(&self) -> f32 {
         match self.lens {
             Lens::LatLong => PI / self.rows() as f32,
-            Lens::Perspective(half) => 2.0 * half.y / self.rows() as f32,
+            Lens::Plane(Plane { size, .. }) => size.y / self.rows() as f32,
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Charts, packed normals, and what records say of a furnace.
 
 use super::hits::{pack_normal, unpack_normal};
-use super::{Chart, Hits, Light};
-use crate::panorama::Picture;
+use super::{Chart, Hits, Light, charted};
+use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection};
 use crate::scene::{Material, Mesh, Scene};
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DVec2, DVec3, Mat3, Vec3};
 use proptest::prelude::*;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -27,6 +27,9 @@ fn closed_box(low: Vec3, high: Vec3, albedo: f32) -> Scene {
 fn charts() -> Vec<Chart> {
     let mut all: Vec<Chart> = [(2, 1), (4, 2), (6, 3), (64, 32), (1024, 512)].map(|(w, h)| Chart::latlong(w, h)).into();
     all.extend([(1, 1), (7, 5), (64, 48)].map(|(w, h)| Chart::perspective(w, h, 1.2)));
+    let mut aside = CameraModel::with_fov([64, 48], 60.0);
+    (aside.centre, aside.focal) = (DVec2::new(70.0, 13.0), DVec2::new(50.0, 42.0));
+    all.push(Chart::pinhole(64, 48, &aside));
     all
 }
 
@@ -83,6 +86,40 @@ fn the_seam_and_the_poles_are_continuous() {
     assert!(Chart::perspective(8, 8, 1.0).place(Vec3::NEG_Y).is_none());
 }
 
+/// What a photograph shows through a distorted lens is the light of the place that each pixel really saw.
+#[test]
+fn a_distorted_lens_puts_light_where_it_comes_from() {
+    let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
+    let radiance = |d: DVec3| Vec3::new(1.0 + 0.8 * d.x as f32, 1.0 + 0.8 * d.z as f32, 1.0);
+    let mut barrel = CameraModel::with_fov([160, 120], 60.0);
+    barrel.centre = DVec2::new(90.0, 55.0);
+    barrel.focal.x *= 1.05;
+    let aside = barrel;
+    barrel.distortion = Distortion::brown([-0.15, 0.02, 0.0, 0.0], [0.003, -0.002]);
+    let fisheye = CameraModel { lens: Lens::Fisheye, ..barrel };
+    for model in [aside, barrel, fisheye] {
+        let mut photo = Picture::new(160, 120);
+        for (i, p) in photo.pixels.iter_mut().enumerate() {
+            *p = radiance(model.direction((i % 160) as f64 + 0.5, (i / 160) as f64 + 0.5));
+        }
+        let (chart, picture) = charted(photo, Projection::Camera(model));
+        let eye = Vec3::splat(2.0);
+        let hits = Arc::new(Hits::shoot(&scene, eye, Mat3::IDENTITY, chart));
+        let light = Light::new(&scene, &[(hits, &picture, 1.0)], None, None);
+        for (x, y) in [(8.0, 8.0), (150.0, 10.0), (80.0, 60.0), (12.0, 110.0), (150.0, 112.0)] {
+            let d = model.direction(x, y);
+            let point = eye + d.as_vec3() * (2.0 / d.y as f32);
+            if point.min_element() < 0.05 || point.max_element() > 4.0 + 1e-4 {
+                continue;
+            }
+            let found = light.observe(&scene, point, Vec3::NEG_Y).expect("it is in the picture").value() * 0.5 / PI;
+            assert!(found.distance(radiance(d)) < 0.01, "{model:?} ({x}, {y}): {found}, not {}", radiance(d));
+        }
+        let aside = model.direction(80.0, 60.0).as_vec3() * Vec3::new(1.0, -1.0, 1.0);
+        assert!(light.observe(&scene, eye + aside * (2.0 / aside.y.abs()), Vec3::Y).is_none(), "it is behind");
+    }
+}
+
 #[test]
 fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
     let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
@@ -102,7 +139,7 @@ fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
 
 proptest! {
     #[test]
-    fn weights_sum_to_one_and_cells_exist(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0, which in 0usize..8) {
+    fn weights_sum_to_one_and_cells_exist(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0, which in 0usize..9) {
         let d = Vec3::new(x, y, z);
         prop_assume!(d.length() > 1e-3);
         let chart = &charts()[which];

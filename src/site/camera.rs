@@ -1,9 +1,9 @@
-//! Cameras: perspective and fisheye lenses with distortion.
+//! Cameras: a lens with a pose.
 
 use glam::{DVec2, DVec3};
 
 use super::Pose;
-use super::lens::{Distortion, Lens};
+use crate::panorama::{CameraModel, Distortion, Lens};
 
 /// A posed camera. Pixel (0, 0) is the top-left pixel's top-left corner; its centre is (0.5, 0.5).
 #[derive(Clone, Copy, Debug)]
@@ -27,19 +27,21 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// A camera with this lens.
+    pub fn new(pose: Pose, model: &CameraModel) -> Self {
+        let CameraModel { size: [width, height], lens, focal, centre, skew, distortion } = *model;
+        Self { pose, width, height, lens, focal, centre, skew, distortion }
+    }
+
     /// A distortion-free camera with square pixels and the given vertical field of view in degrees.
     pub fn with_fov(pose: Pose, width: u32, height: u32, fov_y_deg: f64) -> Self {
-        let f = 0.5 * f64::from(height) / (0.5 * fov_y_deg.to_radians()).tan();
-        Self {
-            pose,
-            width,
-            height,
-            lens: Lens::Perspective,
-            focal: DVec2::splat(f),
-            centre: DVec2::new(f64::from(width), f64::from(height)) * 0.5,
-            skew: 0.0,
-            distortion: Distortion::default(),
-        }
+        Self::new(pose, &CameraModel::with_fov([width, height], fov_y_deg))
+    }
+
+    /// Its lens, without a pose.
+    pub fn model(&self) -> CameraModel {
+        let Self { width, height, lens, focal, centre, skew, distortion, .. } = *self;
+        CameraModel { size: [width, height], lens, focal, centre, skew, distortion }
     }
 
     /// Whether it is a perfect pinhole: directions are linear in pixels before they are normalised.
@@ -59,33 +61,18 @@ impl Camera {
     /// The unit direction, in the program's axes, that pixel coordinates `(x, y)` look along. Where the lens
     /// [shows nothing](Self::shows), the direction on the rim of what it shows.
     pub fn direction(&self, x: f64, y: f64) -> DVec3 {
-        let ideal = self.distortion.undo_or_rim(self.distorted(x, y));
-        self.pose.rotation * self.lens.direction(ideal)
+        self.pose.rotation * self.model().direction(x, y)
     }
 
-    /// Whether the lens shows anything at pixel coordinates `(x, y)`: not where its distortion has folded back, nor
-    /// beyond 180° of a fisheye.
+    /// Whether the lens shows anything at pixel coordinates `(x, y)`. See [`CameraModel::shows`].
     pub fn shows(&self, x: f64, y: f64) -> bool {
-        self.is_pinhole()
-            || self.distortion.undo(self.distorted(x, y)).is_some_and(|u| u.length() <= self.lens.farthest())
+        self.model().shows(x, y)
     }
 
     /// The pixel coordinates of a point (metres, program's axes, same origin as the pose), or `None` where the lens does
     /// not show it: behind a perspective camera, or outside the distortion's domain.
     pub fn project(&self, point: DVec3) -> Option<DVec2> {
-        let c = self.pose.rotation.transpose() * (point - self.pose.position);
-        let ideal = self.lens.ideal(c)?;
-        if ideal.length() > self.distortion.limit() {
-            return None;
-        }
-        let d = self.distortion.apply(ideal);
-        Some(DVec2::new(self.centre.x + self.focal.x * d.x - self.skew * d.y, self.centre.y - self.focal.y * d.y))
-    }
-
-    /// Distorted normalised coordinates (x right, y up) of pixel coordinates.
-    fn distorted(&self, x: f64, y: f64) -> DVec2 {
-        let up = (self.centre.y - y) / self.focal.y;
-        DVec2::new((x - self.centre.x + self.skew * up) / self.focal.x, up)
+        self.model().pixel(self.pose.rotation.transpose() * (point - self.pose.position))
     }
 
     /// The same camera for its picture turned by quarter turns clockwise, as a viewer that heeds the EXIF orientation
@@ -104,43 +91,6 @@ impl Camera {
         }
         turned.distortion = self.distortion.turned(quarters);
         turned
-    }
-}
-
-impl Lens {
-    /// The unit direction (x right, y forward, z up) of ideal coordinates; a fisheye's beyond π look backwards.
-    fn direction(self, u: DVec2) -> DVec3 {
-        match self {
-            Self::Perspective => DVec3::new(u.x, 1.0, u.y).normalize(),
-            Self::Fisheye => {
-                let theta = u.length().min(std::f64::consts::PI);
-                let (sin, cos) = theta.sin_cos();
-                let side = u.normalize_or_zero() * sin;
-                DVec3::new(side.x, cos, side.y)
-            }
-        }
-    }
-
-    /// The ideal coordinates of a direction of any length but 0 (x right, y forward, z up); `None` behind a perspective
-    /// lens.
-    fn ideal(self, c: DVec3) -> Option<DVec2> {
-        match self {
-            Self::Perspective if c.y > 0.0 => Some(DVec2::new(c.x / c.y, c.z / c.y)),
-            Self::Perspective => None,
-            Self::Fisheye => {
-                let side = DVec2::new(c.x, c.z);
-                let length = side.length();
-                let theta = length.atan2(c.y);
-                if length > 0.0 { Some(side * (theta / length)) } else { (c.y > 0.0).then_some(DVec2::ZERO) }
-            }
-        }
-    }
-
-    fn farthest(self) -> f64 {
-        match self {
-            Self::Perspective => f64::INFINITY,
-            Self::Fisheye => std::f64::consts::PI,
-        }
     }
 }
 

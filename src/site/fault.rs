@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::numbers::CURE;
+
 /// Why a site could not be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum SiteError {
@@ -57,7 +59,10 @@ impl Source<'_> {
     /// A parser's error in a person's words.
     pub(super) fn parse_fault(&self, error: &toml::de::Error) -> SiteError {
         let at = error.span().unwrap_or(0..0);
-        let (problem, help) = explain(error.message());
+        let (problem, mut help) = explain(error.message());
+        if help == NOT_TOML && torn_at_comma(self.text, at.start) {
+            help = "Decimals take a point, not a comma: write 1.6 for 1,6".to_owned();
+        }
         self.fault(at, problem, help)
     }
 
@@ -114,8 +119,25 @@ fn offer(span: Range<usize>, name: &str, offset: usize, best: &mut Best) {
     }
 }
 
+/// What to do where the parser cannot go on.
+const NOT_TOML: &str = "Correct the file so that it is valid TOML";
+
+/// Whether digits, a comma and digits stand around a place in the text without a blank.
+fn torn_at_comma(text: &str, offset: usize) -> bool {
+    let bytes = text.as_bytes();
+    let part = |b: &u8| b.is_ascii_digit() || *b == b',';
+    let offset = offset.min(bytes.len());
+    let before = bytes[..offset].iter().rev().take_while(|b| part(b)).count();
+    let after = bytes[offset..].iter().take_while(|b| part(b)).count();
+    let digits: Vec<_> = bytes[offset - before..offset + after].split(|b| *b == b',').collect();
+    digits.windows(2).any(|sides| sides.iter().all(|side| !side.is_empty()))
+}
+
 /// The parser's message as problem and cure.
 fn explain(message: &str) -> (String, String) {
+    if let Some((problem, cure)) = message.split_once(CURE) {
+        return (problem.to_owned(), cure.to_owned());
+    }
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let first_line = message.lines().next().unwrap_or(message);
     if let ["unknown", kind @ ("field" | "variant"), ..] = first_line.split(' ').collect::<Vec<_>>()[..]
@@ -138,7 +160,7 @@ fn explain(message: &str) -> (String, String) {
     {
         return (format!("expected {}, found {found}", plain(expected)), "Correct the value".to_owned());
     }
-    (first_line.to_owned(), "Correct the file so that it is valid TOML".to_owned())
+    (first_line.to_owned(), NOT_TOML.to_owned())
 }
 
 /// Rust's names of types, for people.
@@ -149,7 +171,7 @@ fn plain(expected: &str) -> String {
         "a string" => "text in quotes".to_owned(),
         "a sequence" => "a list in brackets".to_owned(),
         _ if expected.starts_with("struct ") => "a table".to_owned(),
-        _ => expected.replace("an array of length", "a list of length"),
+        _ => expected.to_owned(),
     }
 }
 

@@ -1,13 +1,20 @@
 //! The site file's keys, and nothing else: this is the one place that knows them.
 
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
+use glam::DVec3;
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
 
+use super::VertexColours;
+use super::numbers::List;
+
 type Number = Spanned<f64>;
 pub(super) type Text = Spanned<String>;
-pub(super) type Vector = Spanned<[f64; 3]>;
+pub(super) type Vector = Spanned<List<f64, 3>>;
+pub(super) type Pair = Spanned<List<f64, 2>>;
+pub(super) type Quaternion = Spanned<List<f64, 4>>;
+pub(super) type Matrix = Spanned<List<List<f64, 3>, 3>>;
 
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -31,7 +38,7 @@ pub(super) struct SiteFile {
 pub(super) struct SiteTable {
     pub(super) name: Option<Text>,
     pub(super) units: Option<Spanned<Units>>,
-    pub(super) up: Option<UpKey>,
+    pub(super) up: Option<Spanned<UpKey>>,
     pub(super) north: Option<Number>,
 }
 
@@ -39,6 +46,7 @@ pub(super) struct SiteTable {
 #[serde(deny_unknown_fields)]
 pub(super) struct ModelTable {
     pub(super) path: Text,
+    pub(super) vertex_colours: Option<VertexColours>,
 }
 
 #[derive(serde::Deserialize)]
@@ -73,10 +81,18 @@ pub(super) struct CamerasTable {
     pub(super) photos: Option<Text>,
     pub(super) masks: Option<Text>,
     pub(super) only: Option<Vec<Text>>,
+    pub(super) probes: Option<Spanned<ProbesKey>>,
+    pub(super) lighting: Option<Text>,
     pub(super) scale: Option<Number>,
-    pub(super) rotation: Option<Spanned<[f64; 4]>>,
-    pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
+    pub(super) rotation: Option<Quaternion>,
+    pub(super) matrix: Option<Matrix>,
     pub(super) translation: Option<Vector>,
+}
+
+/// Which of a pose file's photographs are probes: `"all"`, or a list of them.
+pub(super) enum ProbesKey {
+    All,
+    These(Vec<Text>),
 }
 
 #[derive(serde::Deserialize)]
@@ -87,12 +103,22 @@ pub(super) struct ProbeTable {
     pub(super) heading: Option<Number>,
     pub(super) pitch: Option<Number>,
     pub(super) roll: Option<Number>,
-    pub(super) rotation: Option<Spanned<[f64; 4]>>,
-    pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
+    pub(super) rotation: Option<Quaternion>,
+    pub(super) matrix: Option<Matrix>,
     pub(super) look_at: Option<Vector>,
     pub(super) image: Spanned<ImageKey>,
     pub(super) projection: Option<Spanned<ProjectionKey>>,
     pub(super) fov_y: Option<Number>,
+    pub(super) fx: Option<Number>,
+    pub(super) fy: Option<Number>,
+    pub(super) cx: Option<Number>,
+    pub(super) cy: Option<Number>,
+    pub(super) k1: Option<Number>,
+    pub(super) k2: Option<Number>,
+    pub(super) k3: Option<Number>,
+    pub(super) k4: Option<Number>,
+    pub(super) p1: Option<Number>,
+    pub(super) p2: Option<Number>,
     pub(super) gain: Option<Number>,
 }
 
@@ -104,8 +130,8 @@ pub(super) struct ViewTable {
     pub(super) heading: Option<Number>,
     pub(super) pitch: Option<Number>,
     pub(super) roll: Option<Number>,
-    pub(super) rotation: Option<Spanned<[f64; 4]>>,
-    pub(super) matrix: Option<Spanned<[[f64; 3]; 3]>>,
+    pub(super) rotation: Option<Quaternion>,
+    pub(super) matrix: Option<Matrix>,
     pub(super) look_at: Option<Vector>,
     pub(super) projection: Option<Spanned<LensKey>>,
     pub(super) fov_y: Option<Number>,
@@ -119,7 +145,7 @@ pub(super) struct ViewTable {
     pub(super) k4: Option<Number>,
     pub(super) p1: Option<Number>,
     pub(super) p2: Option<Number>,
-    pub(super) size: Option<Spanned<[u32; 2]>>,
+    pub(super) size: Option<Spanned<List<u32, 2>>>,
     pub(super) photo: Option<Text>,
     pub(super) mask: Option<Text>,
     #[serde(rename = "match", default)]
@@ -129,7 +155,7 @@ pub(super) struct ViewTable {
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MatchTable {
-    pub(super) pixel: Spanned<[f64; 2]>,
+    pub(super) pixel: Pair,
     pub(super) point: Vector,
 }
 
@@ -143,18 +169,11 @@ pub(super) struct PlanTable {
     pub(super) target_coverage: Option<Number>,
     pub(super) max_probes: Option<Spanned<u32>>,
     pub(super) overlap: Option<Number>,
-    pub(super) vertical_field: Option<Spanned<[f64; 2]>>,
+    pub(super) vertical_field: Option<Pair>,
     #[serde(default)]
-    pub(super) keep_out: Vec<Spanned<Vec<[f64; 2]>>>,
+    pub(super) keep_out: Vec<Spanned<Vec<Pair>>>,
     #[serde(default)]
-    pub(super) fixed: Vec<Spanned<[f64; 2]>>,
-}
-
-#[derive(serde::Deserialize, Clone, Copy)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum UpKey {
-    Y,
-    Z,
+    pub(super) fixed: Vec<Pair>,
 }
 
 #[derive(serde::Deserialize, Clone, Copy, PartialEq)]
@@ -195,12 +214,12 @@ impl Visitor<'_> for UnitsVisitor {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
-        match text {
-            "m" => Ok(1.0),
-            "cm" => Ok(0.01),
-            "mm" => Ok(0.001),
-            "ft" => Ok(0.3048),
-            "in" => Ok(0.0254),
+        match text.trim().to_ascii_lowercase().as_str() {
+            "m" | "metre" | "metres" | "meter" | "meters" => Ok(1.0),
+            "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Ok(0.01),
+            "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => Ok(0.001),
+            "ft" | "foot" | "feet" => Ok(0.3048),
+            "in" | "inch" | "inches" => Ok(0.0254),
             _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
         }
     }
@@ -211,6 +230,75 @@ impl Visitor<'_> for UnitsVisitor {
 
     fn visit_i64<E: Error>(self, number: i64) -> Result<f64, E> {
         Ok(number as f64)
+    }
+}
+
+/// The model's up direction: an axis by its name, or a vector.
+pub(super) struct UpKey(pub(super) DVec3);
+
+impl<'de> Deserialize<'de> for UpKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(UpVisitor).map(UpKey)
+    }
+}
+
+struct UpVisitor;
+
+impl<'de> Visitor<'de> for UpVisitor {
+    type Value = DVec3;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("\"y\", \"z\", \"x\", one of them with a minus, or a vector [x, y, z] that points up")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<DVec3, E> {
+        let name = text.trim().to_ascii_lowercase();
+        let (sign, axis) = match name.strip_prefix('-').or(name.strip_prefix('−')) {
+            Some(axis) => (-1.0, axis),
+            None => (1.0, name.strip_prefix('+').unwrap_or(&name)),
+        };
+        match axis {
+            "x" => Ok(DVec3::X * sign),
+            "y" => Ok(DVec3::Y * sign),
+            "z" => Ok(DVec3::Z * sign),
+            _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+        }
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<DVec3, A::Error> {
+        let list = List::<f64, 3>::deserialize(serde::de::value::SeqAccessDeserializer::new(list))?;
+        Ok(DVec3::from_array(*list))
+    }
+}
+
+impl<'de> Deserialize<'de> for ProbesKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ProbesVisitor)
+    }
+}
+
+struct ProbesVisitor;
+
+impl<'de> Visitor<'de> for ProbesVisitor {
+    type Value = ProbesKey;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("\"all\", or a list of photographs")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<ProbesKey, E> {
+        match text {
+            "all" => Ok(ProbesKey::All),
+            _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+        }
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<ProbesKey, A::Error> {
+        let mut names = Vec::new();
+        while let Some(name) = list.next_element()? {
+            names.push(name);
+        }
+        Ok(ProbesKey::These(names))
     }
 }
 

@@ -1,14 +1,76 @@
 //! Units, axes and poses: from the model's frame to the program's and back.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
-/// The axis that points up in the model's file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What points up in the model's file.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Up {
     /// y up: east = +x, north = −z.
     Y,
     /// z up: east = +x, north = +y.
     Z,
+    /// Any other direction. Made by [`Up::along`].
+    Turned {
+        /// From the model's axes to east, north and up.
+        rotation: DMat3,
+    },
+}
+
+/// The model's axes that may point up, with the east and the north that go with each.
+const UPRIGHT: [[DVec3; 3]; 6] = [
+    [DVec3::X, DVec3::NEG_Z, DVec3::Y],
+    [DVec3::X, DVec3::Y, DVec3::Z],
+    [DVec3::Y, DVec3::Z, DVec3::X],
+    [DVec3::Y, DVec3::NEG_Z, DVec3::NEG_X],
+    [DVec3::X, DVec3::Z, DVec3::NEG_Y],
+    [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z],
+];
+
+impl Up {
+    /// A direction of any length but 0 that points up; `None` where it has no length or is not finite.
+    ///
+    /// East and north are those of the axis that is nearest to it, turned with that axis on the shortest way:
+    ///
+    /// | up | east | north |
+    /// |---|---|---|
+    /// | y | x | −z |
+    /// | z | x | y |
+    /// | x | y | z |
+    /// | −x | y | −z |
+    /// | −y | x | z |
+    /// | −z | x | −y |
+    pub fn along(direction: DVec3) -> Option<Self> {
+        // lengths near the ends of the range must not become 0 or infinite when squared
+        let up = (direction / direction.abs().max_element()).try_normalize()?;
+        let nearer = |a: &[DVec3; 3], b: &[DVec3; 3]| if b[2].dot(up) > a[2].dot(up) + 1e-12 { *b } else { *a };
+        let [east, north, axis] = UPRIGHT.iter().skip(1).fold(UPRIGHT[0], |best, next| nearer(&best, next));
+        if (up - axis).length() < 1e-12 && axis == DVec3::Y {
+            return Some(Self::Y);
+        }
+        if (up - axis).length() < 1e-12 && axis == DVec3::Z {
+            return Some(Self::Z);
+        }
+        let tilt = DQuat::from_rotation_arc(axis, up);
+        let rotation = DMat3::from_cols(tilt * east, tilt * north, up).transpose();
+        Some(Self::Turned { rotation })
+    }
+
+    /// The direction in the model's axes; unit length.
+    pub fn direction(&self) -> DVec3 {
+        match self {
+            Self::Y => DVec3::Y,
+            Self::Z => DVec3::Z,
+            Self::Turned { rotation } => rotation.transpose() * DVec3::Z,
+        }
+    }
+
+    /// How a person writes it in a site file: `y`, `-z`, or three numbers.
+    pub fn name(&self) -> String {
+        let up = self.direction();
+        let names = ["y", "z", "x", "-x", "-y", "-z"];
+        let axis = UPRIGHT.iter().zip(names).find(|(axes, _)| (axes[2] - up).length() < 1e-9);
+        axis.map_or_else(|| format!("[{:.3}, {:.3}, {:.3}]", up.x, up.y, up.z), |(_, name)| name.to_owned())
+    }
 }
 
 /// Units, up axis and north of a model.
@@ -19,7 +81,7 @@ pub enum Up {
 pub struct Frame {
     /// Metres in one model unit.
     pub metres_per_unit: f64,
-    /// The model's up axis.
+    /// What points up in the model's axes.
     pub up: Up,
     /// Degrees clockwise, seen from above, from the model's own north to true north.
     pub north_deg: f64,
@@ -31,6 +93,7 @@ impl Frame {
         match self.up {
             Up::Y => DVec3::new(v.x, -v.z, v.y),
             Up::Z => v,
+            Up::Turned { rotation } => rotation * v,
         }
     }
 
@@ -39,6 +102,7 @@ impl Frame {
         match self.up {
             Up::Y => DVec3::new(v.x, v.z, -v.y),
             Up::Z => v,
+            Up::Turned { rotation } => rotation.transpose() * v,
         }
     }
 
@@ -50,6 +114,29 @@ impl Frame {
     /// A point in the program's axes, in the model's axes and units.
     pub fn point_out(&self, p: DVec3) -> DVec3 {
         self.direction_out(p) / self.metres_per_unit
+    }
+
+    /// A point in plan, given as the site file gives it in model units, in metres in the program's x and y: the pair
+    /// (x, z) where y is up, (x, y) where z is up, (east, north) where neither is.
+    pub fn plan_in(&self, [a, b]: [f64; 2]) -> DVec2 {
+        match self.up {
+            Up::Y => DVec2::new(a, -b) * self.metres_per_unit,
+            Up::Z | Up::Turned { .. } => DVec2::new(a, b) * self.metres_per_unit,
+        }
+    }
+
+    /// The inverse of [`plan_in`](Self::plan_in).
+    pub fn plan_out(&self, p: DVec2) -> [f64; 2] {
+        let p = p / self.metres_per_unit;
+        match self.up {
+            Up::Y => [p.x, -p.y],
+            Up::Z | Up::Turned { .. } => [p.x, p.y],
+        }
+    }
+
+    /// The height of a point in metres in the program's axes, in model units along the model's up direction.
+    pub fn height_out(&self, z: f64) -> f64 {
+        z / self.metres_per_unit
     }
 
     /// The rotation of a camera or panorama with this heading (degrees clockwise from true north), pitch (degrees, up
@@ -99,6 +186,33 @@ impl Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn any_direction_can_be_up() {
+        assert_eq!((Up::along(DVec3::Y * 3.0), Up::along(DVec3::Z)), (Some(Up::Y), Some(Up::Z)));
+        assert_eq!((Up::along(DVec3::ZERO), Up::along(DVec3::new(f64::NAN, 1.0, 0.0))), (None, None));
+        let tilted = DVec3::new(0.1, 0.0, 0.99);
+        let all =
+            [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z, tilted, DVec3::splat(1e-200)];
+        for v in all {
+            let frame = Frame { metres_per_unit: 0.5, up: Up::along(v).unwrap(), north_deg: 0.0 };
+            assert!(frame.direction_in(v.normalize_or_zero()).distance(DVec3::Z) < 1e-12 || v.x == 1e-200);
+            assert!((frame.up.direction() - (v / v.abs().max_element()).normalize()).length() < 1e-12);
+            let p = DVec3::new(1.0, -2.0, 3.0);
+            assert!(frame.point_out(frame.point_in(p)).distance(p) < 1e-12);
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|a| frame.direction_in(a));
+            assert!((DMat3::from_cols_array_2d(&axes.map(|a| a.to_array())).determinant() - 1.0).abs() < 1e-12);
+            assert_eq!(frame.plan_out(frame.plan_in([4.0, -7.0])), [4.0, -7.0]);
+        }
+        // a little tilt turns east and north a little
+        let frame = Frame { metres_per_unit: 1.0, up: Up::along(tilted).unwrap(), north_deg: 0.0 };
+        assert!(
+            frame.direction_in(DVec3::X).distance(DVec3::X) < 0.11
+                && frame.direction_in(DVec3::Y).distance(DVec3::Y) < 1e-12
+        );
+        let names = all[..7].iter().map(|v| Up::along(*v).unwrap().name()).collect::<Vec<_>>();
+        assert_eq!(names, ["x", "-x", "y", "-y", "z", "-z", "[0.100, 0.000, 0.995]"]);
+    }
 
     #[test]
     fn bearings_come_back() {

@@ -24,7 +24,7 @@ mod fault;
 mod file;
 pub(crate) mod files;
 mod frame;
-mod lens;
+mod numbers;
 mod pose;
 mod poses;
 mod resection;
@@ -33,13 +33,14 @@ mod resolve;
 pub use camera::Camera;
 pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
-pub use lens::{Distortion, Lens};
 pub use poses::PoseFileError;
 pub use resection::{Resection, ResectionError};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+pub use crate::panorama::{Distortion, Lens};
 
 use crate::panorama::Projection;
 
@@ -54,16 +55,20 @@ pub struct Site {
     pub frame: Frame,
     /// The model's OBJ file.
     pub model: PathBuf,
+    /// What the numbers of the model's vertex colours are.
+    pub vertex_colours: VertexColours,
     /// Outdoor light, for rehearsal and reference.
     pub environment: Option<Environment>,
     /// The sun, under every lighting that has none of its own.
     pub sun: Option<Sun>,
     /// Lightings under another sun. See [`Site::sun_under`].
     pub suns: BTreeMap<String, Sun>,
-    /// The light probes, in the file's order.
+    /// The light probes, in the file's order; those of a pose file come last.
     pub probes: Vec<Probe>,
     /// The views, in the file's order; those of a pose file come last.
     pub views: Vec<View>,
+    /// What another program has solved: a file or folder of poses.
+    pub pose_file: Option<PathBuf>,
     /// How probes are to be planned.
     pub plan: Plan,
     /// What is odd but no fault, a sentence each.
@@ -113,13 +118,7 @@ impl Site {
         }
         files.extend(self.probes.iter().flat_map(|p| p.pictures.iter().map(|l| l.path.clone())));
         files.extend(self.views.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
-        let pose_files = self.views.iter().filter_map(|v| match &v.source {
-            CameraSource::PoseFile(path) => Some(path),
-            _ => None,
-        });
-        let mut pose_files: Vec<_> = pose_files.collect();
-        pose_files.dedup();
-        files.extend(pose_files.into_iter().flat_map(|path| poses::files(path)));
+        files.extend(self.pose_file.iter().flat_map(|path| poses::files(path)));
         files
     }
 
@@ -140,6 +139,18 @@ impl Site {
     }
 }
 
+/// How a model's vertex colours are encoded; OBJ does not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VertexColours {
+    /// Proportional to albedo.
+    #[default]
+    Linear,
+    /// By sRGB's curve, as programs that colour scans from photographs mostly write them.
+    #[serde(alias = "sRGB")]
+    Srgb,
+}
+
 /// Whether the pictures of probes and the photographs of views must be there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pictures {
@@ -151,6 +162,7 @@ pub enum Pictures {
 
 /// Where the light outside comes from.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a site has one")]
 pub enum Environment {
     /// The same radiance from everywhere.
     Uniform(Vec3),

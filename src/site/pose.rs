@@ -4,6 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use toml::Spanned;
 
 use super::fault::{SiteError, Source};
+use super::file::{Matrix, Quaternion, Vector};
 use super::frame::{Frame, Pose};
 
 /// Largest departure from unit length, and of a matrix from orthonormal, that counts as rounding.
@@ -14,9 +15,9 @@ pub(super) struct Orientation<'a> {
     pub(super) heading: &'a Option<Spanned<f64>>,
     pub(super) pitch: &'a Option<Spanned<f64>>,
     pub(super) roll: &'a Option<Spanned<f64>>,
-    pub(super) rotation: &'a Option<Spanned<[f64; 4]>>,
-    pub(super) matrix: &'a Option<Spanned<[[f64; 3]; 3]>>,
-    pub(super) look_at: &'a Option<Spanned<[f64; 3]>>,
+    pub(super) rotation: &'a Option<Quaternion>,
+    pub(super) matrix: &'a Option<Matrix>,
+    pub(super) look_at: &'a Option<Vector>,
 }
 
 impl Orientation<'_> {
@@ -82,8 +83,8 @@ fn frame_from_model(frame: &Frame, model_from_camera: DMat3) -> DMat3 {
     DMat3::from_cols(axis(DVec3::X), axis(DVec3::NEG_Z), axis(DVec3::Y))
 }
 
-pub(super) fn quaternion(source: &Source, wxyz: &Spanned<[f64; 4]>) -> Result<DMat3, SiteError> {
-    let [w, x, y, z] = *wxyz.get_ref();
+pub(super) fn quaternion(source: &Source, wxyz: &Quaternion) -> Result<DMat3, SiteError> {
+    let [w, x, y, z] = **wxyz.get_ref();
     let q = DQuat::from_xyzw(x, y, z, w);
     let length = q.length();
     if !length.is_finite() || (length - 1.0).abs() > TOLERANCE {
@@ -96,8 +97,8 @@ pub(super) fn quaternion(source: &Source, wxyz: &Spanned<[f64; 4]>) -> Result<DM
     Ok(DMat3::from_quat(q.normalize()))
 }
 
-pub(super) fn matrix(source: &Source, rows: &Spanned<[[f64; 3]; 3]>) -> Result<DMat3, SiteError> {
-    let m = DMat3::from_cols_array_2d(rows.get_ref()).transpose();
+pub(super) fn matrix(source: &Source, rows: &Matrix) -> Result<DMat3, SiteError> {
+    let m = DMat3::from_cols_array_2d(&rows.get_ref().map(|row| *row)).transpose();
     let departure = (m * m.transpose() - DMat3::IDENTITY).to_cols_array().iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     if !m.is_finite() || departure > 2.0 * TOLERANCE {
         return Err(source.fault(
@@ -117,8 +118,8 @@ pub(super) fn matrix(source: &Source, rows: &Spanned<[[f64; 3]; 3]>) -> Result<D
 }
 
 /// Three finite numbers.
-pub(super) fn finite(source: &Source, vector: &Spanned<[f64; 3]>) -> Result<DVec3, SiteError> {
-    let v = DVec3::from_array(*vector.get_ref());
+pub(super) fn finite(source: &Source, vector: &Vector) -> Result<DVec3, SiteError> {
+    let v = DVec3::from_array(**vector.get_ref());
     if v.is_finite() {
         return Ok(v);
     }

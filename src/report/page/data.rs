@@ -50,6 +50,8 @@ pub struct Run {
 pub struct Check {
     /// Whether nothing is to be warned of.
     pub ok: bool,
+    /// Mistakes that explain the rest.
+    pub causes: Vec<Cause>,
     /// Sentences about the site file.
     pub warnings: Vec<String>,
     /// Sentences about how triangles meet.
@@ -62,6 +64,14 @@ pub struct Check {
     pub stages: Vec<Stage>,
     /// Share of what the views show that no probe sees.
     pub unseen_share: Option<f64>,
+}
+
+/// A mistake in the site file.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Cause {
+    /// What is wrong and what to do.
+    pub sentence: String,
 }
 
 /// The model's health.

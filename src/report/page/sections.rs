@@ -364,7 +364,8 @@ fn study_words(summary: &StudySummary) -> String {
 }
 
 fn health(check: &Check) -> String {
-    let mut said = check.warnings.clone();
+    let mut said: Vec<String> = check.causes.iter().map(|cause| cause.sentence.clone()).collect();
+    said.extend(check.warnings.iter().cloned());
     said.extend(check.model.warnings.iter().cloned());
     said.extend(check.edge_warnings.iter().cloned());
     for probe in &check.probes {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera};
-use crate::site::lens::{Distortion, Lens};
+use crate::panorama::{Distortion, Lens};
 
 /// The models' names, by number, and how many parameters each has.
 const MODELS: [(&str, usize); 12] = [

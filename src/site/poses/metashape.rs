@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::xml::{child, damaged, number, numbers, parse, text, value};
 use super::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
-use crate::site::lens::{Distortion, Lens};
+use crate::panorama::{Distortion, Lens};
 
 pub(super) fn read(path: &Path) -> Result<PoseFile> {
     let text = text(path)?;

@@ -11,7 +11,7 @@ mod xml;
 use glam::{DMat3, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
-use super::lens::{Distortion, Lens};
+use crate::panorama::{Distortion, Lens};
 
 /// A camera of a pose file.
 #[derive(Clone, Debug)]

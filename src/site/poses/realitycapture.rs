@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::xml::{damaged, number, numbers, parse, text, value};
 use super::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
-use crate::site::lens::{Distortion, Lens};
+use crate::panorama::{Distortion, Lens};
 
 pub(super) fn read(files: &[PathBuf]) -> Result<PoseFile> {
     let mut found = PoseFile::default();

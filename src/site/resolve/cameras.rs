@@ -1,4 +1,4 @@
-//! The `[cameras]` table: views from another program's pose file.
+//! The `[cameras]` table: views and probes from another program's pose file.
 
 use glam::{DMat3, DVec2, DVec3};
 use std::collections::BTreeMap;
@@ -7,15 +7,16 @@ use toml::Spanned;
 
 use super::super::camera::Camera;
 use super::super::fault::SiteError;
-use super::super::file::CamerasTable;
+use super::super::file::{CamerasTable, ProbesKey};
 use super::super::files::is_url;
 use super::super::frame::Pose;
 use super::super::pose::{finite, matrix, quaternion};
 use super::super::poses::{self, SolvedCamera, listed};
-use super::super::{CameraSource, Pictures, View};
+use super::super::{CameraSource, LitPicture, Pictures, Probe, View};
 use super::Resolver;
+use super::names::lighting_name;
 use super::picture::ASPECT_TOLERANCE;
-use crate::panorama;
+use crate::panorama::{self, Projection};
 
 /// From a pose file's axes and units to the model's: scale · rotation · x + translation.
 struct Similarity {
@@ -24,14 +25,22 @@ struct Similarity {
     translation: DVec3,
 }
 
+/// What a camera of a pose file becomes.
+#[derive(Clone, Copy)]
+struct Part {
+    is_view: bool,
+    is_probe: bool,
+}
+
 impl Resolver<'_> {
-    /// Adds the views of a pose file.
+    /// Adds the views and probes of a pose file; gives its path.
     pub(super) fn cameras(
         &self,
         table: &Spanned<CamerasTable>,
         views: &mut Vec<View>,
+        probes: &mut Vec<Probe>,
         warnings: &mut Vec<String>,
-    ) -> Result<(), SiteError> {
+    ) -> Result<PathBuf, SiteError> {
         let t = table.get_ref();
         let fault = |problem: String, help: &str| self.source.fault(t.path.span(), problem, help);
         let path = self.there(&t.path, "the pose file")?;
@@ -47,7 +56,10 @@ impl Resolver<'_> {
                  scale, rotation and translation to the model's axes",
             ));
         }
-        self.only(t, &mut file.cameras)?;
+        let parts = self.parts(t, &file.cameras)?;
+        let mut wanted = parts.iter().map(|part| part.is_view || part.is_probe);
+        file.cameras.retain(|_| wanted.next().unwrap_or(false));
+        let parts: Vec<Part> = parts.into_iter().filter(|part| part.is_view || part.is_probe).collect();
         if file.cameras.is_empty() {
             return Err(fault(
                 "the pose file holds no solved camera".to_owned(),
@@ -59,8 +71,9 @@ impl Resolver<'_> {
         let masks = t.masks.as_ref().map(|key| self.there(key, "the masks' folder")).transpose()?;
         let (photos, masks) = (Pool::of(&folder), masks.map(|m| Pool::of(&m)));
         let mut missing = Vec::new();
-        let first = views.len();
-        for solved in &file.cameras {
+        let before = views.len() + probes.len();
+        let lighting = t.lighting.as_ref().map_or("", |l| l.get_ref().as_str());
+        for (solved, part) in file.cameras.iter().zip(parts) {
             let photo = match photos.find(&folder, &solved.photo) {
                 Some(photo) => Some(photo),
                 None if self.pictures == Pictures::MayBeMissing && solved.intrinsics.size.is_some() => None,
@@ -71,18 +84,36 @@ impl Resolver<'_> {
             };
             let camera = self.solved(t, solved, photo.as_deref(), &similarity)?;
             let name = view_name(&solved.photo);
-            if views.iter().any(|v| v.name.eq_ignore_ascii_case(&name)) {
-                return Err(fault(
-                    format!("there are two views named “{name}”"),
-                    "Rename one of the photographs or views, or list the ones wanted in cameras.only",
-                ));
+            let twice = |what: &str| {
+                fault(
+                    format!("there are two {what}s named “{name}”"),
+                    "Rename one of the photographs, views or probes, or list the ones wanted in cameras.only and \
+                     cameras.probes",
+                )
+            };
+            let photo = photo.unwrap_or_else(|| folder.join(&solved.photo));
+            if part.is_probe {
+                if probes.iter().any(|p| p.name.eq_ignore_ascii_case(&name)) {
+                    return Err(twice("probe"));
+                }
+                probes.push(Probe {
+                    name: name.clone(),
+                    pose: camera.pose,
+                    pictures: vec![LitPicture { lighting: lighting.to_owned(), path: photo.clone() }],
+                    projection: Projection::Camera(camera.model()),
+                    gain: 1.0,
+                });
             }
-            let mask = masks.as_ref().and_then(|m| m.find(&m.folder, &solved.photo));
-            let photo = photo.or_else(|| Some(folder.join(&solved.photo)));
-            let source = CameraSource::PoseFile(path.clone());
-            views.push(View { name, camera, photo, mask, matches: Vec::new(), source });
+            if part.is_view {
+                if views.iter().any(|v| v.name.eq_ignore_ascii_case(&name)) {
+                    return Err(twice("view"));
+                }
+                let mask = masks.as_ref().and_then(|m| m.find(&m.folder, &solved.photo));
+                let source = CameraSource::PoseFile(path.clone());
+                views.push(View { name, camera, photo: Some(photo), mask, matches: Vec::new(), source });
+            }
         }
-        if views.len() == first {
+        if views.len() + probes.len() == before {
             return Err(fault(
                 format!("none of its {} photographs is in “{}”: {}", missing.len(), folder.display(), listed(&missing)),
                 "Set cameras.photos to the folder that holds them",
@@ -90,7 +121,7 @@ impl Resolver<'_> {
         }
         if !missing.is_empty() {
             warnings.push(format!(
-                "{} of {} photographs that “{}” names are not in “{}”, and their views are left out: {}.",
+                "{} of {} photographs that “{}” names are not in “{}”, and they are left out: {}.",
                 missing.len(),
                 file.cameras.len(),
                 path.display(),
@@ -99,7 +130,7 @@ impl Resolver<'_> {
             ));
         }
         warnings.append(&mut file.warnings);
-        Ok(())
+        Ok(path)
     }
 
     /// A file or folder that exists.
@@ -130,11 +161,14 @@ impl Resolver<'_> {
         Ok(Similarity { scale, rotation, translation })
     }
 
-    /// Keeps the cameras that `only` lists.
-    fn only(&self, t: &CamerasTable, cameras: &mut Vec<SolvedCamera>) -> Result<(), SiteError> {
-        let Some(wanted) = &t.only else { return Ok(()) };
+    /// What each camera is: by default a view; a probe where `probes` lists it, and then a view only if `only` does, too.
+    fn parts(&self, t: &CamerasTable, cameras: &[SolvedCamera]) -> Result<Vec<Part>, SiteError> {
         let is = |camera: &SolvedCamera, name: &str| camera.photo == name || view_name(&camera.photo) == name;
-        for name in wanted {
+        let listed_probes = match t.probes.as_ref().map(Spanned::get_ref) {
+            Some(ProbesKey::These(names)) => names.as_slice(),
+            Some(ProbesKey::All) | None => &[],
+        };
+        for name in t.only.iter().flatten().chain(listed_probes) {
             if !cameras.iter().any(|c| is(c, name.get_ref())) {
                 return Err(self.source.fault(
                     name.span(),
@@ -143,8 +177,24 @@ impl Resolver<'_> {
                 ));
             }
         }
-        cameras.retain(|c| wanted.iter().any(|name| is(c, name.get_ref())));
-        Ok(())
+        let all = matches!(t.probes.as_ref().map(Spanned::get_ref), Some(ProbesKey::All));
+        let one = |camera: &SolvedCamera| {
+            let is_probe = all || listed_probes.iter().any(|name| is(camera, name.get_ref()));
+            let is_view = match &t.only {
+                Some(only) => only.iter().any(|name| is(camera, name.get_ref())),
+                None => !is_probe,
+            };
+            Part { is_view, is_probe }
+        };
+        if let (Some(lighting), None) = (&t.lighting, &t.probes) {
+            return Err(self.source.fault(
+                lighting.span(),
+                "a lighting without probes",
+                "Say in cameras.probes which photographs are probes, or leave the lighting out",
+            ));
+        }
+        t.lighting.as_ref().map_or(Ok(()), |name| lighting_name(&self.source, name))?;
+        Ok(cameras.iter().map(one).collect())
     }
 
     /// A pose file's camera in the program's axes, for its photograph set upright.

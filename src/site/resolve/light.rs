@@ -5,25 +5,24 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 
 use super::super::fault::SiteError;
-use super::super::file::{EnvironmentTable, LightingSunTable, SunTable, Text, Vector};
+use super::super::file::{EnvironmentTable, LightingSunTable, ProjectionKey, SunTable, Text, Vector};
 use super::super::pose::{finite, finite_number};
 use super::super::{Environment, Probe, Sun};
 use super::Resolver;
-use crate::panorama::Projection;
 
 impl Resolver<'_> {
     pub(super) fn environment(&self, table: &Spanned<EnvironmentTable>) -> Result<Environment, SiteError> {
         let t = table.get_ref();
         match (&t.image, &t.radiance) {
             (Some(image), None) => {
-                let projection = self.projection(&t.projection, &None)?;
-                if let (Projection::Perspective { .. }, Some(key)) = (projection, &t.projection) {
-                    return Err(self.source.fault(
-                        key.span(),
+                let kind = t.projection.as_ref().map_or(ProjectionKey::LatLong, |key| *key.get_ref());
+                let projection = kind.panorama().ok_or_else(|| {
+                    self.source.fault(
+                        t.projection.as_ref().map_or(table.span(), Spanned::span),
                         "an environment cannot be a perspective picture",
                         "Give a panorama: latlong, angular, mirror-ball, fisheye or cube-cross",
-                    ));
-                }
+                    )
+                })?;
                 let path = self.panorama(image.get_ref(), image.span(), &projection)?;
                 let heading = t.heading.as_ref().map_or(Ok(0.0), |h| finite_number(&self.source, h))?;
                 Ok(Environment::Image { path, rotation: self.frame.rotation(heading, 0.0, 0.0), projection })
@@ -70,7 +69,7 @@ impl Resolver<'_> {
         table.under.iter().map(one).collect()
     }
 
-    fn colour(&self, rgb: &Spanned<[f64; 3]>, what: &str) -> Result<Vec3, SiteError> {
+    fn colour(&self, rgb: &Vector, what: &str) -> Result<Vec3, SiteError> {
         let v = finite(&self.source, rgb)?;
         if v.min_element() >= 0.0 && v.as_vec3().is_finite() {
             return Ok(v.as_vec3());

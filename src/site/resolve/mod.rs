@@ -1,6 +1,7 @@
 //! From the site file's keys to a checked [`Site`]: one file per table.
 
 mod cameras;
+mod lens;
 mod light;
 mod names;
 mod picture;
@@ -13,12 +14,12 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 use super::fault::{SiteError, Source};
-use super::file::{SiteFile, UpKey};
+use super::file::SiteFile;
 use super::frame::{Frame, Up};
 use super::pose::finite_number;
 use super::{Pictures, Site};
 use names::unique;
-use probe::with_lighting_warnings;
+use probe::{with_exif_gains, with_lighting_warnings};
 
 /// Reads and checks a site file's text. `path` is the file itself.
 pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Result<Site, SiteError> {
@@ -30,16 +31,18 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
     let resolver = Resolver { source, folder: folder.clone(), frame, pictures };
     let s = &resolver.source;
 
-    let probes = file.probe.iter().map(|p| resolver.probe(p)).collect::<Result<Vec<_>, _>>()?;
+    let mut probes = file.probe.iter().map(|p| resolver.probe(p)).collect::<Result<Vec<_>, _>>()?;
     unique(s, "probe", file.probe.iter().map(|p| &p.get_ref().name))?;
     unique(s, "view", file.view.iter().map(|v| &v.get_ref().name))?;
     let mut views = Vec::new();
     for table in &file.view {
         views.push(resolver.view(table, &mut warnings)?);
     }
-    if let Some(table) = &file.cameras {
-        resolver.cameras(table, &mut views, &mut warnings)?;
-    }
+    let pose_file = match &file.cameras {
+        Some(table) => Some(resolver.cameras(table, &mut views, &mut probes, &mut warnings)?),
+        None => None,
+    };
+    with_exif_gains(&mut probes, file.probe.iter().any(|p| p.get_ref().gain.is_some()));
     let name = match &file.site.name {
         Some(name) => name.get_ref().clone(),
         None => folder.file_name().map_or_else(|| "site".to_owned(), |n| n.to_string_lossy().into_owned()),
@@ -48,9 +51,11 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Resu
         name,
         frame,
         model: resolver.existing(file.model.path.get_ref(), file.model.path.span(), "the model")?,
+        vertex_colours: file.model.vertex_colours.unwrap_or_default(),
         environment: file.environment.as_ref().map(|e| resolver.environment(e)).transpose()?,
         sun: file.sun.as_ref().map(|t| resolver.sun(&t.direction, &t.irradiance)).transpose()?,
         suns: file.sun.as_ref().map_or_else(|| Ok(BTreeMap::new()), |t| resolver.suns(t, &probes))?,
+        pose_file,
         plan: resolver.plan(&file.plan)?,
         probes,
         views,
@@ -75,9 +80,14 @@ fn frame(source: &Source, file: &SiteFile, warnings: &mut Vec<String>) -> Result
             1.0
         }
     };
-    let up = match file.site.up {
-        Some(UpKey::Y) => Up::Y,
-        Some(UpKey::Z) => Up::Z,
+    let up = match &file.site.up {
+        Some(key) => Up::along(key.get_ref().0).ok_or_else(|| {
+            source.fault(
+                key.span(),
+                format!("expected a direction, found {}", key.get_ref().0),
+                "Give an axis, such as \"z\", or a vector that points up",
+            )
+        })?,
         None => {
             warnings.push("The site file does not say site.up: y is taken as the model's up axis.".to_owned());
             Up::Y

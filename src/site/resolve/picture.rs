@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use toml::Spanned;
 
 use super::super::Pictures;
 use super::super::fault::SiteError;
@@ -60,11 +59,14 @@ impl Resolver<'_> {
     pub(super) fn panorama(&self, name: &str, at: Range<usize>, projection: &Projection) -> Result<PathBuf, SiteError> {
         let path = self.existing(name, at.clone(), "the picture")?;
         let (width, height) = self.size_of(&path, at.clone())?;
-        let (shape, aspects): (_, &[f64]) = match projection {
-            Projection::LatLong => ("twice as wide as high", &[2.0]),
-            Projection::Angular | Projection::MirrorBall | Projection::Fisheye => ("square", &[1.0]),
-            Projection::CubeCross => ("a cross of 3 × 4 or 4 × 3 squares", &[0.75, 4.0 / 3.0]),
+        let (shape, aspects) = match projection {
+            Projection::LatLong => ("twice as wide as high", vec![2.0]),
+            Projection::Angular | Projection::MirrorBall | Projection::Fisheye => ("square", vec![1.0]),
+            Projection::CubeCross => ("a cross of 3 × 4 or 4 × 3 squares", vec![0.75, 4.0 / 3.0]),
             Projection::Perspective { .. } => return Ok(path),
+            Projection::Camera(model) => {
+                ("in the aspect of the first", vec![f64::from(model.size[0]) / f64::from(model.size[1])])
+            }
         };
         let aspect = f64::from(width) / f64::from(height);
         if aspects.iter().any(|a| (aspect / a - 1.0).abs() <= ASPECT_TOLERANCE) {
@@ -87,32 +89,18 @@ impl Resolver<'_> {
         let help = "Give an OpenEXR, Radiance HDR, PNG, JPEG or TIFF picture";
         Err(self.source.fault(at, format!("the picture cannot be read: {why}"), help))
     }
+}
 
-    pub(super) fn projection(
-        &self,
-        key: &Option<Spanned<ProjectionKey>>,
-        fov_y: &Option<Spanned<f64>>,
-    ) -> Result<Projection, SiteError> {
-        let kind = key.as_ref().map_or(ProjectionKey::LatLong, |k| *k.get_ref());
-        match (kind, key, fov_y) {
-            (ProjectionKey::Perspective, _, Some(fov)) => {
-                Ok(Projection::Perspective { fov_y: self.field_of_view(fov)?.to_radians() })
-            }
-            (ProjectionKey::Perspective, Some(key), None) => Err(self.source.fault(
-                key.span(),
-                "a perspective picture needs fov_y",
-                "Add fov_y = its vertical field of view in degrees",
-            )),
-            (_, _, Some(fov)) => Err(self.source.fault(
-                fov.span(),
-                "fov_y belongs to projection = \"perspective\" only",
-                "Remove fov_y, or set the projection",
-            )),
-            (ProjectionKey::Angular, ..) => Ok(Projection::Angular),
-            (ProjectionKey::MirrorBall, ..) => Ok(Projection::MirrorBall),
-            (ProjectionKey::Fisheye, ..) => Ok(Projection::Fisheye),
-            (ProjectionKey::CubeCross, ..) => Ok(Projection::CubeCross),
-            (ProjectionKey::LatLong | ProjectionKey::Perspective, ..) => Ok(Projection::LatLong),
+impl ProjectionKey {
+    /// How pixels map to directions; `None` for a photograph, whose lens other keys tell.
+    pub(super) fn panorama(self) -> Option<Projection> {
+        match self {
+            Self::LatLong => Some(Projection::LatLong),
+            Self::Angular => Some(Projection::Angular),
+            Self::MirrorBall => Some(Projection::MirrorBall),
+            Self::Fisheye => Some(Projection::Fisheye),
+            Self::CubeCross => Some(Projection::CubeCross),
+            Self::Perspective => None,
         }
     }
 }

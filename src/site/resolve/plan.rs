@@ -1,13 +1,11 @@
 //! The `[plan]` table.
 
-use glam::{DVec2, DVec3};
-use std::ops::Range;
+use glam::DVec2;
 use toml::Spanned;
 
 use super::super::Plan;
 use super::super::fault::SiteError;
-use super::super::file::PlanTable;
-use super::super::frame::Up;
+use super::super::file::{Pair, PlanTable};
 use super::Resolver;
 
 impl Resolver<'_> {
@@ -25,7 +23,7 @@ impl Resolver<'_> {
         };
         let vertical_field_deg = match &t.vertical_field {
             Some(field) => {
-                let [low, high] = *field.get_ref();
+                let [low, high] = **field.get_ref();
                 if !(-90.0 <= low && low < high && high <= 90.0) {
                     return Err(self.source.fault(
                         field.span(),
@@ -45,7 +43,7 @@ impl Resolver<'_> {
                     "Add corners",
                 ));
             }
-            ring.get_ref().iter().map(|p| self.plan_point(*p, ring.span())).collect()
+            ring.get_ref().iter().map(|p| self.plan_point(p)).collect()
         });
         Ok(Plan {
             probe_height_m: number(
@@ -72,23 +70,19 @@ impl Resolver<'_> {
             overlap: number(&t.overlap, default.overlap, |v| (0.0..=1.0).contains(&v), "a share from 0 to 1")?,
             vertical_field_deg,
             keep_out: keep_out.collect::<Result<_, _>>()?,
-            fixed: t.fixed.iter().map(|p| self.plan_point(*p.get_ref(), p.span())).collect::<Result<_, _>>()?,
+            fixed: t.fixed.iter().map(|p| self.plan_point(p)).collect::<Result<_, _>>()?,
         })
     }
 
-    /// A pair of the model's horizontal axes, in the program's x and y.
-    fn plan_point(&self, [a, b]: [f64; 2], at: Range<usize>) -> Result<DVec2, SiteError> {
-        let point = match self.frame.up {
-            Up::Y => DVec3::new(a, 0.0, b),
-            Up::Z => DVec3::new(a, b, 0.0),
-        };
-        let local = self.frame.point_in(point).truncate();
+    /// A point in plan, in the program's x and y.
+    fn plan_point(&self, pair: &Pair) -> Result<DVec2, SiteError> {
+        let local = self.frame.plan_in(**pair.get_ref());
         if local.is_finite() {
             return Ok(local);
         }
         Err(self.source.fault(
-            at,
-            format!("expected finite numbers, found [{a}, {b}]"),
+            pair.span(),
+            format!("expected finite numbers, found {:?}", **pair.get_ref()),
             "Measure it again, or leave it out",
         ))
     }

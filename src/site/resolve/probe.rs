@@ -4,11 +4,13 @@ use std::ops::Range;
 use toml::Spanned;
 
 use super::super::fault::SiteError;
-use super::super::file::{ImageKey, ProbeTable};
+use super::super::file::{ImageKey, ProbeTable, ProjectionKey};
 use super::super::pose::{Orientation, finite};
 use super::super::{LitPicture, Probe, Site};
 use super::Resolver;
+use super::lens::{LensKeys, lens_keys};
 use super::names::{lighting_name, safe_name};
+use crate::panorama::{Exif, Lens, Projection};
 
 impl Resolver<'_> {
     pub(super) fn probe(&self, table: &Spanned<ProbeTable>) -> Result<Probe, SiteError> {
@@ -23,7 +25,7 @@ impl Resolver<'_> {
             look_at: &t.look_at,
         };
         let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, &t.position)?)?;
-        let projection = self.projection(&t.projection, &t.fov_y)?;
+        let projection = self.probe_projection(table)?;
         let picture = |lighting: &str, name: &str, at: Range<usize>| {
             let path = self.to_be_made(name).map_or_else(|| self.panorama(name, at, &projection), Ok)?;
             Ok(LitPicture { lighting: lighting.to_owned(), path })
@@ -47,6 +49,68 @@ impl Resolver<'_> {
         };
         let gain = t.gain.as_ref().map_or(Ok(1.0), |g| self.number(g, |v| v > 0.0, "a gain above zero"))? as f32;
         Ok(Probe { name: t.name.get_ref().clone(), pose, pictures, projection, gain })
+    }
+}
+
+impl Resolver<'_> {
+    /// How a probe's pixels map to directions. A calibrated lens counts the pixels of the probe's first picture.
+    fn probe_projection(&self, table: &Spanned<ProbeTable>) -> Result<Projection, SiteError> {
+        let t = table.get_ref();
+        let keys = lens_keys!(t);
+        let any = keys.calibrated().or(t.fov_y.as_ref().map(Spanned::span));
+        let kind = t.projection.as_ref().map_or(ProjectionKey::LatLong, |key| *key.get_ref());
+        let lens = match (kind, any, &t.projection) {
+            (ProjectionKey::Perspective, Some(_), _) => Lens::Perspective,
+            (ProjectionKey::Fisheye, Some(_), _) => Lens::Fisheye,
+            (ProjectionKey::Perspective, None, Some(key)) => {
+                return Err(self.source.fault(
+                    key.span(),
+                    "a perspective picture needs fov_y or fx",
+                    "Add fov_y = its vertical field of view in degrees, or fx (and fy, cx, cy) in pixels",
+                ));
+            }
+            (_, Some(at), _) => {
+                return Err(self.source.fault(
+                    at,
+                    "a lens belongs to projection = \"perspective\" or \"fisheye\" only",
+                    "Remove this key, or set the projection",
+                ));
+            }
+            (kind, None, _) => return Ok(kind.panorama().unwrap_or(Projection::LatLong)),
+        };
+        if let (Lens::Perspective, None, Some(fov)) = (lens, keys.calibrated(), &t.fov_y) {
+            return Ok(Projection::Perspective { fov_y: self.field_of_view(fov)?.to_radians() });
+        }
+        let first = match t.image.get_ref() {
+            ImageKey::One(name) => Some((name.as_str(), t.image.span())),
+            ImageKey::PerLighting(all) => all.first().map(|(_, path)| (path.get_ref().as_str(), path.span())),
+        };
+        let Some((name, at)) = first else { return Ok(Projection::LatLong) };
+        let (width, height) = self.size_of(&self.existing(name, at.clone(), "the picture")?, at)?;
+        let model = self.camera_model(&keys, [width, height], lens, false, ("probe", table.span()))?;
+        Ok(Projection::Camera(model))
+    }
+}
+
+/// Gives probes the gains that their exposures by EXIF ask for, around 1, if no probe `has_gain` of its own and each tells
+/// one exposure for all of its pictures. Light arrives in the ratio of 2 to the exposure value.
+pub(super) fn with_exif_gains(probes: &mut [Probe], has_gain: bool) {
+    /// Exposure values within which two pictures count as exposed alike: half a third of a stop.
+    const ALIKE: f64 = 1.0 / 6.0;
+    if has_gain || probes.len() < 2 {
+        return;
+    }
+    let value = |probe: &Probe| {
+        let values = probe.pictures.iter().map(|lit| Exif::read(&lit.path).exposure_value());
+        let values: Option<Vec<f64>> = values.collect();
+        let values = values.filter(|v| !v.is_empty())?;
+        values.iter().all(|v| (v - values[0]).abs() < ALIKE).then_some(values[0])
+    };
+    let values: Option<Vec<f64>> = probes.iter().map(value).collect();
+    let Some(values) = values else { return };
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    for (probe, value) in probes.iter_mut().zip(values) {
+        probe.gain = (value - mean).exp2() as f32;
     }
 }
 

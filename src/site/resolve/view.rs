@@ -8,14 +8,14 @@ use super::super::camera::Camera;
 use super::super::fault::SiteError;
 use super::super::file::{LensKey, MatchTable, ViewTable};
 use super::super::frame::Pose;
-use super::super::lens::{Distortion, Lens};
-use super::super::pose::{Orientation, finite, finite_number};
+use super::super::pose::{Orientation, finite};
 use super::super::resection::{Resection, ResectionError};
 use super::super::{CameraSource, Match, View};
 use super::Resolver;
+use super::lens::{LensKeys, lens_keys};
 use super::names::safe_name;
 use super::picture::ASPECT_TOLERANCE;
-use crate::panorama::{Exif, MAX_PIXELS};
+use crate::panorama::{Exif, Lens, MAX_PIXELS};
 
 impl Resolver<'_> {
     pub(super) fn view(&self, table: &Spanned<ViewTable>, warnings: &mut Vec<String>) -> Result<View, SiteError> {
@@ -40,10 +40,16 @@ impl Resolver<'_> {
             matrix: &t.matrix,
             look_at: &t.look_at,
         };
+        let lens = match t.projection.as_ref().map(Spanned::get_ref) {
+            Some(LensKey::Fisheye) => Lens::Fisheye,
+            Some(LensKey::Perspective) | None => Lens::Perspective,
+        };
+        let keys = lens_keys!(t);
+        let model = |solved| self.camera_model(&keys, [width, height], lens, solved, ("view", table.span()));
         let (camera, source) = match &t.position {
             Some(position) => {
                 let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, position)?)?;
-                (self.camera(table, pose, width, height, false)?, CameraSource::SiteFile)
+                (Camera::new(pose, &model(false)?), CameraSource::SiteFile)
             }
             None if matches.is_empty() => {
                 return Err(self.source.fault(
@@ -61,8 +67,8 @@ impl Resolver<'_> {
                     ));
                 }
                 let still = Pose { position: DVec3::ZERO, rotation: DMat3::IDENTITY };
-                let focal = t.fov_y.is_none() && t.fx.is_none() && t.fy.is_none();
-                let lens = self.camera(table, still, width, height, focal)?;
+                let focal = keys.of_unknown_width();
+                let lens = Camera::new(still, &model(focal)?);
                 let found = self.resection(t, &lens, &matches, focal)?;
                 warnings.extend(doubts(&name, &found));
                 (found.camera, CameraSource::Matches(Box::new(found)))
@@ -112,13 +118,13 @@ impl Resolver<'_> {
             side.contains(&w) && side.contains(&h) && u64::from(w) * u64::from(h) <= MAX_PIXELS
         };
         let size = match (&t.size, photo_size) {
-            (Some(size), _) if fits(*size.get_ref()) => *size.get_ref(),
+            (Some(size), _) if fits(**size.get_ref()) => **size.get_ref(),
             (Some(size), _) => {
                 return Err(self.source.fault(
                     size.span(),
                     format!(
                         "expected width and height from 1 to 65536 pixels, {MAX_PIXELS} in all at most, found {:?}",
-                        size.get_ref()
+                        **size.get_ref()
                     ),
                     "Correct the size",
                 ));
@@ -153,7 +159,7 @@ impl Resolver<'_> {
 
     fn matches(&self, t: &ViewTable, width: u32, height: u32) -> Result<Vec<Match>, SiteError> {
         let one = |pair: &Spanned<MatchTable>| {
-            let pixel = DVec2::from_array(*pair.get_ref().pixel.get_ref());
+            let pixel = DVec2::from_array(**pair.get_ref().pixel.get_ref());
             let inside = pixel.cmpge(DVec2::ZERO).all() && pixel.x <= f64::from(width) && pixel.y <= f64::from(height);
             if !inside {
                 return Err(self.source.fault(
@@ -165,61 +171,6 @@ impl Resolver<'_> {
             Ok(Match { pixel, point: self.frame.point_in(finite(&self.source, &pair.get_ref().point)?) })
         };
         t.pairs.iter().map(one).collect()
-    }
-
-    /// The camera; `solved` where its focal length is still to be found.
-    fn camera(
-        &self,
-        table: &Spanned<ViewTable>,
-        pose: Pose,
-        width: u32,
-        height: u32,
-        solved: bool,
-    ) -> Result<Camera, SiteError> {
-        let t = table.get_ref();
-        let pixels = |key: &Option<Spanned<f64>>, default: f64, positive: bool| match key {
-            None => Ok(default),
-            Some(v) if positive => self.number(v, |v| v > 0.0, "a focal length in pixels above zero"),
-            Some(v) => finite_number(&self.source, v),
-        };
-        let fisheye = t.projection.as_ref().is_some_and(|p| *p.get_ref() == LensKey::Fisheye);
-        let mut camera = match (&t.fov_y, &t.fx, &t.fy) {
-            (Some(fov), None, None) if fisheye => {
-                let fov =
-                    self.number(fov, |v| v > 0.0 && v <= 360.0, "a field of view above 0, at most 360 degrees")?;
-                let mut camera = Camera::with_fov(pose, width, height, 90.0);
-                camera.focal = DVec2::splat(f64::from(height) / fov.to_radians());
-                camera
-            }
-            (Some(fov), None, None) => Camera::with_fov(pose, width, height, self.field_of_view(fov)?),
-            (None, None, None) if solved => Camera::with_fov(pose, width, height, 60.0),
-            (None, None, None) => {
-                return Err(self.source.fault(
-                    table.span(),
-                    "the view has neither fov_y nor fx",
-                    "Add fov_y in degrees, or fx (and fy, cx, cy) in pixels",
-                ));
-            }
-            (Some(fov), _, _) => {
-                return Err(self.source.fault(
-                    fov.span(),
-                    "the view has both fov_y and a focal length",
-                    "Keep one of them",
-                ));
-            }
-            (None, fx, fy) => {
-                let mut camera = Camera::with_fov(pose, width, height, 90.0);
-                let x = pixels(if fx.is_some() { fx } else { fy }, 0.0, true)?;
-                camera.focal = DVec2::new(x, pixels(fy, x, true)?);
-                camera
-            }
-        };
-        camera.centre = DVec2::new(pixels(&t.cx, camera.centre.x, false)?, pixels(&t.cy, camera.centre.y, false)?);
-        let term = |key: &Option<Spanned<f64>>| pixels(key, 0.0, false);
-        let k = [term(&t.k1)?, term(&t.k2)?, term(&t.k3)?, term(&t.k4)?];
-        camera.distortion = Distortion::brown(k, [term(&t.p1)?, term(&t.p2)?]);
-        camera.lens = if fisheye { Lens::Fisheye } else { Lens::Perspective };
-        Ok(camera)
     }
 }
 

@@ -85,7 +85,7 @@ impl Distortion {
     }
 
     /// The same distortion of a picture turned by quarter turns clockwise: the tangential terms are a vector.
-    pub(super) fn turned(&self, quarters: u32) -> Self {
+    pub(crate) fn turned(&self, quarters: u32) -> Self {
         let [mut p1, mut p2] = self.p;
         for _ in 0..quarters % 4 {
             // in axes x right, y down a clockwise quarter turn takes (x, y) to (−y, x); the vector is (p2, p1)
@@ -143,7 +143,7 @@ impl Distortion {
 
     /// The ideal coordinates within the domain that come nearest: those of [`undo`](Self::undo) where it has some, else
     /// on the rim.
-    pub(super) fn undo_or_rim(&self, d: DVec2) -> DVec2 {
+    pub(crate) fn undo_or_rim(&self, d: DVec2) -> DVec2 {
         self.undo(d).unwrap_or_else(|| d.normalize_or(DVec2::Y) * self.undo_radius(d.length()))
     }
 

@@ -1,0 +1,240 @@
+//! What surrounds a probe or a camera, and whether it can stand there.
+
+use glam::Vec3;
+
+use super::cause::{Cause, CauseKind};
+use super::{downward, sphere};
+use crate::scene::{Ray, Scene};
+
+/// What a few thousand rays from a point tell of its surroundings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Surroundings {
+    /// Distance of the nearest hit in metres; infinite without any.
+    pub(super) nearest_m: f32,
+    /// Distance that half the hits are nearer than; infinite without any.
+    pub(super) median_m: f32,
+    /// Share of rays that hit within 5 cm.
+    pub(super) close_share: f64,
+    /// Share of hits on a triangle's back.
+    pub(super) back_share: f64,
+    /// Share of rays that hit nothing.
+    pub(super) open_share: f64,
+    /// Distance straight down, if anything is there.
+    pub(super) beneath_m: Option<f32>,
+    /// Whether rays went into a photograph's field of view only, not all around.
+    pub(super) in_a_field: bool,
+}
+
+/// What is wrong or odd about a place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlaceFault {
+    /// Nothing can stand there: not merely odd.
+    pub(super) is_impossible: bool,
+    /// A sentence on “it”.
+    pub(super) sentence: String,
+}
+
+impl PlaceFault {
+    /// The cause that it is, of the `what` (probe, view) with this name; `None` where it is merely odd.
+    pub(super) fn cause(&self, what: &str, name: &str) -> Option<Cause> {
+        let mut rest = self.sentence.chars();
+        let first = rest.next()?.to_lowercase();
+        let title: String = what.chars().take(1).flat_map(char::to_uppercase).chain(what.chars().skip(1)).collect();
+        self.is_impossible.then(|| Cause {
+            kind: CauseKind::Place,
+            subject: format!("{what}.{name}"),
+            sentence: format!("{title} “{name}”: {first}{}", rest.as_str()),
+        })
+    }
+}
+
+impl Surroundings {
+    /// All around a place.
+    pub(super) fn of(scene: &Scene, position: Vec3) -> Self {
+        const RAYS: usize = 2048;
+        Self::along(scene, position, sphere(RAYS), false)
+    }
+
+    /// In the field of view that `shows` directions in the program's axes.
+    pub(super) fn in_field(scene: &Scene, position: Vec3, shows: impl Fn(Vec3) -> bool) -> Self {
+        // a photograph of 50° × 40° takes about 800 of these
+        const RAYS: usize = 1 << 14;
+        Self::along(scene, position, sphere(RAYS).filter(|d| shows(*d)), true)
+    }
+
+    fn along(scene: &Scene, position: Vec3, directions: impl Iterator<Item = Vec3>, in_a_field: bool) -> Self {
+        const CLOSE_M: f32 = 0.05;
+        let cast = |direction| {
+            let ray = Ray { origin: position, direction };
+            scene.tracer.closest(&ray, 0.0).map(|hit| (hit.t, scene.mesh.normal(hit.triangle).dot(direction) > 0.0))
+        };
+        let all: Vec<Option<(f32, bool)>> = directions.map(cast).collect();
+        let mut hits: Vec<(f32, bool)> = all.iter().flatten().copied().collect();
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let share = |n: usize, of: usize| n as f64 / of.max(1) as f64;
+        Self {
+            nearest_m: hits.first().map_or(f32::INFINITY, |h| h.0),
+            median_m: hits.get(hits.len() / 2).map_or(f32::INFINITY, |h| h.0),
+            close_share: share(hits.iter().filter(|h| h.0 < CLOSE_M).count(), all.len()),
+            back_share: share(hits.iter().filter(|h| h.1).count(), hits.len()),
+            open_share: share(all.len() - hits.len(), all.len()),
+            beneath_m: downward().into_iter().find_map(cast).map(|h| h.0),
+            in_a_field,
+        }
+    }
+
+    /// What is wrong with a place that has these surroundings. `front_is_usual` says whether one sees the fronts of
+    /// triangles there; it is `None` where the model's winding means nothing.
+    pub(super) fn faults(&self, front_is_usual: Option<bool>) -> Vec<PlaceFault> {
+        let mut faults = Vec::new();
+        let impossible = |sentence: String| PlaceFault { is_impossible: true, sentence };
+        let odd = |sentence: String| PlaceFault { is_impossible: false, sentence };
+        let wrong_share = match front_is_usual {
+            Some(true) => self.back_share,
+            Some(false) => 1.0 - self.back_share,
+            None => 0.0,
+        };
+        // in the open of a room one sees the other side of a few thin things only
+        let cramped = self.back_share > 0.8 && self.median_m < 0.5 && front_is_usual.is_some();
+        if self.open_share > 0.999 {
+            return vec![impossible(
+                "It sees nothing of the model: check its position, site.units and site.up.".to_owned(),
+            )];
+        }
+        if self.close_share > 0.25 {
+            faults.push(impossible(format!(
+                "It stands in or on a surface: {:.0} % of what surrounds it is nearer than 5 cm.",
+                100.0 * self.close_share
+            )));
+        } else if wrong_share > 0.6 || cramped {
+            let share = 100.0 * wrong_share.max(self.back_share);
+            faults.push(impossible(format!(
+                "It stands inside a wall or below a floor: it sees {share:.0} % of surfaces from behind."
+            )));
+        }
+        match self.beneath_m {
+            // a scan has holes where no photograph looked
+            None if self.in_a_field => {}
+            None => faults
+                .push(impossible("There is no surface beneath it: it stands below the floor or outside.".to_owned())),
+            Some(height) if height < 0.2 => {
+                faults.push(odd(format!("It is only {:.0} cm above the surface beneath.", 100.0 * height)));
+            }
+            Some(height) if height > 20.0 => {
+                faults.push(odd(format!(
+                    "It is {height:.0} m above the surface beneath: check its height and site.units."
+                )));
+            }
+            Some(_) => {}
+        }
+        if self.open_share > 0.5 {
+            let where_to = if self.in_a_field { "of its picture" } else { "of directions" };
+            faults.push(odd(format!(
+                "In {:.0} % {where_to} there is no surface: it may stand outside, or the model is open.",
+                100.0 * self.open_share
+            )));
+        }
+        faults
+    }
+}
+
+/// Whether most places see fronts. A shell may be wound either way; a place that differs from the others is on the other
+/// side of a surface.
+pub(super) fn usual_side<'a>(around: impl Iterator<Item = &'a Surroundings>) -> bool {
+    let (mut fronts, mut all) = (0, 0);
+    for a in around {
+        fronts += usize::from(a.back_share < 0.5);
+        all += 1;
+    }
+    2 * fronts >= all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Mesh};
+    use glam::DVec3;
+
+    /// Boxes with fronts outwards, or inwards for a room.
+    fn scene(boxes: &[([f32; 3], [f32; 3], bool)]) -> Scene {
+        let mut mesh = Mesh::default();
+        for (low, high, room) in boxes {
+            let base = mesh.positions.len() as u32;
+            for i in 0..8 {
+                let side = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+                mesh.positions.push(Vec3::new(side(0), side(1), side(2)));
+            }
+            let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            for [a, b, c, d] in quads {
+                for mut t in [[a, b, c], [a, c, d]] {
+                    if *room {
+                        t.swap(1, 2);
+                    }
+                    mesh.triangles.push(t.map(|i| base + i));
+                    mesh.materials.push(0);
+                }
+            }
+        }
+        let grey = Material { name: String::new(), albedo: Vec3::splat(0.5), texture: None, emission: Vec3::ZERO };
+        Scene::new(mesh, vec![grey], Vec::new(), DVec3::ZERO)
+    }
+
+    const ROOM: ([f32; 3], [f32; 3], bool) = ([0.0; 3], [6.0, 5.0, 4.0], true);
+    /// Its ends stand out of floor and ceiling.
+    const PILLAR: ([f32; 3], [f32; 3], bool) = ([2.0, 2.0, -0.1], [3.0, 3.0, 4.1], false);
+
+    #[test]
+    fn a_probe_in_a_room_is_fine_and_one_in_a_pillar_is_not() {
+        let scene = scene(&[ROOM, PILLAR]);
+        let free = Surroundings::of(&scene, Vec3::new(1.0, 1.0, 1.6));
+        assert!(free.back_share < 0.01 && free.open_share == 0.0);
+        assert!((free.beneath_m.unwrap() - 1.6).abs() < 1e-4 && (free.nearest_m - 1.0).abs() < 0.01);
+        assert_eq!(free.faults(Some(true)), []);
+        let inside = Surroundings::of(&scene, Vec3::new(2.5, 2.5, 1.6));
+        // floor and ceiling run through the pillar and show their fronts
+        assert!(inside.back_share > 0.8);
+        let faults = inside.faults(Some(true));
+        assert!(faults[0].sentence.contains("inside a wall") && faults[0].is_impossible);
+        assert!(!inside.faults(None).iter().any(|f| f.sentence.contains("inside a wall")));
+        // a photograph from there, too
+        let ahead = Surroundings::in_field(&scene, Vec3::new(2.5, 2.5, 1.6), |d| d.x > 0.8);
+        assert!(ahead.faults(Some(true))[0].sentence.contains("inside a wall"));
+    }
+
+    #[test]
+    fn a_probe_on_a_wall_below_the_floor_or_far_away_is_told() {
+        let scene = scene(&[ROOM]);
+        let told = |x, y, z| {
+            let faults = Surroundings::of(&scene, Vec3::new(x, y, z)).faults(Some(true));
+            faults.into_iter().map(|f| f.sentence).collect::<Vec<_>>().join(" ")
+        };
+        assert!(told(0.01, 2.5, 1.6).contains("in or on a surface"));
+        assert!(told(3.0, 2.5, -0.5).contains("no surface beneath"));
+        assert!(told(3.0, 2.5, -0.5).contains("below a floor"));
+        assert!(told(3000.0, 2.5, 1.6).contains("nothing of the model"));
+        assert!(told(3.0, 2.5, 0.1).contains("only 10 cm above"));
+    }
+
+    #[test]
+    fn a_photograph_is_judged_by_what_it_shows() {
+        // a scan of one wall: from all around most is open, and there is no floor
+        let mut scan = scene(&[ROOM]);
+        let keep: Vec<bool> = (0..scan.mesh.triangles.len() as u32).map(|t| scan.mesh.normal(t).x < -0.9).collect();
+        scan.tracer = crate::scene::Tracer::over(&scan.mesh, &keep);
+        let eye = Vec3::new(3.0, 2.5, 1.6);
+        assert_eq!(Surroundings::of(&scan, eye).faults(Some(true)).len(), 2);
+        assert_eq!(Surroundings::in_field(&scan, eye, |d| d.x > 0.9).faults(Some(true)), []);
+        let away = Surroundings::in_field(&scan, eye, |d| d.x < -0.9).faults(Some(true));
+        assert!(away[0].sentence.contains("sees nothing"));
+    }
+
+    /// A room whose fronts all point outwards: every probe sees backs, which then is the usual side.
+    #[test]
+    fn a_room_wound_outwards_is_no_fault() {
+        let (low, high, _) = ROOM;
+        let scene = scene(&[(low, high, false)]);
+        let around = Surroundings::of(&scene, Vec3::new(3.0, 2.5, 1.6));
+        assert!(around.back_share > 0.99 && !usual_side([&around].into_iter()));
+        assert_eq!(around.faults(Some(false)), []);
+    }
+}
