@@ -13,11 +13,13 @@
 
 pub mod audit;
 pub mod check;
+pub(crate) mod edge_aware;
 pub mod panorama;
 pub mod paper;
 pub mod photograph;
 pub mod plan;
 pub mod reference;
+pub mod register;
 pub mod render;
 pub mod report;
 pub mod scene;

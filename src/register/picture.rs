@@ -1,0 +1,200 @@
+//! A picture as registration looks at it: log-luminance by direction, from fine to coarse.
+
+use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::raster::{Raster, direction};
+use crate::panorama::{Picture, Projection, luminance};
+use crate::site::Camera;
+
+/// How a picture's pixels follow from directions in its own axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Optics {
+    Projection(Projection),
+    /// The camera's pose takes no part.
+    Camera(Camera),
+}
+
+impl Optics {
+    /// Pixel coordinates of a direction in the picture's axes.
+    fn pixel(&self, width: usize, height: usize, d: DVec3) -> Option<DVec2> {
+        match self {
+            Self::Projection(projection) => projection.pixel(width, height, d),
+            Self::Camera(camera) => {
+                let p = camera.project(camera.pose.position + camera.pose.rotation * d)?;
+                let inside = (0.0..=width as f64).contains(&p.x) && (0.0..=height as f64).contains(&p.y);
+                (inside && camera.shows(p.x, p.y)).then_some(p)
+            }
+        }
+    }
+
+    /// Cells round the sphere that are as fine as the picture's middle.
+    fn native(&self, width: usize, height: usize) -> f64 {
+        const STEP: f64 = 1e-3;
+        let ahead = |x: f64| self.pixel(width, height, DVec3::new(x, 1.0, 0.0).normalize());
+        match (ahead(-STEP), ahead(STEP)) {
+            (Some(a), Some(b)) => std::f64::consts::TAU * a.distance(b) / (2.0 * STEP),
+            _ => width as f64,
+        }
+    }
+}
+
+/// One level of a picture.
+pub(super) struct Level {
+    pub(super) raster: Raster,
+    /// Natural logarithm of luminance.
+    pub(super) sharp: Vec<f32>,
+    /// The same smoothed over neighbouring cells.
+    pub(super) log: Vec<f32>,
+    /// Solid angle in cells at the equator where the picture tells something, else 0.
+    pub(super) weight: Vec<f32>,
+}
+
+/// Luminance below this share of the picture's median counts as this much: the logarithm must not run away.
+const DARKEST: f32 = 1e-3;
+
+/// The coarsest level's cells round the sphere.
+pub(super) const COARSEST: usize = 64;
+
+/// A picture's levels, each half as fine as the one before; the last has [`COARSEST`] cells round the sphere. The first has at
+/// most `finest` of them, and not more than the picture's pixels deserve. `usable` marks pixels that measure light.
+pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics: &Optics, finest: usize) -> Vec<Level> {
+    let (w, h) = (picture.width, picture.height);
+    let native = optics.native(w, h) * 1.05;
+    let mut full = COARSEST;
+    while 2 * full <= finest && (2 * full) as f64 <= native {
+        full *= 2;
+    }
+    let values: Vec<f32> = picture.pixels.iter().map(|p| luminance(*p)).collect();
+    let good: Vec<bool> = (0..values.len()).map(|i| Picture::valid(picture.pixels[i]) && usable(i)).collect();
+    let mut raster = window(full, optics, w, h);
+    let fine = (native / full as f64 * 1.5).ceil().clamp(1.0, 8.0) as usize;
+    // pixel by pixel where the cells are the picture's own
+    let same = matches!(optics, Optics::Projection(Projection::LatLong)) && w == full && h == full / 2;
+    let mut cells: Vec<(f32, f32)> = (0..raster.len())
+        .into_par_iter()
+        .map(|i| {
+            if same {
+                return if good[i] { (values[i], 1.0) } else { (0.0, 0.0) };
+            }
+            let (x, y) = ((raster.corner[0] + i % raster.width) as f32, (raster.corner[1] + i / raster.width) as f32);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for k in 0..fine * fine {
+                let sub = |k: usize| (k as f32 + 0.5) / fine as f32;
+                let d = direction(full, x + sub(k % fine), y + sub(k / fine));
+                let pixel = optics.pixel(w, h, d.as_dvec3());
+                if let Some(v) = pixel.and_then(|p| bilinear(&values, &good, w, h, p)) {
+                    sum += v;
+                    count += 1.0;
+                }
+            }
+            if count > 0.0 { (sum / count, count / (fine * fine) as f32) } else { (0.0, 0.0) }
+        })
+        .collect();
+    let mut brightness: Vec<f32> = cells.iter().filter(|c| c.1 > 0.0).map(|c| c.0).collect();
+    let middle = brightness.len() / 2;
+    let floor = if brightness.is_empty() {
+        1.0
+    } else {
+        (DARKEST * *brightness.select_nth_unstable_by(middle, f32::total_cmp).1).max(1e-30)
+    };
+    let mut levels = Vec::new();
+    loop {
+        let weight: Vec<f32> = cells
+            .iter()
+            .enumerate()
+            .map(|(i, c)| if c.1 > 0.5 { c.1 * raster.sine(i / raster.width) } else { 0.0 })
+            .collect();
+        let light: Vec<f32> = cells.iter().map(|c| c.0.max(floor)).collect();
+        let sharp: Vec<f32> = light.iter().map(|l| l.ln()).collect();
+        let log = raster.soften(&sharp, &weight);
+        let next = (raster.full > COARSEST).then(|| (raster.halved(), halved(&raster, &cells)));
+        levels.push(Level { raster, sharp, log, weight });
+        match next {
+            Some((r, c)) => (raster, cells) = (r, c),
+            None => break,
+        }
+    }
+    levels
+}
+
+/// Means of 2 × 2 cells, by how much each tells.
+fn halved(raster: &Raster, cells: &[(f32, f32)]) -> Vec<(f32, f32)> {
+    let (w, h) = (raster.width / 2, raster.height / 2);
+    (0..w * h)
+        .map(|i| {
+            let (x, y) = (2 * (i % w), 2 * (i / w));
+            let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| cells[(y + dy) * raster.width + x + dx]);
+            let share: f32 = four.iter().map(|c| c.1).sum();
+            let sum: f32 = four.iter().map(|c| c.0 * c.1).sum();
+            if share > 0.0 { (sum / share, share / 4.0) } else { (0.0, 0.0) }
+        })
+        .collect()
+}
+
+/// The window that a picture fills; its corner is a multiple of 32 cells, so that coarser levels fit.
+fn window(full: usize, optics: &Optics, w: usize, h: usize) -> Raster {
+    if let Optics::Projection(p) = optics
+        && !matches!(p, Projection::Perspective { .. } | Projection::Fisheye | Projection::Camera(_))
+    {
+        return Raster::sphere(full);
+    }
+    let grid = full / COARSEST;
+    let coarse = Raster::sphere(COARSEST * 4);
+    let scale = full as f32 / (COARSEST * 4) as f32;
+    let (mut low, mut high) = ([usize::MAX; 2], [0usize; 2]);
+    for (i, d) in coarse.directions.iter().enumerate() {
+        if optics.pixel(w, h, d.as_dvec3()).is_some() {
+            for (axis, v) in [i % coarse.width, i / coarse.width].into_iter().enumerate() {
+                low[axis] = low[axis].min((v as f32 * scale) as usize);
+                high[axis] = high[axis].max(((v + 1) as f32 * scale).ceil() as usize);
+            }
+        }
+    }
+    if low[0] > high[0] {
+        return Raster::sphere(full);
+    }
+    let limit = [full, full / 2];
+    let corner: [usize; 2] = std::array::from_fn(|k| low[k].saturating_sub(1) / grid * grid);
+    let end: [usize; 2] = std::array::from_fn(|k| ((high[k] + 1).div_ceil(grid) * grid).min(limit[k]));
+    Raster::new(full, corner, end[0] - corner[0], end[1] - corner[1])
+}
+
+/// The value at pixel coordinates from the good ones of the four nearest pixels; `None` where the nearest is not good.
+fn bilinear(values: &[f32], good: &[bool], w: usize, h: usize, p: DVec2) -> Option<f32> {
+    let nearest = ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1));
+    if !good[nearest.1 * w + nearest.0] {
+        return None;
+    }
+    let corner = (p - 0.5).floor();
+    let f = (p - 0.5 - corner).as_vec2();
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let x = (corner.x as i64 + dx).clamp(0, w as i64 - 1) as usize;
+        let y = (corner.y as i64 + dy).clamp(0, h as i64 - 1) as usize;
+        let k = (1.0 - (f.x - dx as f32).abs()) * (1.0 - (f.y - dy as f32).abs());
+        if good[y * w + x] && k > 0.0 {
+            sum += k * values[y * w + x];
+            weight += k;
+        }
+    }
+    (weight > 0.0).then(|| sum / weight)
+}
+
+/// Log-luminance at a direction in the picture's axes, bilinear; `None` where the level tells nothing.
+pub(super) fn log_at(level: &Level, d: Vec3) -> Option<f32> {
+    let [x, y] = level.raster.place(d)?;
+    let (x, y) = (x - 0.5, (y - 0.5).max(0.0));
+    let (x0, y0) = (x.floor(), y.floor());
+    let (fx, fy) = (x - x0, y - y0);
+    let (w, h) = (level.raster.width as isize, level.raster.height as isize);
+    let column = |x: isize| if level.raster.wraps() { x.rem_euclid(w) } else { x.clamp(0, w - 1) };
+    let at = |dx: isize, dy: isize| ((y0 as isize + dy).clamp(0, h - 1) * w + column(x0 as isize + dx)) as usize;
+    let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+    if four.iter().any(|&i| level.weight[i] == 0.0) {
+        return None;
+    }
+    let [a, b, c, d] = four.map(|i| level.log[i]);
+    let (top, bottom) = (a + (b - a) * fx, c + (d - c) * fx);
+    Some(top + (bottom - top) * fy)
+}

@@ -1,0 +1,124 @@
+//! Cells of a latitude/longitude grid in a picture's own axes: all of the sphere, or the window that a photograph fills.
+
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+
+/// A window of a latitude/longitude grid that is `full` cells round and `full / 2` high, with the unit direction of each
+/// cell's middle in the picture's axes (+x right, +y forward, +z up). Cells are square at the equator, where the window of
+/// a photograph lies.
+#[derive(Clone, Debug)]
+pub(super) struct Raster {
+    /// Cells round the whole sphere.
+    pub(super) full: usize,
+    /// The window's first column and row.
+    pub(super) corner: [usize; 2],
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) directions: Vec<Vec3>,
+}
+
+impl Raster {
+    pub(super) fn new(full: usize, corner: [usize; 2], width: usize, height: usize) -> Self {
+        let directions = (0..width * height)
+            .map(|i| {
+                direction(
+                    full,
+                    corner[0] as f32 + (i % width) as f32 + 0.5,
+                    corner[1] as f32 + (i / width) as f32 + 0.5,
+                )
+            })
+            .collect();
+        Self { full, corner, width, height, directions }
+    }
+
+    /// All of the sphere.
+    pub(super) fn sphere(full: usize) -> Self {
+        Self::new(full, [0, 0], full, full / 2)
+    }
+
+    /// The same window on a grid half as fine. The window's corner is even, its last odd column and row are dropped.
+    pub(super) fn halved(&self) -> Self {
+        Self::new(self.full / 2, self.corner.map(|c| c / 2), self.width / 2, self.height / 2)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// Whether the right end touches the left one.
+    pub(super) fn wraps(&self) -> bool {
+        self.width == self.full
+    }
+
+    /// Angle between the middles of neighbouring rows, radians.
+    pub(super) fn cell_angle(&self) -> f32 {
+        TAU / self.full as f32
+    }
+
+    /// The sine of the angle from the zenith of a row's middle: a cell's width over its height.
+    pub(super) fn sine(&self, row: usize) -> f32 {
+        (PI * (self.corner[1] as f32 + row as f32 + 0.5) / (self.full / 2) as f32).sin()
+    }
+
+    /// The neighbour of a cell in its row or column by one step; the cell itself at a border.
+    pub(super) fn beside(&self, i: usize, right: isize, down: isize) -> usize {
+        let (x, y) = ((i % self.width) as isize + right, (i / self.width) as isize + down);
+        let w = self.width as isize;
+        let x = if self.wraps() { x.rem_euclid(w) } else { x.clamp(0, w - 1) };
+        y.clamp(0, self.height as isize - 1) as usize * self.width + x as usize
+    }
+
+    /// Whether two neighbours lie on either side of the seam, where a filter over the window ends.
+    pub(super) fn seam(&self, i: usize, j: usize) -> bool {
+        i / self.width == j / self.width && i.abs_diff(j) + 1 == self.width && self.wraps()
+    }
+
+    /// Vectors over the sphere, per radian, across each cell's direction, in the picture's axes, from what changes over one cell
+    /// to the right and down. Nothing in the rows by the poles, where cells are slivers.
+    pub(super) fn gradient(&self, i: usize, right: f32, down: f32) -> Vec3 {
+        let sine = self.sine(i / self.width);
+        if sine < LEAST_SINE {
+            return Vec3::ZERO;
+        }
+        let d = self.directions[i];
+        let east = Vec3::new(d.y, -d.x, 0.0) / d.truncate().length().max(1e-6);
+        // d × east is where the next row lies
+        (right / sine * east + down * d.cross(east)) / self.cell_angle()
+    }
+
+    /// Cell coordinates of a direction in the picture's axes, in the window; `None` outside of it.
+    pub(super) fn place(&self, d: Vec3) -> Option<[f32; 2]> {
+        let p = crate::panorama::latlong_pixel_fast(d, self.full as f32, (self.full / 2) as f32);
+        let x = p.x - self.corner[0] as f32;
+        let y = p.y - self.corner[1] as f32;
+        let inside = (0.0..=self.width as f32).contains(&x) && (0.0..=self.height as f32).contains(&y);
+        inside.then_some([x, y])
+    }
+
+    /// Smooths with the kernel 1 2 1 along rows and columns; cells without weight take no part and stay as they are.
+    pub(super) fn soften(&self, values: &[f32], weight: &[f32]) -> Vec<f32> {
+        let pass = |values: &[f32], right: isize, down: isize| -> Vec<f32> {
+            (0..values.len())
+                .map(|i| {
+                    if weight[i] == 0.0 {
+                        return values[i];
+                    }
+                    let part = |j: usize, k: f32| if weight[j] > 0.0 { (values[j] * k, k) } else { (0.0, 0.0) };
+                    let (a, b) = (part(self.beside(i, -right, -down), 0.25), part(self.beside(i, right, down), 0.25));
+                    (values[i] * 0.5 + a.0 + b.0) / (0.5 + a.1 + b.1)
+                })
+                .collect()
+        };
+        pass(&pass(values, 1, 0), 0, 1)
+    }
+}
+
+/// Rows nearer to a pole than this sine are not looked at.
+pub(super) const LEAST_SINE: f32 = 0.15;
+
+/// The unit direction of grid coordinates, in the picture's axes.
+pub(super) fn direction(full: usize, x: f32, y: f32) -> Vec3 {
+    let (sin_longitude, cos_longitude) = ((x / full as f32 - 0.5) * TAU).sin_cos();
+    let (sin_theta, cos_theta) = (y / (full / 2) as f32 * PI).sin_cos();
+    Vec3::new(sin_theta * sin_longitude, sin_theta * cos_longitude, cos_theta)
+}

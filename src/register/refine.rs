@@ -1,0 +1,256 @@
+//! Refines a pose: Gauss–Newton on the difference between the picture and what the model says it should be.
+//!
+//! The template moves, not the picture (inverse composition: Baker and Matthews, *Lucas-Kanade 20 years on*, 2004), so that
+//! what only the picture shows, such as a shadow's edge, pulls nowhere. Robust weights (Geman and McClure) keep
+//! what is wrong in the model from pulling.
+
+use glam::{Mat3, Quat, Vec3};
+use rayon::prelude::*;
+
+use super::model::{GeometryBuffer, LocalPose, Template, template};
+use super::picture::Level;
+use crate::scene::Scene;
+
+/// Shift (right, forward, up; metres) and turn about the same axes (radians), in the picture's own axes.
+pub(super) type Twist = [f64; 6];
+
+/// A symmetric 6 × 6 matrix in full.
+pub(super) type Matrix = [[f64; 6]; 6];
+
+/// Sums over cells of the equations that a change of pose must solve.
+#[derive(Clone)]
+pub(super) struct Equations {
+    pub(super) normal: Matrix,
+    pub(super) right: Twist,
+    /// Σ w · ρ(r), and Σ w over the cells that say something.
+    pub(super) cost: f64,
+    pub(super) weight: f64,
+    /// The right-hand side block by block of the picture, for the spread of what they say.
+    pub(super) blocks: Vec<Twist>,
+}
+
+/// How far an edge may lie from where a cell's middle says, in cells: the light of both sides mixes before its logarithm is
+/// taken, and surfaces are sampled in one place a cell.
+const SLACK: f32 = 0.3;
+
+/// Residuals this many variances large are half believed (Geman and McClure).
+const ROBUST: f32 = 16.0;
+
+/// Blocks along the window's sides: what lies in one is not independent.
+const BLOCKS: [usize; 2] = [12, 8];
+
+/// How a residual relates to a change of pose: J = [−∇T/r, −d × ∇T] for a cell that looks along d at a surface r metres away
+/// and whose template has the gradient ∇T per radian.
+fn jacobian(d: Vec3, gradient: Vec3, distance: f32) -> [f32; 6] {
+    let shift = -gradient / distance;
+    let turn = -d.cross(gradient);
+    [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+}
+
+/// Residuals of one template at one pose.
+pub(super) struct Residuals {
+    /// Picture less template; NaN where there is none.
+    pub(super) value: Vec<f32>,
+    /// The template's gradient over the sphere, per radian.
+    gradient: Vec<Vec3>,
+    /// Standard deviation of residuals where the template changes, robustly.
+    scale: f32,
+}
+
+impl Residuals {
+    /// Compares a level with what it should be.
+    pub(super) fn new(level: &Level, template: &Template) -> Self {
+        let raster = &level.raster;
+        let told = |i: usize| level.weight[i] > 0.0 && template.value[i].is_finite();
+        let value: Vec<f32> =
+            (0..raster.len()).map(|i| if told(i) { level.log[i] - template.value[i] } else { f32::NAN }).collect();
+        let gradient: Vec<Vec3> = (0..raster.len())
+            .map(|i| {
+                let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
+                if told(i) && around.iter().all(|&j| told(j)) {
+                    raster.gradient(i, template.slope[0][i], template.slope[1][i])
+                } else {
+                    Vec3::ZERO
+                }
+            })
+            .collect();
+        let mut sizes: Vec<f32> = value
+            .iter()
+            .zip(&gradient)
+            .filter(|(v, g)| v.is_finite() && g.length() * raster.cell_angle() > 0.02)
+            .map(|(v, _)| v.abs())
+            .collect();
+        let middle = sizes.len() / 2;
+        let scale = if sizes.is_empty() { 1.0 } else { *sizes.select_nth_unstable_by(middle, f32::total_cmp).1 };
+        Self { value, gradient, scale: (1.48 * scale).max(0.01) }
+    }
+
+    /// Adds these residuals to the equations, `share` times as heavy as their own spread says.
+    pub(super) fn equations(&self, level: &Level, buffer: &GeometryBuffer, share: f64) -> Equations {
+        let raster = &level.raster;
+        let (w, h) = (raster.width, raster.height);
+        let rows: Vec<(Equations, usize)> = (0..h)
+            .into_par_iter()
+            .map(|y| {
+                let mut sums = Equations::none(BLOCKS[0]);
+                for x in 0..w {
+                    let i = y * w + x;
+                    let r = self.value[i];
+                    if r.is_nan() {
+                        continue;
+                    }
+                    let slack = SLACK * self.gradient[i].length() * raster.cell_angle();
+                    let variance = self.scale * self.scale + slack * slack;
+                    let robust = 1.0 / (1.0 + r * r / (variance * ROBUST));
+                    let heavy = f64::from(level.weight[i]) * share / f64::from(variance);
+                    let front = buffer.front(raster, i);
+                    // Geman and McClure's loss: r² / (1 + r² / kσ²)
+                    sums.cost += heavy * f64::from(r * r * robust);
+                    sums.weight += heavy;
+                    if self.gradient[i] == Vec3::ZERO {
+                        continue;
+                    }
+                    let j = jacobian(raster.directions[i], self.gradient[i], front);
+                    let k = heavy * f64::from(robust * robust);
+                    let block = &mut sums.blocks[x * BLOCKS[0] / w];
+                    for p in 0..6 {
+                        let jp = f64::from(j[p]);
+                        sums.right[p] -= k * jp * f64::from(r);
+                        block[p] -= k * jp * f64::from(r);
+                        for q in 0..=p {
+                            sums.normal[p][q] += k * jp * f64::from(j[q]);
+                        }
+                    }
+                }
+                (sums, y * BLOCKS[1] / h)
+            })
+            .collect();
+        let mut all = Equations::none(BLOCKS[0] * BLOCKS[1]);
+        for (sums, band) in rows {
+            let first = band * BLOCKS[0];
+            for p in 0..6 {
+                all.right[p] += sums.right[p];
+                for q in 0..=p {
+                    all.normal[p][q] += sums.normal[p][q];
+                }
+                for (mine, theirs) in all.blocks[first..].iter_mut().zip(&sums.blocks) {
+                    mine[p] += theirs[p];
+                }
+            }
+            all.cost += sums.cost;
+            all.weight += sums.weight;
+        }
+        for p in 0..6 {
+            for q in 0..p {
+                all.normal[q][p] = all.normal[p][q];
+            }
+        }
+        all
+    }
+}
+
+impl Equations {
+    pub(super) fn none(blocks: usize) -> Self {
+        Self { normal: [[0.0; 6]; 6], right: [0.0; 6], cost: 0.0, weight: 0.0, blocks: vec![[0.0; 6]; blocks] }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        for p in 0..6 {
+            self.right[p] += other.right[p];
+            for q in 0..6 {
+                self.normal[p][q] += other.normal[p][q];
+            }
+        }
+        for (mine, theirs) in self.blocks.iter_mut().zip(&other.blocks) {
+            for p in 0..6 {
+                mine[p] += theirs[p];
+            }
+        }
+        self.cost += other.cost;
+        self.weight += other.weight;
+    }
+
+    /// The change of pose that solves the equations, a little damped; `None` where they leave a direction open.
+    pub(super) fn solve(&self, damping: f64) -> Option<Twist> {
+        let mut damped = self.normal;
+        for (p, row) in damped.iter_mut().enumerate() {
+            row[p] += damping * row[p] + 1e-12;
+        }
+        solve(&damped, &self.right)
+    }
+
+    /// The covariance of the pose: H⁻¹ (Σ g gᵀ) H⁻¹ over the blocks' gradients g, which asks no model of how residuals hang
+    /// together within a block (White, *A heteroskedasticity-consistent covariance matrix estimator*, 1980, by clusters).
+    pub(super) fn covariance(&self) -> Option<Matrix> {
+        let mut meat = [[0.0; 6]; 6];
+        let told = self.blocks.iter().filter(|b| b.iter().any(|v| *v != 0.0)).count() as f64;
+        for b in &self.blocks {
+            for p in 0..6 {
+                for q in 0..6 {
+                    meat[p][q] += b[p] * b[q];
+                }
+            }
+        }
+        let inverse: Vec<Twist> = (0..6)
+            .map(|k| solve(&self.normal, &std::array::from_fn(|i| f64::from(u8::from(i == k)))))
+            .collect::<Option<_>>()?;
+        let few = told / (told - 6.0).max(1.0);
+        let mut out = [[0.0; 6]; 6];
+        for p in 0..6 {
+            for q in 0..6 {
+                for i in 0..6 {
+                    for j in 0..6 {
+                        out[p][q] += few * inverse[p][i] * meat[i][j] * inverse[j][q];
+                    }
+                }
+            }
+        }
+        Some(out)
+    }
+}
+
+/// The pose after a change in the picture's own axes.
+pub(super) fn moved(pose: &LocalPose, change: &Twist) -> LocalPose {
+    let [x, y, z, a, b, c] = change.map(|v| v as f32);
+    let turned = Quat::from_mat3(&pose.rotation) * Quat::from_scaled_axis(Vec3::new(a, b, c));
+    LocalPose {
+        origin: pose.origin + pose.rotation * Vec3::new(x, y, z),
+        rotation: Mat3::from_quat(turned.normalize()),
+    }
+}
+
+/// Solves a symmetric positive definite system by Cholesky's method; `None` where it is not.
+pub(super) fn solve(matrix: &Matrix, right: &Twist) -> Option<Twist> {
+    let mut l = [[0.0; 6]; 6];
+    for i in 0..6 {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
+            let v = matrix[i][j] - sum;
+            l[i][j] = if i == j {
+                if v.is_nan() || v <= 0.0 {
+                    return None;
+                }
+                v.sqrt()
+            } else {
+                v / l[j][j]
+            };
+        }
+    }
+    let mut y = [0.0; 6];
+    for i in 0..6 {
+        y[i] = (right[i] - (0..i).map(|k| l[i][k] * y[k]).sum::<f64>()) / l[i][i];
+    }
+    let mut x = [0.0; 6];
+    for i in (0..6).rev() {
+        x[i] = (y[i] - (i + 1..6).map(|k| l[k][i] * x[k]).sum::<f64>()) / l[i][i];
+    }
+    Some(x)
+}
+
+/// What a pose says of a picture at one level, from the model and the picture's own light alone.
+pub(super) fn alone(scene: &Scene, level: &Level, pose: &LocalPose) -> (GeometryBuffer, Residuals) {
+    let buffer = GeometryBuffer::cast(scene, &level.raster, pose);
+    let surfaces = buffer.surfaces(&level.raster);
+    let residuals = Residuals::new(level, &template(&surfaces, level, &buffer.log_albedo));
+    (buffer, residuals)
+}

@@ -1,0 +1,322 @@
+//! All pictures of a site, one after the other and then together.
+
+use glam::{DMat3, Mat3, Vec3};
+
+use super::model::{GeometryBuffer, LocalPose, template};
+use super::picture::{Level, Optics, pyramid};
+use super::refine::{Equations, Residuals, alone, moved};
+use super::search::{Candidate, Headings, models, search};
+use super::together::{Witness, seen_by_others};
+use super::verdict::{self, CLEARLY, LEAST_FIT, agreement, better_by};
+use super::{RegisterError, Registered, Rival, Settings, Subject, Verdict};
+use crate::panorama;
+use crate::photograph::{Fitness, Photograph};
+use crate::scene::Scene;
+use crate::site::{Pose, Site};
+
+/// Cells round the sphere at which places and headings are searched.
+const SEARCHED: usize = 128;
+
+/// How far apart places are tried, metres, and tilts, degrees.
+const STEP_M: f32 = 0.35;
+const STEP_DEG: f32 = 5.0;
+
+/// Candidates that are followed from the search on; and so many steps at most, keeping so many, at each level.
+const FOLLOWED: usize = 16;
+const LEVELS: [(usize, usize, usize); 3] = [(128, 5, 6), (256, 10, 2), (512, 6, 1)];
+const LAST_STEPS: usize = 4;
+
+/// Rounds in which pictures speak for each other.
+const ROUNDS: usize = 2;
+
+/// Poses nearer than this are one: metres, degrees.
+const APART: (f32, f32) = (0.15, 4.0);
+
+/// A picture to register.
+struct Eye {
+    subject: Subject,
+    levels: Vec<Level>,
+    given: LocalPose,
+    /// Whether its pose is to be found, or only speaks for others.
+    wanted: bool,
+}
+
+/// An eye's pose as far as it is known.
+struct Placed {
+    pose: LocalPose,
+    /// Agreement at the level of [`SEARCHED`] × 2, block by block.
+    fit: Vec<f64>,
+    fit_given: f64,
+    rival: Option<(LocalPose, Vec<f64>)>,
+    verdict: Verdict,
+}
+
+/// Finds the pose of every probe and view that has a picture. `progress` is told what is being done, how many pictures are done and how
+/// many there are. The result has the site's order, probes first.
+///
+/// # Errors
+///
+/// A picture that cannot be read, or a name in [`Settings::only`] that nothing has.
+pub fn register(
+    site: &Site,
+    scene: &Scene,
+    settings: &Settings,
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Result<Vec<Registered>, RegisterError> {
+    let eyes = eyes(site, scene, settings)?;
+    let all = eyes.iter().filter(|e| e.wanted).count();
+    let headings = Headings::new(SEARCHED);
+    let mut placed = Vec::new();
+    for eye in &eyes {
+        progress(eye.subject.name(site), placed.len(), all + 1);
+        placed.push(if eye.wanted { find(scene, &headings, eye, settings) } else { as_given(scene, eye) });
+    }
+    progress("together", all, all + 1);
+    let last = refine_together(scene, &eyes, &mut placed, settings.together);
+    let done = eyes.iter().zip(placed).zip(last).filter(|((eye, _), _)| eye.wanted);
+    Ok(done.map(|((eye, placed), last)| registered(site, scene, eye, placed, last)).collect())
+}
+
+/// Reads the pictures.
+fn eyes(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<Eye>, RegisterError> {
+    let file = || site.file.display().to_string();
+    let lighting = settings.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
+    let wanted = |name: &str| settings.only.is_empty() || settings.only.iter().any(|n| n == name);
+    let mut eyes = Vec::new();
+    for (i, probe) in site.probes.iter().enumerate() {
+        let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting).or(probe.pictures.first()) else {
+            continue;
+        };
+        let picture = panorama::read(&lit.path)?;
+        let levels = pyramid(&picture, &|_| true, &Optics::Projection(probe.projection), settings.finest);
+        let subject = Subject::Probe(i);
+        eyes.push(Eye { subject, levels, given: local(scene, &probe.pose), wanted: wanted(&probe.name) });
+    }
+    for (i, view) in site.views.iter().enumerate() {
+        let Some(photo) = Photograph::of(view)? else { continue };
+        let usable = |k: usize| !matches!(photo.fitness[k], Fitness::Invalid | Fitness::Masked);
+        let levels = pyramid(&photo.picture, &usable, &Optics::Camera(view.camera), settings.finest);
+        let given = local(scene, &view.camera.pose);
+        eyes.push(Eye { subject: Subject::View(i), levels, given, wanted: wanted(&view.name) });
+    }
+    if eyes.is_empty() {
+        return Err(RegisterError::NoPicture { site: file() });
+    }
+    if let Some(name) = settings.only.iter().find(|n| !eyes.iter().any(|e| e.subject.name(site) == *n)) {
+        let known: Vec<&str> = eyes.iter().map(|e| e.subject.name(site)).collect();
+        return Err(RegisterError::NoSuch { site: file(), name: name.clone(), known: known.join(", ") });
+    }
+    Ok(eyes)
+}
+
+fn local(scene: &Scene, pose: &Pose) -> LocalPose {
+    LocalPose { origin: scene.local(pose.position), rotation: pose.rotation.as_mat3() }
+}
+
+fn level(levels: &[Level], full: usize) -> &Level {
+    levels.iter().find(|l| l.raster.full <= full).unwrap_or(&levels[levels.len() - 1])
+}
+
+fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64> {
+    agreement(level, &GeometryBuffer::cast(scene, &level.raster, pose))
+}
+
+/// The level at which fits are judged and rivals compared.
+const JUDGED: usize = 2 * SEARCHED;
+
+fn as_given(scene: &Scene, eye: &Eye) -> Placed {
+    let fit = fit_at(scene, level(&eye.levels, JUDGED), &eye.given);
+    let fit_given = fit.iter().sum();
+    Placed { pose: eye.given, fit, fit_given, rival: None, verdict: Verdict::Found }
+}
+
+/// Searches places, headings and tilts, and follows the best candidates from coarse to fine.
+fn find(scene: &Scene, headings: &Headings, eye: &Eye, settings: &Settings) -> Placed {
+    let places = ball(eye.given.origin, settings.within_m);
+    let models = models(scene, headings, &places);
+    let tilts = tilts(&eye.given.rotation, settings.tilt_deg);
+    let found = search(headings, level(&eye.levels, SEARCHED), &tilts, &places, &models);
+    let start = Candidate { pose: eye.given, score: 1.0 };
+    let mut followed: Vec<LocalPose> = Vec::new();
+    for candidate in std::iter::once(start).chain(found) {
+        if followed.iter().all(|p| apart(p, &candidate.pose, (0.3, 8.0))) {
+            followed.push(candidate.pose);
+        }
+        if followed.len() == FOLLOWED {
+            break;
+        }
+    }
+    let mut judged: Vec<(Vec<f64>, LocalPose)> = Vec::new();
+    for (full, steps, keep) in LEVELS {
+        let level = level(&eye.levels, full);
+        let mut fits: Vec<(Vec<f64>, LocalPose)> = followed
+            .iter()
+            .map(|p| {
+                let p = climbed(scene, level, p, steps);
+                (fit_at(scene, level, &p), p)
+            })
+            .collect();
+        fits.sort_by(|a, b| b.0.iter().sum::<f64>().total_cmp(&a.0.iter().sum()));
+        let mut kept: Vec<(Vec<f64>, LocalPose)> = Vec::new();
+        for fit in fits {
+            if kept.len() < keep.max(2) && kept.iter().all(|k| apart(&k.1, &fit.1, APART)) {
+                kept.push(fit);
+            }
+        }
+        followed = kept.iter().take(keep).map(|k| k.1).collect();
+        if full == JUDGED {
+            judged = kept;
+        }
+    }
+    let fit_given = fit_at(scene, level(&eye.levels, JUDGED), &eye.given).iter().sum();
+    let pose = followed[0];
+    let fit = fit_at(scene, level(&eye.levels, JUDGED), &pose);
+    let rival = judged.into_iter().find(|(_, p)| apart(p, &pose, APART)).map(|(f, p)| (p, f));
+    let verdict = if fit.iter().sum::<f64>() < LEAST_FIT {
+        Verdict::NotFound
+    } else if rival.as_ref().is_some_and(|(_, other)| better_by(&fit, other) < CLEARLY) {
+        Verdict::Ambiguous
+    } else {
+        Verdict::Found
+    };
+    Placed { pose, fit, fit_given, rival, verdict }
+}
+
+/// Places around one, a step apart.
+fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
+    let n = (radius / STEP_M).ceil() as i32;
+    let axis = -n..=n;
+    let all = axis.clone().flat_map(|x| {
+        let axis = axis.clone();
+        axis.clone().flat_map(move |y| axis.clone().map(move |z| Vec3::new(x as f32, y as f32, z as f32) * STEP_M))
+    });
+    all.filter(|p| p.length() <= radius + 0.5 * STEP_M).map(|p| middle + p).collect()
+}
+
+/// Rotations from the picture's axes to level ones, about the one given but for its heading.
+fn tilts(given: &Mat3, most_deg: f32) -> Vec<Mat3> {
+    let forward = *given * Vec3::Y;
+    let level = Mat3::from_rotation_z(forward.x.atan2(forward.y)) * *given;
+    let n = (most_deg / STEP_DEG).ceil() as i32;
+    let turn = |k: i32| (k as f32 * STEP_DEG).to_radians();
+    let steps = (-n..=n).flat_map(|a| (-n..=n).map(move |b| (a, b))).filter(|(a, b)| a * a + b * b <= n * n);
+    steps.map(|(a, b)| Mat3::from_rotation_x(turn(a)) * Mat3::from_rotation_y(turn(b)) * level).collect()
+}
+
+fn apart(a: &LocalPose, b: &LocalPose, (metres, degrees): (f32, f32)) -> bool {
+    let turn = glam::Quat::from_mat3(&(a.rotation.transpose() * b.rotation));
+    let turn = 2.0 * turn.xyz().length().atan2(turn.w.abs());
+    a.origin.distance(b.origin) > metres || turn.to_degrees() > degrees
+}
+
+/// Gauss–Newton at one level until a step is a small part of a cell.
+fn climbed(scene: &Scene, level: &Level, pose: &LocalPose, steps: usize) -> LocalPose {
+    let mut pose = *pose;
+    for _ in 0..steps {
+        let (buffer, residuals) = alone(scene, level, &pose);
+        let Some(change) = residuals.equations(level, &buffer, 1.0).solve(DAMPING) else { break };
+        pose = moved(&pose, &change);
+        if small(&change, level) {
+            break;
+        }
+    }
+    pose
+}
+
+/// Levenberg's share of the diagonal.
+const DAMPING: f64 = 1e-3;
+
+/// Whether a change moves the picture by less than a fiftieth of a cell, at surfaces two metres away.
+fn small(change: &[f64; 6], level: &Level) -> bool {
+    let length = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    length(&change[..3]) / 2.0 + length(&change[3..]) < 0.02 * f64::from(level.raster.cell_angle())
+}
+
+/// What the last step knows of an eye.
+struct Last {
+    covariance: super::refine::Matrix,
+}
+
+/// Refines all poses at the finest level, each against the model and, with `together`, against what the others saw.
+fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together: bool) -> Vec<Last> {
+    let mut witnesses: Vec<Witness> = eyes
+        .iter()
+        .zip(placed.iter())
+        .map(|(eye, placed)| {
+            let level = &eye.levels[0];
+            Witness { level, pose: placed.pose, buffer: GeometryBuffer::cast(scene, &level.raster, &placed.pose) }
+        })
+        .collect();
+    let rounds = if together && eyes.len() > 1 { ROUNDS } else { 0 };
+    let mut last: Vec<Last> = eyes.iter().map(|_| Last { covariance: [[0.0; 6]; 6] }).collect();
+    for round in 0..=rounds {
+        for i in 0..eyes.len() {
+            if !eyes[i].wanted || placed[i].verdict == Verdict::NotFound {
+                continue;
+            }
+            let steps = if round == 0 { LAST_STEPS } else { 2 };
+            for _ in 0..steps {
+                let others: Vec<&Witness> = if round == 0 {
+                    Vec::new()
+                } else {
+                    (0..eyes.len())
+                        .filter(|&k| k != i && placed[k].verdict == Verdict::Found)
+                        .map(|k| &witnesses[k])
+                        .collect()
+                };
+                let equations = equations(&witnesses[i], &others);
+                if let Some(c) = verdict::covariance(&equations, witnesses[i].level, &witnesses[i].buffer) {
+                    last[i].covariance = c;
+                }
+                let Some(change) = equations.solve(DAMPING) else { break };
+                let w = &mut witnesses[i];
+                w.pose = moved(&w.pose, &change);
+                w.buffer = GeometryBuffer::cast(scene, &w.level.raster, &w.pose);
+                if small(&change, w.level) {
+                    break;
+                }
+            }
+            placed[i].pose = witnesses[i].pose;
+        }
+    }
+    last
+}
+
+/// What the model says of an eye's pose, and what others saw.
+fn equations(eye: &Witness, others: &[&Witness]) -> Equations {
+    let surfaces = eye.buffer.surfaces(&eye.level.raster);
+    let own = Residuals::new(eye.level, &template(&surfaces, eye.level, &eye.buffer.log_albedo));
+    let mut all = own.equations(eye.level, &eye.buffer, 1.0);
+    if !others.is_empty() {
+        let seen = seen_by_others(eye.level, &eye.pose, &eye.buffer, others);
+        if seen.iter().any(|v| v.is_finite()) {
+            let theirs = Residuals::new(eye.level, &template(&surfaces, eye.level, &seen));
+            all.add(&theirs.equations(eye.level, &eye.buffer, 1.0));
+        }
+    }
+    all
+}
+
+fn registered(site: &Site, scene: &Scene, eye: &Eye, placed: Placed, last: Last) -> Registered {
+    let pose = |p: &LocalPose| Pose {
+        position: p.origin.as_dvec3() + scene.origin,
+        rotation: DMat3::from_quat(glam::DQuat::from_mat3(&p.rotation.as_dmat3()).normalize()),
+    };
+    let given = eye.subject.pose(site);
+    let rival = placed.rival.as_ref().map(|(p, fit)| Rival {
+        pose: pose(p),
+        fit: fit.iter().sum(),
+        best: placed.fit.iter().sum(),
+        worse: better_by(&placed.fit, fit),
+    });
+    Registered {
+        subject: eye.subject,
+        given,
+        pose: if placed.verdict == Verdict::NotFound { given } else { pose(&placed.pose) },
+        verdict: placed.verdict,
+        fit: placed.fit.iter().sum(),
+        fit_given: placed.fit_given,
+        covariance: last.covariance,
+        rival,
+    }
+}

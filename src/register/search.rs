@@ -1,0 +1,294 @@
+//! Where a picture may have been taken: features of shape and texture, compared at all headings at once.
+
+use glam::{Mat3, Vec3};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex32 as Complex;
+use rustfft::{Fft, FftPlanner};
+use std::sync::Arc;
+
+use super::model::{GeometryBuffer, LocalPose};
+use super::picture::{Level, log_at};
+use super::raster::Raster;
+use crate::scene::Scene;
+
+/// Features a cell has: the structure tensor's xx, yy and xy, each strength of an edge saturating.
+const CHANNELS: usize = 3;
+
+/// Features of a sphere's cells, upright: rows are level.
+pub(super) struct Features {
+    pub(super) channels: [Vec<f32>; CHANNELS],
+    /// 1 where the picture tells something, times the cell's solid angle.
+    pub(super) weight: Vec<f32>,
+}
+
+/// Adds the outer product of a gradient, scaled.
+fn add(tensor: &mut [Vec<f32>; CHANNELS], i: usize, x: f32, y: f32) {
+    tensor[0][i] += x * x;
+    tensor[1][i] += y * y;
+    tensor[2][i] += std::f32::consts::SQRT_2 * x * y;
+}
+
+/// Turns sums of squared gradients into bounded edge strengths with a direction, spread over neighbouring cells.
+fn finished(raster: &Raster, tensor: [Vec<f32>; CHANNELS], weight: Vec<f32>, usual: f32) -> Features {
+    let n = raster.len();
+    let trace: Vec<f32> = (0..n).map(|i| tensor[0][i] + tensor[1][i]).collect();
+    let channels = tensor.map(|c| {
+        let bounded: Vec<f32> = (0..n)
+            .map(|i| if trace[i] > 0.0 { c[i] / trace[i] * (trace[i] / (trace[i] + usual)).sqrt() } else { 0.0 })
+            .collect();
+        // as far as places and tilts that are tried lie apart
+        let mut soft = bounded;
+        for _ in 0..raster.full / 64 {
+            soft = raster.soften(&soft, &weight);
+        }
+        soft
+    });
+    Features { channels, weight }
+}
+
+/// Differences across a cell to the right and down, per cell; rows by the poles have none.
+fn slopes(raster: &Raster, values: &[f32], i: usize) -> (f32, f32) {
+    let sine = raster.sine(i / raster.width);
+    if sine < super::raster::LEAST_SINE {
+        return (0.0, 0.0);
+    }
+    let [l, r, u, d] = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| values[raster.beside(i, x, y)]);
+    (0.5 * (r - l) / sine, 0.5 * (d - u))
+}
+
+/// What the model shows at a pose with level axes.
+pub(super) fn of_model(raster: &Raster, buffer: &GeometryBuffer) -> Features {
+    let n = raster.len();
+    let weight: Vec<f32> = (0..n).map(|i| raster.sine(i / raster.width)).collect();
+    let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; n]);
+    let hit = |i: usize| buffer.distance[i].is_finite();
+    let plane = |i: usize| {
+        // how far the plane passes by, against the distance: told apart are parallel planes
+        if hit(i) {
+            (buffer.normal[i].dot(raster.directions[i]) * buffer.distance[i]).abs().max(0.01).ln()
+        } else {
+            0.0
+        }
+    };
+    let maps: [Vec<f32>; 6] = [
+        (0..n).map(|i| buffer.log_albedo[i]).collect(),
+        (0..n).map(|i| SHAPE * buffer.normal[i].x).collect(),
+        (0..n).map(|i| SHAPE * buffer.normal[i].y).collect(),
+        (0..n).map(|i| SHAPE * buffer.normal[i].z).collect(),
+        (0..n).map(|i| DEPTH * plane(i)).collect(),
+        (0..n).map(|i| if hit(i) && !buffer.lamp[i] { 0.0 } else { OPEN }).collect(),
+    ];
+    for map in &maps {
+        let soft = raster.soften(map, &weight);
+        for i in 0..n {
+            let (x, y) = slopes(raster, &soft, i);
+            add(&mut tensor, i, x, y);
+        }
+    }
+    finished(raster, tensor, weight, USUAL)
+}
+
+/// Squared differences per cell that count half; a picture has more of them than a model.
+const USUAL: f32 = 0.01;
+
+/// What a change counts for in units of log albedo: of a normal's component, of the logarithm of a plane's distance, and from a
+/// surface to a window or lamp.
+const SHAPE: f32 = 0.7;
+const DEPTH: f32 = 0.3;
+const OPEN: f32 = 2.0;
+
+/// What a picture shows, turned upright by `upright` (from the picture's axes to level ones).
+pub(super) fn of_picture(raster: &Raster, level: &Level, upright: Mat3) -> Features {
+    let back = upright.transpose();
+    let found: Vec<Option<f32>> = raster.directions.iter().map(|d| log_at(level, back * *d)).collect();
+    let weight: Vec<f32> =
+        found.iter().enumerate().map(|(i, v)| if v.is_some() { raster.sine(i / raster.width) } else { 0.0 }).collect();
+    let log: Vec<f32> = found.iter().map(|v| v.unwrap_or(0.0)).collect();
+    let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; raster.len()]);
+    for i in 0..raster.len() {
+        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
+        if weight[i] > 0.0 && around.iter().all(|&j| weight[j] > 0.0) {
+            let (x, y) = slopes(raster, &log, i);
+            add(&mut tensor, i, x, y);
+        }
+    }
+    finished(raster, tensor, weight, 4.0 * USUAL)
+}
+
+/// Rows of features as Fourier series, ready to be compared at all headings.
+pub(super) struct Spectra {
+    /// Weight, then each channel times weight.
+    rows: Vec<Vec<Complex>>,
+    /// Weight times the sum of squares of all channels.
+    squares: Vec<Complex>,
+}
+
+/// Fourier transforms along rows.
+pub(super) struct Headings {
+    raster: Raster,
+    forward: Arc<dyn Fft<f32>>,
+    back: Arc<dyn Fft<f32>>,
+}
+
+impl Headings {
+    pub(super) fn new(full: usize) -> Self {
+        let mut planner = FftPlanner::new();
+        Self {
+            raster: Raster::sphere(full),
+            forward: planner.plan_fft_forward(full),
+            back: planner.plan_fft_inverse(full),
+        }
+    }
+
+    pub(super) fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    fn transformed(&self, values: impl Iterator<Item = f32>) -> Vec<Complex> {
+        let mut grid: Vec<Complex> = values.map(|v| Complex::new(v, 0.0)).collect();
+        self.forward.process(&mut grid);
+        grid
+    }
+
+    pub(super) fn spectra(&self, f: &Features) -> Spectra {
+        let n = self.raster.len();
+        let mut rows = vec![self.transformed(f.weight.iter().copied())];
+        for c in &f.channels {
+            rows.push(self.transformed((0..n).map(|i| c[i] * f.weight[i])));
+        }
+        let squares = (0..n).map(|i| f.weight[i] * f.channels.iter().map(|c| c[i] * c[i]).sum::<f32>());
+        Spectra { rows, squares: self.transformed(squares) }
+    }
+
+    /// Correlation at each shift of the product of two, summed over rows: Σ a(x) b(x + s).
+    fn correlate(&self, pairs: &[(&[Complex], &[Complex])]) -> Vec<f32> {
+        let w = self.raster.width;
+        let mut sum = vec![Complex::default(); w];
+        for (a, b) in pairs {
+            for (a, b) in a.chunks_exact(w).zip(b.chunks_exact(w)) {
+                for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+                    *s += a.conj() * b;
+                }
+            }
+        }
+        self.back.process(&mut sum);
+        sum.iter().map(|v| v.re / w as f32).collect()
+    }
+
+    /// Pearson's correlation of the picture's features with the model's for each shift of the model's columns.
+    fn compare(&self, masked: &Masked, model: &Spectra) -> Vec<f32> {
+        let w = self.raster.width;
+        // the model's weights are the rows' solid angles alone, so the picture's mask weighs for both
+        let m = &masked.mask;
+        let mean: Vec<Vec<f32>> = (1..=CHANNELS).map(|c| self.correlate(&[(m, &model.rows[c])])).collect();
+        let squares = self.correlate(&[(m, &model.squares)]);
+        let products: Vec<(&[Complex], &[Complex])> =
+            (0..CHANNELS).map(|c| (masked.channels[c].as_slice(), model.rows[c + 1].as_slice())).collect();
+        let product = self.correlate(&products);
+        (0..w)
+            .map(|s| {
+                let mut covariance = product[s];
+                let mut variance = squares[s];
+                for c in 0..CHANNELS {
+                    covariance -= masked.sums[c] * mean[c][s] / masked.total;
+                    variance -= mean[c][s] * mean[c][s] / masked.total;
+                }
+                covariance / (masked.variance * variance).max(1e-12).sqrt()
+            })
+            .collect()
+    }
+}
+
+/// A picture's features made ready to be compared with many models.
+pub(super) struct Masked {
+    mask: Vec<Complex>,
+    channels: Vec<Vec<Complex>>,
+    sums: [f32; CHANNELS],
+    total: f32,
+    variance: f32,
+}
+
+impl Headings {
+    /// The model's side carries the solid angle, so the picture's side must not.
+    pub(super) fn masked(&self, f: &Features) -> Masked {
+        let n = self.raster.len();
+        let seen = |i: usize| if f.weight[i] > 0.0 { 1.0 } else { 0.0 };
+        let mask = self.transformed((0..n).map(seen));
+        let channels = f.channels.iter().map(|c| self.transformed((0..n).map(|i| c[i] * seen(i)))).collect();
+        let total: f32 = f.weight.iter().sum();
+        let sums: [f32; CHANNELS] = std::array::from_fn(|c| (0..n).map(|i| f.channels[c][i] * f.weight[i]).sum());
+        let squares: f32 = (0..n).map(|i| f.weight[i] * f.channels.iter().map(|c| c[i] * c[i]).sum::<f32>()).sum();
+        let variance = squares - sums.iter().map(|s| s * s).sum::<f32>() / total.max(1e-9);
+        Masked { mask, channels, sums, total: total.max(1e-9), variance }
+    }
+}
+
+/// A place and a turn that the features speak for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) pose: LocalPose,
+    /// Correlation of the features, −1..=1.
+    pub(super) score: f32,
+}
+
+/// Compares a picture with the model's features from many places (local metres), at all headings and the tilts given as
+/// rotations from the picture's axes to level ones. The best headings of each place and tilt, best first.
+pub(super) fn search(
+    headings: &Headings,
+    level: &Level,
+    tilts: &[Mat3],
+    places: &[Vec3],
+    models: &[Spectra],
+) -> Vec<Candidate> {
+    /// Headings kept of a place and tilt.
+    const PEAKS: usize = 3;
+    let raster = headings.raster();
+    let w = raster.width;
+    let pictures: Vec<Masked> = tilts.par_iter().map(|t| headings.masked(&of_picture(raster, level, *t))).collect();
+    let at = |place: &Vec3, model: &Spectra| -> Vec<Candidate> {
+        let of_tilt = |(picture, tilt): (&Masked, &Mat3)| {
+            let scores = headings.compare(picture, model);
+            let peak = |s: &usize| scores[*s] >= scores[(*s + 1) % w] && scores[*s] >= scores[(*s + w - 1) % w];
+            let mut peaks: Vec<usize> = (0..w).filter(peak).collect();
+            peaks.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]).then(a.cmp(b)));
+            peaks.truncate(PEAKS);
+            let candidate = |s: usize| {
+                // the model's column x + s shows what the upright picture's column x does: turned right by s columns
+                let turn = Mat3::from_rotation_z(-(s as f32) * raster.cell_angle());
+                Candidate { pose: LocalPose { origin: *place, rotation: turn * *tilt }, score: scores[s] }
+            };
+            peaks.into_iter().map(candidate).collect::<Vec<_>>()
+        };
+        pictures.iter().zip(tilts).flat_map(of_tilt).collect()
+    };
+    let mut all: Vec<Candidate> = places.par_iter().zip(models).flat_map_iter(|(p, m)| at(p, m)).collect();
+    // stable: equals stay in the order of places
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    all
+}
+
+/// The model's features from many places.
+pub(super) fn models(scene: &Scene, headings: &Headings, places: &[Vec3]) -> Vec<Spectra> {
+    places
+        .par_iter()
+        .map(|place| {
+            let pose = LocalPose { origin: *place, rotation: Mat3::IDENTITY };
+            let buffer = GeometryBuffer::cast(scene, headings.raster(), &pose);
+            headings.spectra(&of_model(headings.raster(), &buffer))
+        })
+        .collect()
+}
+
+/// What a picture shows, in its own cells.
+pub(super) fn of_own(level: &Level) -> Features {
+    let raster = &level.raster;
+    let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; raster.len()]);
+    for i in 0..raster.len() {
+        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
+        if level.weight[i] > 0.0 && around.iter().all(|&j| level.weight[j] > 0.0) {
+            let (x, y) = slopes(raster, &level.log, i);
+            add(&mut tensor, i, x, y);
+        }
+    }
+    finished(raster, tensor, level.weight.clone(), 4.0 * USUAL)
+}
