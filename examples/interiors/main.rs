@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         probe_width: 1024,
         photo_size: [720, 480],
         samples: 9,
+        links: 96,
         texels: 256.0,
         scan_triangles: 1e6,
         pictures: true,

@@ -4,9 +4,8 @@ use glam::{DAffine3, DQuat, DVec2, DVec3, dvec2, dvec3};
 
 use super::Kind;
 use super::dice::Dice;
-use super::furniture::{
-    Piece, banner, bench, cask, chair, chandelier, chest, cupboard, lectern, rug, sconce, shelf, statue, table,
-};
+use super::furniture::{Piece, bench, cask, chair, chest, cupboard, lectern, rug, shelf, statue, table};
+use super::hangings::{banner, chandelier, sconce};
 use super::palette::Palette;
 use super::room::{Cover, Room, Through, WALLS, Wall};
 use crate::common::mesh::Model;

@@ -5,6 +5,7 @@ pub mod dice;
 pub mod furnish;
 pub mod furniture;
 pub mod given;
+pub mod hangings;
 pub mod layout;
 pub mod light;
 pub mod look;
@@ -63,6 +64,8 @@ pub struct Options {
     pub photo_size: [usize; 2],
     /// Rays a pixel; the root is rounded up.
     pub samples: usize,
+    /// Rays that look for light at each of the spots where it is gathered; lights are sampled a third as often.
+    pub links: usize,
     /// Texels a metre of the true pictures.
     pub texels: f64,
     /// About how many triangles a scan has.

@@ -39,7 +39,7 @@ pub fn take(
         .collect();
     let views: Vec<Eye> = site.views.iter().map(|v| Eye::Camera(v.camera)).collect();
     let places = probes.iter().chain(&views).flat_map(|eye| seen(scene, eye, STRIDE));
-    let field = Field::new(scene, &lamps, places, options.seed);
+    let field = Field::new(scene, &lamps, places, options.links, options.seed);
     let truth = Truth { scene, lamps: &lamps, field: &field, gloss };
     let side = (options.samples as f64).sqrt().ceil() as usize;
     for (k, eye) in probes.iter().enumerate() {

@@ -19,9 +19,8 @@ use std::collections::{HashMap, HashSet};
 use std::f32::consts::PI;
 use std::hash::{BuildHasherDefault, Hasher};
 
-use super::dice::Dice;
-use lamps::{Emitters, Sunlit, sunlit};
-use receiver::{Gathered, LINKS, Receiver};
+use lamps::{Emitters, sunlit};
+use receiver::{Gathered, Sources};
 
 /// Side of the cells that hold at most one spot a direction, metres.
 const CELL: f32 = 0.1;
@@ -49,15 +48,16 @@ pub struct Field {
 pub type Place = (Vec3, Vec3);
 
 impl Field {
-    /// Gathers the light at all `places` (and where their light comes from).
-    pub fn new(scene: &Scene, lamps: &Lamps, places: impl Iterator<Item = Place>, seed: u64) -> Self {
+    /// Gathers the light at all `places` (and where their light comes from), with so many `links` from each.
+    pub fn new(scene: &Scene, lamps: &Lamps, places: impl Iterator<Item = Place>, links: usize, seed: u64) -> Self {
         let mut field = Self { spots: Vec::new(), cells: HashMap::default(), mean: Vec3::ZERO };
         for (position, normal) in places {
             field.add(position, normal);
         }
-        let emitters = Emitters::new(scene);
         let sunlit = sunlit(scene, lamps, seed);
-        let mut seen = field.gather(scene, lamps, &emitters, &sunlit, seed, 0);
+        let sources =
+            Sources { scene, lamps, emitters: Emitters::new(scene), sunlit, links, samples: links.div_ceil(3), seed };
+        let mut seen = field.gather(&sources, 0);
         // what lights the seen places but is not seen itself gets spots too, farther apart
         let first = field.spots.len();
         let mut cells = HashSet::new();
@@ -67,8 +67,8 @@ impl Field {
                 field.insert(end.position, end.normal);
             }
         }
-        seen.extend(field.gather(scene, lamps, &emitters, &sunlit, seed, first));
-        field.settle(&seen);
+        seen.extend(field.gather(&sources, first));
+        field.settle(&seen, links as f32);
         field.smooth();
         field
     }
@@ -142,30 +142,13 @@ impl Field {
     }
 
     /// What arrives at the spots from `first` on.
-    fn gather(
-        &self,
-        scene: &Scene,
-        lamps: &Lamps,
-        emitters: &Emitters,
-        sunlit: &[Sunlit],
-        seed: u64,
-        first: usize,
-    ) -> Vec<Gathered> {
-        (first..self.spots.len())
-            .into_par_iter()
-            .map(|i| {
-                let mut dice = Dice::new(seed ^ ((i as u64) << 20), "spot");
-                let spot = Receiver::new(scene, self.spots[i].position, self.spots[i].normal);
-                let mut direct = spot.sky_light(lamps, &mut dice) + spot.lamp_light(emitters, &mut dice);
-                direct += spot.sunlit_light(sunlit, &mut dice);
-                let ends = spot.ends(lamps, emitters, &mut dice, &mut direct);
-                Gathered { direct, ends }
-            })
-            .collect()
+    fn gather(&self, sources: &Sources, first: usize) -> Vec<Gathered> {
+        let all = (first..self.spots.len()).into_par_iter();
+        all.map(|i| sources.gather(i, (self.spots[i].position, self.spots[i].normal))).collect()
     }
 
-    /// Passes light on along the links until all of it has arrived.
-    fn settle(&mut self, gathered: &[Gathered]) {
+    /// Passes light on along the links, `count` from each spot, until all of it has arrived.
+    fn settle(&mut self, gathered: &[Gathered], count: f32) {
         let links: Vec<Vec<(u32, Vec3)>> = gathered
             .par_iter()
             .map(|g| g.ends.iter().filter_map(|e| Some((self.nearest(e.position, e.normal)?, e.albedo))).collect())
@@ -176,7 +159,7 @@ impl Field {
                 .into_par_iter()
                 .map(|i| {
                     let passed: Vec3 = links[i].iter().map(|&(j, albedo)| albedo * light[j as usize]).sum();
-                    gathered[i].direct + passed / LINKS as f32
+                    gathered[i].direct + passed / count
                 })
                 .collect();
         }

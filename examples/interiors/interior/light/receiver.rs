@@ -8,14 +8,35 @@ use super::Place;
 use super::lamps::{Emitters, Lamps, Sunlit};
 use crate::interior::dice::Dice;
 
-/// Rays that link a spot to others.
-pub(super) const LINKS: usize = 96;
-/// Samples of windows, of lamps and of sunlit places, at each spot.
-const SAMPLES: usize = 32;
 /// What the sun sends on over less than this is left to the links, metres.
 const NEAR: f32 = 0.6;
 /// How far rays start off their surface, metres.
 const OFF: f32 = 3e-4;
+
+/// What a spot may be lit by, and how often that is asked.
+pub(super) struct Sources<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) lamps: &'a Lamps,
+    pub(super) emitters: Emitters,
+    pub(super) sunlit: Vec<Sunlit>,
+    /// Rays that link a spot to others.
+    pub(super) links: usize,
+    /// Samples of windows, of lamps and of sunlit places.
+    pub(super) samples: usize,
+    pub(super) seed: u64,
+}
+
+impl Sources<'_> {
+    /// Gathers at the spot with this number.
+    pub(super) fn gather(&self, number: usize, (position, normal): Place) -> Gathered {
+        let mut dice = Dice::new(self.seed ^ ((number as u64) << 20), "spot");
+        let spot = Receiver::new(self.scene, position, normal);
+        let mut direct = spot.sky_light(self, &mut dice) + spot.lamp_light(self, &mut dice);
+        direct += spot.sunlit_light(self, &mut dice);
+        let ends = spot.ends(self, &mut dice, &mut direct);
+        Gathered { direct, ends }
+    }
+}
 
 /// What arrives at a spot straight from lights, and the ends of its links.
 pub(super) struct Gathered {
@@ -31,14 +52,14 @@ pub(super) struct End {
 }
 
 /// A spot that gathers.
-pub(super) struct Receiver<'a> {
+struct Receiver<'a> {
     scene: &'a Scene,
     start: Vec3,
     normal: Vec3,
 }
 
 impl<'a> Receiver<'a> {
-    pub(super) fn new(scene: &'a Scene, position: Vec3, normal: Vec3) -> Self {
+    fn new(scene: &'a Scene, position: Vec3, normal: Vec3) -> Self {
         Self { scene, start: position + normal * OFF, normal }
     }
 
@@ -46,11 +67,11 @@ impl<'a> Receiver<'a> {
         !self.scene.tracer.occluded(&Ray { origin: self.start, direction }, 0.0, distance)
     }
 
-    pub(super) fn sky_light(&self, lamps: &Lamps, dice: &mut Dice) -> Vec3 {
+    fn sky_light(&self, &Sources { lamps, samples, .. }: &Sources, dice: &mut Dice) -> Vec3 {
         let mut sum = Vec3::ZERO;
         for portal in &lamps.portals {
             let area = portal.area_vector();
-            let n = (SAMPLES * 2 / lamps.portals.len()).max(6);
+            let n = (samples * 2 / lamps.portals.len()).max(6);
             for k in 0..n {
                 let to = portal.at(stratified(k, n, dice)) - self.start;
                 let direction = to.normalize_or_zero();
@@ -64,32 +85,32 @@ impl<'a> Receiver<'a> {
         sum
     }
 
-    pub(super) fn lamp_light(&self, emitters: &Emitters, dice: &mut Dice) -> Vec3 {
+    fn lamp_light(&self, &Sources { ref emitters, samples, .. }: &Sources, dice: &mut Dice) -> Vec3 {
         if emitters.triangles.is_empty() {
             return Vec3::ZERO;
         }
         let mut sum = Vec3::ZERO;
-        for _ in 0..SAMPLES {
+        for _ in 0..samples {
             let (point, normal, radiance, density) = emitters.sample(self.scene, dice);
             let to = point - self.start;
             let (distance, direction) = (to.length(), to.normalize_or_zero());
             let cosine = self.normal.dot(direction);
             if cosine > 0.0 && self.clear(direction, distance - 2e-3) {
                 let solid = normal.dot(direction).abs() / (density * distance.max(0.03).powi(2));
-                sum += radiance * (cosine * solid / SAMPLES as f32);
+                sum += radiance * (cosine * solid / samples as f32);
             }
         }
         sum
     }
 
     /// Sunlight that places farther than [`NEAR`] send on.
-    pub(super) fn sunlit_light(&self, sunlit: &[Sunlit], dice: &mut Dice) -> Vec3 {
+    fn sunlit_light(&self, &Sources { ref sunlit, samples, .. }: &Sources, dice: &mut Dice) -> Vec3 {
         let mut sum = Vec3::ZERO;
         if sunlit.is_empty() {
             return sum;
         }
-        for k in 0..SAMPLES {
-            let part = (k as f64 + dice.unit()) / SAMPLES as f64 * sunlit.len() as f64;
+        for k in 0..samples {
+            let part = (k as f64 + dice.unit()) / samples as f64 * sunlit.len() as f64;
             let s = &sunlit[(part as usize).min(sunlit.len() - 1)];
             let to = s.position + s.normal * OFF - self.start;
             let (distance, direction) = (to.length(), to.normalize_or_zero());
@@ -98,15 +119,16 @@ impl<'a> Receiver<'a> {
                 sum += s.power * (FRAC_1_PI * cosines / distance.powi(2));
             }
         }
-        sum * (sunlit.len() as f32 / SAMPLES as f32)
+        sum * (sunlit.len() as f32 / samples as f32)
     }
 
     /// Follows the links; adds the sunlight of near ends to `direct`.
-    pub(super) fn ends(&self, lamps: &Lamps, emitters: &Emitters, dice: &mut Dice, direct: &mut Vec3) -> Vec<End> {
+    fn ends(&self, sources: &Sources, dice: &mut Dice, direct: &mut Vec3) -> Vec<End> {
+        let &Sources { lamps, ref emitters, links, .. } = sources;
         let (t, b) = self.normal.any_orthonormal_pair();
-        let mut ends = Vec::with_capacity(LINKS);
-        for k in 0..LINKS {
-            let u = stratified(k, LINKS, dice);
+        let mut ends = Vec::with_capacity(links);
+        for k in 0..links {
+            let u = stratified(k, links, dice);
             let (r, (sin, cos)) = (u.x.sqrt(), (TAU * u.y).sin_cos());
             let direction = (t * (r * cos) + b * (r * sin) + self.normal * (1.0 - u.x).max(0.0).sqrt()).normalize();
             let ray = Ray { origin: self.start, direction };
@@ -118,7 +140,7 @@ impl<'a> Receiver<'a> {
             let albedo = self.scene.albedo(s.triangle, s.barycentric);
             if hit.t <= NEAR {
                 let at = Receiver::new(self.scene, s.position, s.normal);
-                *direct += albedo * at.sun(lamps, Vec3::ZERO) / LINKS as f32;
+                *direct += albedo * at.sun(lamps, Vec3::ZERO) / links as f32;
             }
             ends.push(End { position: s.position, normal: s.normal, albedo });
         }
