@@ -313,4 +313,13 @@ impl<'r, 'a> Furnisher<'r, 'a> {
             self.chandelier();
         }
     }
+
+    /// Hangs lamps alone.
+    pub fn light(&mut self, kind: Kind, lamps: bool) {
+        if lamps && kind == Kind::Cellar {
+            self.on_walls(0, 0, 2);
+        } else if lamps {
+            self.chandelier();
+        }
+    }
 }

@@ -86,7 +86,8 @@ pub fn write(folder: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
     let dice = |purpose: &str| Dice::new(seed, purpose);
     let palette = Palette::new(kind, &mut dice("palette"));
     let lamps = dice("lamps").chance(if kind == Kind::Cellar { 0.9 } else { 0.35 });
-    let layout = Layout::new(kind, &palette, lamps, &mut dice("layout"));
+    let bare = dice("bare").chance(0.12);
+    let layout = Layout::new(kind, &palette, lamps, bare, &mut dice("layout"));
     let inside = layout.rooms.iter().map(|r| 0.5 * (r.low + r.high)).sum::<DVec3>() / layout.rooms.len() as f64;
     let sun = outside::sun(&layout.windows, inside, &mut dice("sun"));
     let scan = (seed % 3 == 2).then_some(options.scan_triangles);
@@ -94,6 +95,7 @@ pub fn write(folder: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
     let description = Description {
         seed,
         kind,
+        bare,
         sun,
         names_sun: dice("named").chance(0.5),
         departure,

@@ -39,6 +39,8 @@ pub struct Description {
     pub seed: u64,
     /// What it is.
     pub kind: Kind,
+    /// Whether it stands empty.
+    pub bare: bool,
     /// The sun, if it shines in.
     pub sun: Option<Sun>,
     /// Whether `site.toml` says where the sun stands.
@@ -130,6 +132,7 @@ impl Description {
         let truth = json!({
             "seed": self.seed,
             "kind": format!("{:?}", self.kind).to_lowercase(),
+            "bare": self.bare,
             "scan": d.scan,
             "sun": sun,
             "sun_is_named": self.names_sun && self.sun.is_some(),

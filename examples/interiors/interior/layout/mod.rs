@@ -44,8 +44,8 @@ struct Draft<'a> {
 }
 
 impl<'a> Layout<'a> {
-    /// The interior of a kind by seed; `lamps` hangs lamps.
-    pub fn new(kind: Kind, palette: &'a Palette, lamps: bool, dice: &mut Dice) -> Self {
+    /// The interior of a kind by seed; `lamps` hangs lamps, and where it is `bare` there is nothing else.
+    pub fn new(kind: Kind, palette: &'a Palette, lamps: bool, bare: bool, dice: &mut Dice) -> Self {
         let mut draft = Draft {
             palette,
             kind,
@@ -62,22 +62,27 @@ impl<'a> Layout<'a> {
             Kind::Cellar => cellar::draw(&mut draft, dice),
             Kind::Stairs => stairs::draw(&mut draft, dice),
         }
-        draft.finish(lamps, dice)
+        draft.finish(lamps, bare, dice)
     }
 }
 
 impl<'a> Draft<'a> {
-    fn finish(self, lamps: bool, dice: &mut Dice) -> Layout<'a> {
+    fn finish(self, lamps: bool, bare: bool, dice: &mut Dice) -> Layout<'a> {
         let Draft { palette, kind, rooms, extra, taken, mut windows, benches } = self;
         let mut model = Model::default();
         for (i, room) in rooms.iter().enumerate() {
             room.build(&mut model);
             windows.extend(room_windows(room));
             let mut furnisher = Furnisher::new(&mut model, room, palette, dice, &taken);
+            let lamps = lamps && (i == 0 || kind != Kind::Chapel);
+            if bare {
+                furnisher.light(kind, lamps);
+                continue;
+            }
             if i == 0 && benches > 0 {
                 furnisher.benches(benches, std::f64::consts::FRAC_PI_2);
             }
-            furnisher.furnish(kind, lamps && (i == 0 || kind != Kind::Chapel));
+            furnisher.furnish(kind, lamps);
         }
         model.add(&extra, glam::DAffine3::IDENTITY);
         Layout { model, rooms, windows }

@@ -22,10 +22,13 @@ use std::hash::{BuildHasherDefault, Hasher};
 use lamps::{Emitters, sunlit};
 use receiver::{Gathered, Sources};
 
-/// Side of the cells that hold at most one spot a direction, metres.
-const CELL: f32 = 0.1;
+/// Distance between spots that face about the same way, metres.
+const SPACING: f32 = 0.1;
+/// Side of the cells by which spots are found, metres.
+const CELL: f32 = 0.2;
 /// Standard deviation of the weights between spots, metres: in pictures, and before that among the spots themselves.
-const SIGMA: f32 = 0.09;
+/// Neighbours are looked for one cell and two cells away, where next to nothing of the weight is left.
+const SIGMA: f32 = 0.075;
 const SIGMA_OF_SPOTS: f32 = 0.16;
 /// Times that light is passed on.
 const ROUNDS: usize = 24;
@@ -62,7 +65,7 @@ impl Field {
         let first = field.spots.len();
         let mut cells = HashSet::new();
         for end in seen.iter().flat_map(|g| &g.ends) {
-            let key = (cell(end.position / 3.0), end.normal.round().as_ivec3());
+            let key = (cell(end.position / 1.5), end.normal.round().as_ivec3());
             if field.nearest(end.position, end.normal).is_none() && cells.insert(key) {
                 field.insert(end.position, end.normal);
             }
@@ -75,7 +78,7 @@ impl Field {
 
     /// Adds a spot unless there is one near with about its normal.
     fn add(&mut self, position: Vec3, normal: Vec3) {
-        let near = |s: &Spot| s.normal.dot(normal) > 0.85 && s.position.distance_squared(position) < CELL * CELL;
+        let near = |s: &Spot| s.normal.dot(normal) > 0.85 && s.position.distance_squared(position) < SPACING * SPACING;
         if !self.around(position, 1).any(|i| near(&self.spots[i as usize])) {
             self.insert(position, normal);
         }
@@ -134,7 +137,7 @@ impl Field {
         let smoothed: Vec<Vec3> = self
             .spots
             .par_iter()
-            .map(|s| self.mean_around(s.position, s.normal, SIGMA_OF_SPOTS, 4).unwrap_or(s.irradiance))
+            .map(|s| self.mean_around(s.position, s.normal, SIGMA_OF_SPOTS, 2).unwrap_or(s.irradiance))
             .collect();
         for (spot, light) in self.spots.iter_mut().zip(smoothed) {
             spot.irradiance = light;
