@@ -17,6 +17,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 const USAGE: &str = "usage: interiors DIR --seed N [--probe-size WIDTH] [--photo-size WIDTH] [--samples S] [--threads N] \
+                     [--scan-triangles N] \
                      [--8-bit-probes] [--no-pictures]";
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -43,6 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--probe-size" => options.probe_width = number()?,
             "--photo-size" => options.photo_size = number().map(|w| [w, w * 2 / 3])?,
             "--samples" => options.samples = number()?,
+            "--scan-triangles" => options.scan_triangles = number()? as f64,
             "--threads" => threads = number()?,
             "--8-bit-probes" => options.eight_bit = true,
             "--no-pictures" => options.pictures = false,
