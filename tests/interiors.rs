@@ -10,10 +10,14 @@ mod common;
 mod interior;
 
 use clerestory::panorama;
+use clerestory::reference::{Eye, Lights, Settings, irradiance};
 use clerestory::scene::{self, Health, Ray, Scene};
-use clerestory::site::Site;
+use clerestory::site::{Pictures, Site};
 use glam::Vec3;
-use interior::Options;
+use interior::light::{Field, sunlight};
+use interior::pictures::lamps;
+use interior::shade::seen;
+use interior::{Kind, Options};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -99,4 +103,34 @@ fn the_same_seed_writes_the_same_bytes_on_any_number_of_threads() {
     assert_eq!(once.keys().collect::<Vec<_>>(), again.keys().collect::<Vec<_>>());
     assert!(once.iter().all(|(name, bytes)| again[name] == *bytes), "two threads write other bytes than one");
     assert_ne!(once["truth.json"], write(9, 1)["truth.json"], "another seed is another place");
+}
+
+/// The example's own renderer against the library's unbiased path tracer: light on places all around a probe, what comes
+/// straight from the sun left out of both.
+#[test]
+fn light_is_as_the_path_tracer_has_it() {
+    for (seed, kind) in [(1, Kind::Hall), (5, Kind::Rooms)] {
+        let folder = tempfile::tempdir().unwrap();
+        let drawn = interior::write(folder.path(), &Options { pictures: false, ..tiny(seed) }).unwrap();
+        assert_eq!(drawn.kind, kind);
+        let site = Site::load_with(&folder.path().join("truth"), Pictures::MayBeMissing).unwrap();
+        let scene = scene::load(&site, &mut Health::default()).unwrap();
+        let lamps = lamps(&site, &scene, &drawn.windows).unwrap();
+        let eye = |width: usize| Eye::Panorama { pose: site.probes[0].pose, width, height: width / 2 };
+        let field = Field::new(&scene, &lamps, seen(&scene, &eye(128), 1).into_iter(), 48, seed);
+        // smoothing moves light about, so that one place may be off: all around have to agree
+        let places: Vec<_> = seen(&scene, &eye(24), 1).into_iter().step_by(3).collect();
+        let lights = Lights::load(&site, &scene).unwrap();
+        let (mut known, mut square) = (0.0, 0.0);
+        for (k, &place) in places.iter().enumerate() {
+            let settings = Settings { samples: 160, seed: k as u64, ..Settings::default() };
+            let (all, error) = irradiance(&scene, &lights, place.0, place.1, &settings);
+            known += (all - sunlight(&scene, &lamps, place, Vec3::ZERO)).dot(Vec3::ONE);
+            square += error.dot(Vec3::ONE).powi(2);
+        }
+        let noise = square.sqrt();
+        let made = places.iter().map(|&(p, n)| field.irradiance(p, n).dot(Vec3::ONE)).sum::<f32>();
+        assert!((made - known).abs() < 3.0 * noise + 0.04 * known, "seed {seed}: {made} of {known} ± {noise}");
+        assert!(noise < 0.04 * known, "the test would see little: {noise} of {known}");
+    }
 }

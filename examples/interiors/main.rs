@@ -16,9 +16,8 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::time::Instant;
 
-const USAGE: &str = "usage: interiors DIR --seed N [--probe-size WIDTH] [--photo-size WIDTH] [--samples S] [--threads N] \
-                     [--scan-triangles N] \
-                     [--8-bit-probes] [--no-pictures]";
+const USAGE: &str = "usage: interiors DIR --seed N [--probe-size WIDTH] [--photo-size WIDTH] [--samples S] \
+                     [--scan-triangles N] [--threads N] [--8-bit-probes] [--no-pictures]";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut options = Options {
@@ -55,7 +54,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = folder.filter(|_| seeded).ok_or(USAGE)?;
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     let start = Instant::now();
-    interior::write(&folder, &options)?;
-    println!("{}: {:.0} s", folder.display(), start.elapsed().as_secs_f64());
+    let drawn = interior::write(&folder, &options)?;
+    let (kind, windows) = (drawn.kind, drawn.windows.len());
+    println!("{}: {kind:?}, {windows} windows, {:.0} s", folder.display(), start.elapsed().as_secs_f64());
     Ok(())
 }

@@ -31,7 +31,7 @@ use crate::common::mesh::{Model, normal};
 use crate::common::pattern::{jpeg, painted};
 use dice::Dice;
 use given::Departure;
-use layout::Layout;
+use layout::{Layout, Window};
 use palette::Palette;
 use site::{Description, Shot};
 
@@ -76,11 +76,19 @@ pub struct Options {
     pub eight_bit: bool,
 }
 
+/// What was drawn.
+pub struct Drawn {
+    /// What sort of interior it is.
+    pub kind: Kind,
+    /// Its holes to the outside, model's axes.
+    pub windows: Vec<Window>,
+}
+
 /// Writes a whole site: `site.toml` and what it names, the true place in `truth/`, and what differs in `truth.json`.
 ///
 /// # Errors
 /// When a file cannot be written, or the place cannot be loaded again.
-pub fn write(folder: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
+pub fn write(folder: &Path, options: &Options) -> Result<Drawn, Box<dyn Error>> {
     let seed = options.seed;
     let kind = KINDS[(seed % KINDS.len() as u64) as usize];
     let dice = |purpose: &str| Dice::new(seed, purpose);
@@ -127,7 +135,7 @@ pub fn write(folder: &Path, options: &Options) -> Result<(), Box<dyn Error>> {
         shots = pictures::take(folder, &site, &scene, &layout.windows, &gloss, options)?;
     }
     std::fs::write(folder.join("truth.json"), description.truth(&shots))?;
-    Ok(())
+    Ok(Drawn { kind, windows: layout.windows })
 }
 
 /// Writes `truth/site.toml` and loads it with the true model.

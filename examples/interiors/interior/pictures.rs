@@ -23,6 +23,9 @@ use crate::common::pattern::jpeg;
 const STRIDE: usize = 2;
 
 /// Makes every picture that a site names, and says how its photographs were taken.
+///
+/// # Errors
+/// When the sky cannot be read or a picture cannot be written.
 pub fn take(
     folder: &Path,
     site: &Site,
@@ -68,7 +71,10 @@ pub fn take(
 }
 
 /// The lights of the true site.
-fn lamps(site: &Site, scene: &Scene, windows: &[Window]) -> Result<Lamps, Box<dyn Error>> {
+///
+/// # Errors
+/// When the sky's picture cannot be read.
+pub fn lamps(site: &Site, scene: &Scene, windows: &[Window]) -> Result<Lamps, Box<dyn Error>> {
     let sky = match &site.environment {
         Some(Environment::Image { path, rotation, projection }) => {
             let panorama = Panorama::new(panorama::read(path)?, *projection, *rotation);
