@@ -5,6 +5,9 @@
 #[path = "../examples/build_chapel/chapel/mod.rs"]
 #[allow(dead_code, missing_docs, unreachable_pub)]
 mod chapel;
+#[path = "../examples/common/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod common;
 
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::Site;

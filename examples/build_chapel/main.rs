@@ -7,6 +7,9 @@
 #![allow(missing_docs, unreachable_pub, reason = "not a library")]
 
 mod chapel;
+#[path = "../common/mod.rs"]
+#[allow(dead_code, reason = "each example uses a part of it")]
+mod common;
 mod denoise;
 mod simulate;
 

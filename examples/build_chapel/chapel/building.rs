@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::Version;
 use super::finish::*;
-use super::mesh::{Finish, Model};
-use super::parts::{Line, Opening, Plane, Side, cuboid, level, panel, rectangle, reveal};
+use crate::common::mesh::{Finish, Model};
+use crate::common::parts::{Line, Opening, Plane, Side, cuboid, level, panel, rectangle, reveal};
 
 /// Where the ground is outside; floors inside are at 0.
 const GROUND: f64 = -0.3;

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use super::Version;
 use super::building::{AISLE, APSE_FLOOR, CAPITAL, NICHE_SILL, ROSE, apse_side};
 use super::finish::*;
-use super::mesh::{Finish, Model};
-use super::parts::{Painting, Plane, Side, cuboid, painting, rectangle, revolve, tube};
+use crate::common::mesh::{Finish, Model};
+use crate::common::parts::{Painting, Plane, Side, cuboid, painting, rectangle, revolve, tube};
 
 /// How far the middle column stands from its true place in the faulty model, metres along +x.
 pub const COLUMN_MOVED: f64 = 0.1;

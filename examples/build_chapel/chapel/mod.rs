@@ -3,14 +3,12 @@
 pub mod building;
 pub mod finish;
 pub mod furnishing;
-pub mod mesh;
 pub mod paint;
-pub mod parts;
 pub mod site;
 pub mod sky;
 
+use crate::common::mesh::Model;
 use image::ImageResult;
-use mesh::Model;
 
 /// Which of the two models.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -29,7 +27,7 @@ impl Version {
 }
 
 /// The whole model.
-pub fn model(version: Version) -> Model {
+pub fn model(version: Version) -> Model<'static> {
     let mut m = Model::default();
     building::build(&mut m, version);
     furnishing::build(&mut m, version);
@@ -48,9 +46,12 @@ pub fn files() -> ImageResult<Vec<(String, Vec<u8>)>> {
     ];
     for (folder, version) in [("model", Version::Truth), ("as_modelled", Version::AsModelled)] {
         let model = model(version);
-        files.push((format!("{folder}/chapel.obj"), model.obj("chapel.mtl").into_bytes()));
+        files.push((
+            format!("{folder}/chapel.obj"),
+            model.obj("A small chapel of our own making", "chapel.mtl").into_bytes(),
+        ));
         files.push((format!("{folder}/chapel.mtl"), model.mtl().into_bytes()));
-        for name in model.finishes().iter().filter_map(|f| f.texture) {
+        for name in model.finishes().iter().filter_map(|f| f.texture.as_deref()) {
             if let Some(picture) = paint::picture(name) {
                 files.push((format!("{folder}/{name}"), picture?));
             }

@@ -4,7 +4,7 @@ use clerestory::panorama::Picture;
 use glam::{DVec3, dvec2, dvec3};
 use std::f64::consts::PI;
 
-use super::paint::cloud;
+use crate::common::pattern::cloud;
 
 /// Width of the panorama in pixels; it is half as high.
 const WIDTH: usize = 256;

@@ -83,7 +83,7 @@ fn height(line: &Line, u: f64) -> f64 {
 }
 
 /// The flat surface between two lines, less its openings. Openings must not lie above one another.
-pub fn panel(m: &mut Model, finish: &'static Finish, plane: &Plane, low: &Line, high: &Line, holes: &[Opening]) {
+pub fn panel<'a>(m: &mut Model<'a>, finish: &'a Finish, plane: &Plane, low: &Line, high: &Line, holes: &[Opening]) {
     let range = [low[0].x, low[low.len() - 1].x];
     let lines = [low, high].into_iter().chain(holes.iter().flat_map(|h| [&h.low, &h.high]));
     let mut knots: Vec<f64> = lines.flatten().map(|p| p.x).filter(|u| (range[0]..=range[1]).contains(u)).collect();
@@ -112,9 +112,9 @@ pub fn panel(m: &mut Model, finish: &'static Finish, plane: &Plane, low: &Line, 
 
 /// The sides of an opening through a wall `thickness` thick: from its rim at the plane to the rim behind. With
 /// `sill` false the lower side is left open.
-pub fn reveal(
-    m: &mut Model,
-    finish: &'static Finish,
+pub fn reveal<'a>(
+    m: &mut Model<'a>,
+    finish: &'a Finish,
     plane: &Plane,
     front: &Opening,
     behind: &Opening,
@@ -164,14 +164,14 @@ pub enum Side {
 const SIDES: [Side; 6] = [Side::West, Side::East, Side::Bottom, Side::Top, Side::North, Side::South];
 
 /// A box, less the sides that lie on something.
-pub fn cuboid(m: &mut Model, finish: &'static Finish, low: DVec3, high: DVec3, without: &[Side]) {
+pub fn cuboid<'a>(m: &mut Model<'a>, finish: &'a Finish, low: DVec3, high: DVec3, without: &[Side]) {
     for side in SIDES.into_iter().filter(|s| !without.contains(s)) {
         rectangle(m, finish, side, low, high);
     }
 }
 
 /// One side of a box, with texture coordinates from the site's own metres.
-pub fn rectangle(m: &mut Model, finish: &'static Finish, side: Side, low: DVec3, high: DVec3) {
+pub fn rectangle<'a>(m: &mut Model<'a>, finish: &'a Finish, side: Side, low: DVec3, high: DVec3) {
     let (x, z) = ([low.x, high.x], [low.z, high.z]);
     let (normal, corners): (DVec3, [DVec3; 4]) = match side {
         Side::West | Side::East => {
@@ -204,7 +204,7 @@ pub fn rectangle(m: &mut Model, finish: &'static Finish, side: Side, low: DVec3,
 }
 
 /// A solid of revolution around the vertical through `base`: `profile` gives (radius, height) from the bottom up.
-pub fn revolve(m: &mut Model, finish: &'static Finish, base: DVec3, profile: &[[f64; 2]], sides: usize) {
+pub fn revolve<'a>(m: &mut Model<'a>, finish: &'a Finish, base: DVec3, profile: &[[f64; 2]], sides: usize) {
     let point = |i: usize, [r, y]: [f64; 2]| {
         let a = TAU * (i % sides) as f64 / sides as f64;
         base + dvec3(r * a.cos(), y, -r * a.sin())
@@ -228,9 +228,9 @@ pub fn revolve(m: &mut Model, finish: &'static Finish, base: DVec3, profile: &[[
 }
 
 /// A round bar along a line of points; a closed line makes a ring, an open one gets flat ends. `up` is across the line.
-pub fn tube(
-    m: &mut Model,
-    finish: &'static Finish,
+pub fn tube<'a>(
+    m: &mut Model<'a>,
+    finish: &'a Finish,
     path: &[DVec3],
     radius: f64,
     sides: usize,
@@ -276,13 +276,13 @@ pub fn tube(
 
 /// A picture on a wall: a slab `proud` metres thick with `frame` around the painted field of the finish's own size.
 /// Looked at from the air it stands upright and is not mirrored, unless `flip` says so; `shift` moves the picture.
-pub struct Painting {
+pub struct Painting<'a> {
     /// The wall, with `along` to the right of a person who looks at it.
     pub plane: Plane,
     /// The middle of the field: u, height.
     pub centre: DVec2,
     /// What is painted.
-    pub finish: &'static Finish,
+    pub finish: &'a Finish,
     /// Mirrored left to right.
     pub flip: bool,
     /// Metres by which the picture is moved to the right.
@@ -290,7 +290,7 @@ pub struct Painting {
 }
 
 /// Hangs a painting in a frame 6 cm wide and 4 cm deep.
-pub fn painting(m: &mut Model, frame: &'static Finish, painting: &Painting) {
+pub fn painting<'a>(m: &mut Model<'a>, frame: &'a Finish, painting: &Painting<'a>) {
     let Painting { plane, centre, finish, flip, shift } = painting;
     let half = finish.tile * 0.5;
     let (wide, deep) = (0.06, 0.04);

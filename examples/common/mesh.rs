@@ -1,6 +1,7 @@
 //! A polygon mesh that writes itself as OBJ and MTL.
 
-use glam::{DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Write;
 
@@ -8,39 +9,60 @@ use std::fmt::Write;
 #[derive(Debug, PartialEq)]
 pub struct Finish {
     /// Name in the MTL file.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Linear diffuse reflectance, multiplied by the texture.
     pub kd: [f64; 3],
     /// Picture beside the MTL file.
-    pub texture: Option<&'static str>,
+    pub texture: Option<Cow<'static, str>>,
     /// Metres that the picture spans along u and v.
     pub tile: DVec2,
     /// Whether u has to run along the longer side of a piece (wood).
     pub grain: bool,
+    /// Radiance that it sends out of itself.
+    pub emission: [f64; 3],
+}
+
+impl Finish {
+    /// A picture, `tile` metres large.
+    pub const fn textured(name: &'static str, texture: &'static str, tile: DVec2) -> Self {
+        let (name, texture) = (Cow::Borrowed(name), Some(Cow::Borrowed(texture)));
+        Self { name, kd: [1.0, 1.0, 1.0], texture, tile, grain: false, emission: [0.0; 3] }
+    }
+
+    /// The same with u along the longer side of a piece.
+    pub const fn grained(mut self) -> Self {
+        self.grain = true;
+        self
+    }
+
+    /// One colour.
+    pub const fn plain(name: &'static str, kd: [f64; 3]) -> Self {
+        Self { name: Cow::Borrowed(name), kd, texture: None, tile: DVec2::ONE, grain: false, emission: [0.0; 3] }
+    }
 }
 
 /// One polygon: corner indices into positions and texture coordinates.
-pub struct Face {
+pub struct Face<'a> {
     /// What it is finished with.
-    pub finish: &'static Finish,
+    pub finish: &'a Finish,
     /// Position and texture-coordinate index of each corner, counter-clockwise seen from the air.
     pub corners: Vec<[u32; 2]>,
 }
 
 /// A mesh of named objects, y up, metres.
 #[derive(Default)]
-pub struct Model {
+pub struct Model<'a> {
     /// Positions in units of 0.1 mm, each once.
     pub positions: Vec<[i32; 3]>,
     /// Texture coordinates in units of 10⁻⁴, each once.
     pub uvs: Vec<[i32; 2]>,
     /// Object names and their polygons, in order.
-    pub objects: Vec<(String, Vec<Face>)>,
+    pub objects: Vec<(String, Vec<Face<'a>>)>,
     position_index: HashMap<[i32; 3], u32>,
     uv_index: HashMap<[i32; 2], u32>,
 }
 
-impl Model {
+impl<'a> Model<'a> {
     /// Starts an object; the polygons that follow are its.
     pub fn object(&mut self, name: &str) {
         self.objects.push((name.to_string(), Vec::new()));
@@ -48,7 +70,7 @@ impl Model {
 
     /// Adds a polygon whose corners run counter-clockwise seen from the air; `metres` are its texture coordinates in
     /// metres. Corners that coincide after rounding are merged, and what has fewer than three left is dropped.
-    pub fn face(&mut self, finish: &'static Finish, points: &[DVec3], metres: &[DVec2]) {
+    pub fn face(&mut self, finish: &'a Finish, points: &[DVec3], metres: &[DVec2]) {
         let mut corners: Vec<[u32; 2]> = Vec::with_capacity(points.len());
         for (&p, &m) in points.iter().zip(metres) {
             let position = index(&mut self.positions, &mut self.position_index, (p * 1e4).to_array().map(round));
@@ -68,7 +90,7 @@ impl Model {
     }
 
     /// The same, turned so that the polygon faces `towards`.
-    pub fn face_towards(&mut self, finish: &'static Finish, towards: DVec3, points: &[DVec3], metres: &[DVec2]) {
+    pub fn face_towards(&mut self, finish: &'a Finish, towards: DVec3, points: &[DVec3], metres: &[DVec2]) {
         if normal(points).dot(towards) >= 0.0 {
             self.face(finish, points, metres);
         } else {
@@ -78,14 +100,37 @@ impl Model {
         }
     }
 
+    /// Adds all of another model as it stands after `place`.
+    pub fn add(&mut self, other: &Model<'a>, place: DAffine3) {
+        for (name, faces) in &other.objects {
+            self.object(name);
+            for face in faces {
+                let points: Vec<_> =
+                    face.corners.iter().map(|c| place.transform_point3(other.position(c[0]))).collect();
+                let metres: Vec<_> = face.corners.iter().map(|c| other.uv(c[1]) * face.finish.tile).collect();
+                self.face(face.finish, &points, &metres);
+            }
+        }
+    }
+
+    /// A vertex in metres.
+    pub fn position(&self, index: u32) -> DVec3 {
+        DVec3::from(self.positions[index as usize].map(f64::from)) * 1e-4
+    }
+
+    /// Texture coordinates, 0..1 over the picture.
+    pub fn uv(&self, index: u32) -> DVec2 {
+        DVec2::from(self.uvs[index as usize].map(f64::from)) * 1e-4
+    }
+
     /// How many triangles the polygons make.
     pub fn triangles(&self) -> usize {
         self.objects.iter().flat_map(|(_, faces)| faces).map(|f| f.corners.len() - 2).sum()
     }
 
-    /// The OBJ file.
-    pub fn obj(&self, mtl: &str) -> String {
-        let mut out = format!("# A small chapel of our own making; metres, y up, north = -z\nmtllib {mtl}\n");
+    /// The OBJ file, with what it is in its first line.
+    pub fn obj(&self, title: &str, mtl: &str) -> String {
+        let mut out = format!("# {title}; metres, y up, north = -z\nmtllib {mtl}\n");
         for p in &self.positions {
             let _ = writeln!(out, "v {} {} {}", number(p[0]), number(p[1]), number(p[2]));
         }
@@ -97,7 +142,7 @@ impl Model {
             let mut finish = "";
             for face in faces {
                 if face.finish.name != finish {
-                    finish = face.finish.name;
+                    finish = &face.finish.name;
                     let _ = writeln!(out, "usemtl {finish}");
                 }
                 out.push('f');
@@ -111,8 +156,8 @@ impl Model {
     }
 
     /// The finishes used, in order of first use.
-    pub fn finishes(&self) -> Vec<&'static Finish> {
-        let mut used: Vec<&'static Finish> = Vec::new();
+    pub fn finishes(&self) -> Vec<&'a Finish> {
+        let mut used: Vec<&'a Finish> = Vec::new();
         for face in self.objects.iter().flat_map(|(_, faces)| faces) {
             if !used.contains(&face.finish) {
                 used.push(face.finish);
@@ -127,7 +172,11 @@ impl Model {
         for finish in self.finishes() {
             let [r, g, b] = finish.kd;
             let _ = writeln!(out, "\nnewmtl {}\nKd {r} {g} {b}", finish.name);
-            if let Some(texture) = finish.texture {
+            if finish.emission != [0.0; 3] {
+                let [r, g, b] = finish.emission;
+                let _ = writeln!(out, "Ke {r} {g} {b}");
+            }
+            if let Some(texture) = &finish.texture {
                 let _ = writeln!(out, "map_Kd {texture}");
             }
         }

@@ -1,0 +1,136 @@
+//! The generator of random interiors: sites that load without a fault, the same bytes each time, poses in the open.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on")]
+
+#[path = "../examples/common/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod common;
+#[path = "../examples/interiors/interior/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod interior;
+
+use clerestory::panorama;
+use clerestory::reference::{Eye, Lights, Settings, irradiance};
+use clerestory::scene::{self, Health, Ray, Scene};
+use clerestory::site::{Pictures, Site};
+use glam::Vec3;
+use interior::light::{Field, sunlight};
+use interior::pictures::lamps;
+use interior::shade::seen;
+use interior::{Kind, Options};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// As small as can be: what is made is looked at, not how good it looks.
+fn tiny(seed: u64) -> Options {
+    Options {
+        seed,
+        probe_width: 32,
+        photo_size: [24, 16],
+        samples: 1,
+        links: 6,
+        texels: 12.0,
+        scan_triangles: 4e3,
+        pictures: true,
+        eight_bit: true,
+    }
+}
+
+/// Every file below a folder with its bytes.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            all.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+        } else {
+            all.insert(name, fs::read(&path).unwrap());
+        }
+    }
+    all
+}
+
+fn load(file: &Path) -> (Site, Scene) {
+    let site = Site::load(file).unwrap();
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    (site, scene)
+}
+
+/// Distance to what stands in a direction.
+fn distance(scene: &Scene, from: Vec3, direction: Vec3) -> f32 {
+    scene.tracer.closest(&Ray { origin: from, direction }, 0.0).map_or(f32::INFINITY, |h| h.t)
+}
+
+#[test]
+fn each_kind_loads_and_is_lit_and_its_stations_stand_in_the_open() {
+    for seed in 0..5 {
+        let folder = tempfile::tempdir().unwrap();
+        interior::write(folder.path(), &tiny(seed)).unwrap();
+        let (site, scene) = load(&folder.path().join("site.toml"));
+        let (truth, true_scene) = load(&folder.path().join("truth/site.toml"));
+        load(&folder.path().join("site_8bit.toml"));
+        assert!(site.probes.len() >= 2 && site.views.len() >= 2, "seed {seed}");
+        for (given, known) in site.probes.iter().zip(&truth.probes) {
+            assert_eq!(given.pose.position, known.pose.position, "the poses given are the true ones");
+            let at = true_scene.local(known.pose.position);
+            let down = distance(&true_scene, at, Vec3::NEG_Z);
+            assert!((1.1..1.9).contains(&down), "seed {seed}: {} hangs {down} m above what is below", known.name);
+            assert!([Vec3::X, Vec3::Y, -Vec3::X, -Vec3::Y].iter().all(|d| distance(&true_scene, at, *d) > 0.35));
+            // the given model is off by millimetres, not by more
+            let off = down - distance(&scene, scene.local(given.pose.position), Vec3::NEG_Z);
+            assert!(off.abs() < 0.012, "seed {seed}: the floor is {off} m off");
+            let picture = panorama::read(&known.pictures[0].path).unwrap();
+            let lit = picture.pixels.iter().filter(|p| p.max_element() > 0.0).count();
+            assert!(lit * 100 > picture.pixels.len() * 98, "seed {seed}: {lit} pixels have light");
+        }
+        let (given, known) = (scene.mesh.positions.len(), true_scene.mesh.positions.len());
+        assert!(given > known, "seed {seed}: {known} vertices became {given}");
+    }
+}
+
+#[test]
+fn the_same_seed_writes_the_same_bytes_on_any_number_of_threads() {
+    let write = |seed: u64, threads: usize| {
+        let folder = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| interior::write(folder.path(), &tiny(seed)).map_err(|e| e.to_string())).unwrap();
+        files(folder.path())
+    };
+    let once = write(4, 1);
+    let again = write(4, 2);
+    assert_eq!(once.keys().collect::<Vec<_>>(), again.keys().collect::<Vec<_>>());
+    assert!(once.iter().all(|(name, bytes)| again[name] == *bytes), "two threads write other bytes than one");
+    assert_ne!(once["truth.json"], write(9, 1)["truth.json"], "another seed is another place");
+}
+
+/// The example's own renderer against the library's unbiased path tracer: light on places all around a probe, what comes
+/// straight from the sun left out of both.
+#[test]
+fn light_is_as_the_path_tracer_has_it() {
+    for (seed, kind) in [(1, Kind::Hall), (5, Kind::Rooms)] {
+        let folder = tempfile::tempdir().unwrap();
+        let drawn = interior::write(folder.path(), &Options { pictures: false, ..tiny(seed) }).unwrap();
+        assert_eq!(drawn.kind, kind);
+        let site = Site::load_with(&folder.path().join("truth"), Pictures::MayBeMissing).unwrap();
+        let scene = scene::load(&site, &mut Health::default()).unwrap();
+        let lamps = lamps(&site, &scene, &drawn.windows).unwrap();
+        let eye = |width: usize| Eye::Panorama { pose: site.probes[0].pose, width, height: width / 2 };
+        let field = Field::new(&scene, &lamps, seen(&scene, &eye(128), 1).into_iter(), 48, seed);
+        // smoothing moves light about, so that one place may be off: all around have to agree
+        let places: Vec<_> = seen(&scene, &eye(24), 1).into_iter().step_by(3).collect();
+        let lights = Lights::load(&site, &scene).unwrap();
+        let (mut known, mut square) = (0.0, 0.0);
+        for (k, &place) in places.iter().enumerate() {
+            let settings = Settings { samples: 160, seed: k as u64, ..Settings::default() };
+            let (all, error) = irradiance(&scene, &lights, place.0, place.1, &settings);
+            known += (all - sunlight(&scene, &lamps, place, Vec3::ZERO)).dot(Vec3::ONE);
+            square += error.dot(Vec3::ONE).powi(2);
+        }
+        let noise = square.sqrt();
+        let made = places.iter().map(|&(p, n)| field.irradiance(p, n).dot(Vec3::ONE)).sum::<f32>();
+        assert!((made - known).abs() < 3.0 * noise + 0.04 * known, "seed {seed}: {made} of {known} ± {noise}");
+        assert!(noise < 0.04 * known, "the test would see little: {noise} of {known}");
+    }
+}
