@@ -12,6 +12,10 @@ pub enum CauseKind {
     Units,
     /// A probe or view stands where nothing can stand.
     Place,
+    /// A picture is mirrored, upside down or another's.
+    Picture,
+    /// A picture was taken elsewhere, or in another direction.
+    Pose,
 }
 
 /// A mistake in the site file that explains what is odd.

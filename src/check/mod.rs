@@ -2,6 +2,7 @@
 
 mod cause;
 mod frame;
+mod pictures;
 mod probes;
 mod reach;
 mod stages;
@@ -18,6 +19,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::panorama::PanoramaError;
+use crate::register::RegisterError;
 use crate::scene::{self, Edges, Health, SceneError};
 use crate::site::Site;
 
@@ -57,6 +59,9 @@ pub enum CheckError {
     /// A picture cannot be used.
     #[error(transparent)]
     Picture(#[from] PanoramaError),
+    /// A picture cannot be compared with the model.
+    #[error(transparent)]
+    Register(#[from] RegisterError),
 }
 
 /// Reads everything a site names and tells what it is fit for.
@@ -79,6 +84,10 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
     let views = site.views.iter().zip(&around_views).map(|(v, around)| views::view(site, v, around, front_is_usual));
     let (views, of_views): (Vec<_>, Vec<_>) = views.unzip();
     causes.extend(of_views.into_iter().flatten());
+    // in another unit or with another axis up no picture fits
+    if !causes.iter().any(|c| c.kind <= CauseKind::Units) {
+        causes.extend(pictures::causes(site, &scene)?);
+    }
     let causes = cause::ordered(causes);
     let unseen_share = stages::unseen_share(site, &scene);
     let edge_warnings = edge_warnings(&edges);

@@ -11,6 +11,7 @@
 //! 5. `verdict`: the fit, its uncertainty, and the second-best place.
 
 mod error;
+mod misfit;
 mod model;
 mod picture;
 mod raster;
@@ -21,6 +22,7 @@ mod together;
 mod verdict;
 
 pub use error::RegisterError;
+pub use misfit::{Misfit, misfits};
 pub use run::register;
 
 use crate::site::{Pose, Site};
@@ -63,6 +65,14 @@ impl Subject {
         match self {
             Self::Probe(i) => &site.probes[i].name,
             Self::View(i) => &site.views[i].name,
+        }
+    }
+
+    /// The key of its table in the site file, such as `probe.nave`.
+    pub fn key(self, site: &Site) -> String {
+        match self {
+            Self::Probe(_) => format!("probe.{}", self.name(site)),
+            Self::View(_) => format!("view.{}", self.name(site)),
         }
     }
 

@@ -5,7 +5,7 @@ use glam::{DMat3, Mat3, Vec3};
 use super::model::{GeometryBuffer, LocalPose, template};
 use super::picture::{Level, Optics, pyramid};
 use super::refine::{Equations, Residuals, alone, moved};
-use super::search::{Candidate, Headings, models, search};
+use super::search::{Candidate, Headings, Spectra, models, search};
 use super::together::{Witness, seen_by_others};
 use super::verdict::{self, CLEARLY, LEAST_FIT, agreement, better_by};
 use super::{RegisterError, Registered, Rival, Settings, Subject, Verdict};
@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::site::{Pose, Site};
 
 /// Cells round the sphere at which places and headings are searched.
-const SEARCHED: usize = 128;
+pub(super) const SEARCHED: usize = 128;
 
 /// How far apart places are tried, metres, and tilts, degrees.
 const STEP_M: f32 = 0.35;
@@ -33,22 +33,29 @@ const ROUNDS: usize = 2;
 const APART: (f32, f32) = (0.15, 4.0);
 
 /// A picture to register.
-struct Eye {
-    subject: Subject,
-    levels: Vec<Level>,
-    given: LocalPose,
+pub(super) struct Eye {
+    pub(super) subject: Subject,
+    pub(super) levels: Vec<Level>,
+    pub(super) given: LocalPose,
     /// Whether its pose is to be found, or only speaks for others.
-    wanted: bool,
+    pub(super) wanted: bool,
 }
 
 /// An eye's pose as far as it is known.
-struct Placed {
-    pose: LocalPose,
-    /// Agreement at the level of [`SEARCHED`] × 2, block by block.
-    fit: Vec<f64>,
+pub(super) struct Placed {
+    pub(super) pose: LocalPose,
+    /// Agreement at the level of [`JUDGED`] cells, block by block.
+    pub(super) fit: Vec<f64>,
     fit_given: f64,
     rival: Option<(LocalPose, Vec<f64>)>,
-    verdict: Verdict,
+    pub(super) verdict: Verdict,
+}
+
+impl Placed {
+    /// Correlation of the picture's edges with the model's, −1..=1.
+    pub(super) fn correlation(&self) -> f64 {
+        self.fit.iter().sum()
+    }
 }
 
 /// Finds the pose of every probe and view that has a picture. `progress` is told what is being done, how many pictures are done and how
@@ -78,7 +85,7 @@ pub fn register(
 }
 
 /// Reads the pictures.
-fn eyes(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<Eye>, RegisterError> {
+pub(super) fn eyes(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<Eye>, RegisterError> {
     let file = || site.file.display().to_string();
     let lighting = settings.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     let wanted = |name: &str| settings.only.is_empty() || settings.only.iter().any(|n| n == name);
@@ -113,16 +120,16 @@ fn local(scene: &Scene, pose: &Pose) -> LocalPose {
     LocalPose { origin: scene.local(pose.position), rotation: pose.rotation.as_mat3() }
 }
 
-fn level(levels: &[Level], full: usize) -> &Level {
+pub(super) fn level(levels: &[Level], full: usize) -> &Level {
     levels.iter().find(|l| l.raster.full <= full).unwrap_or(&levels[levels.len() - 1])
 }
 
-fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64> {
+pub(super) fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64> {
     agreement(level, &GeometryBuffer::cast(scene, &level.raster, pose))
 }
 
 /// The level at which fits are judged and rivals compared.
-const JUDGED: usize = 2 * SEARCHED;
+pub(super) const JUDGED: usize = 2 * SEARCHED;
 
 fn as_given(scene: &Scene, eye: &Eye) -> Placed {
     let fit = fit_at(scene, level(&eye.levels, JUDGED), &eye.given);
@@ -130,13 +137,25 @@ fn as_given(scene: &Scene, eye: &Eye) -> Placed {
     Placed { pose: eye.given, fit, fit_given, rival: None, verdict: Verdict::Found }
 }
 
-/// Searches places, headings and tilts, and follows the best candidates from coarse to fine.
+/// Searches places, headings and tilts around the pose given, and follows the best candidates from coarse to fine.
 fn find(scene: &Scene, headings: &Headings, eye: &Eye, settings: &Settings) -> Placed {
     let places = ball(eye.given.origin, settings.within_m);
     let models = models(scene, headings, &places);
-    let tilts = tilts(&eye.given.rotation, settings.tilt_deg);
-    let found = search(headings, level(&eye.levels, SEARCHED), &tilts, &places, &models);
-    let start = Candidate { pose: eye.given, score: 1.0 };
+    find_among(scene, headings, &eye.levels, &eye.given, (&places, &models), settings.tilt_deg)
+}
+
+/// The same among places whose features are known.
+pub(super) fn find_among(
+    scene: &Scene,
+    headings: &Headings,
+    levels: &[Level],
+    given: &LocalPose,
+    (places, models): (&[Vec3], &[Spectra]),
+    tilt_deg: f32,
+) -> Placed {
+    let tilts = tilts(&given.rotation, tilt_deg);
+    let found = search(headings, level(levels, SEARCHED), &tilts, places, models);
+    let start = Candidate { pose: *given, score: 1.0 };
     let mut followed: Vec<LocalPose> = Vec::new();
     for candidate in std::iter::once(start).chain(found) {
         if followed.iter().all(|p| apart(p, &candidate.pose, (0.3, 8.0))) {
@@ -148,7 +167,7 @@ fn find(scene: &Scene, headings: &Headings, eye: &Eye, settings: &Settings) -> P
     }
     let mut judged: Vec<(Vec<f64>, LocalPose)> = Vec::new();
     for (full, steps, keep) in LEVELS {
-        let level = level(&eye.levels, full);
+        let level = level(levels, full);
         let mut fits: Vec<(Vec<f64>, LocalPose)> = followed
             .iter()
             .map(|p| {
@@ -168,9 +187,9 @@ fn find(scene: &Scene, headings: &Headings, eye: &Eye, settings: &Settings) -> P
             judged = kept;
         }
     }
-    let fit_given = fit_at(scene, level(&eye.levels, JUDGED), &eye.given).iter().sum();
+    let fit_given = fit_at(scene, level(levels, JUDGED), given).iter().sum();
     let pose = followed[0];
-    let fit = fit_at(scene, level(&eye.levels, JUDGED), &pose);
+    let fit = fit_at(scene, level(levels, JUDGED), &pose);
     let rival = judged.into_iter().find(|(_, p)| apart(p, &pose, APART)).map(|(f, p)| (p, f));
     let verdict = if fit.iter().sum::<f64>() < LEAST_FIT {
         Verdict::NotFound
@@ -183,7 +202,7 @@ fn find(scene: &Scene, headings: &Headings, eye: &Eye, settings: &Settings) -> P
 }
 
 /// Places around one, a step apart.
-fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
+pub(super) fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
     let n = (radius / STEP_M).ceil() as i32;
     let axis = -n..=n;
     let all = axis.clone().flat_map(|x| {
@@ -203,14 +222,14 @@ fn tilts(given: &Mat3, most_deg: f32) -> Vec<Mat3> {
     steps.map(|(a, b)| Mat3::from_rotation_x(turn(a)) * Mat3::from_rotation_y(turn(b)) * level).collect()
 }
 
-fn apart(a: &LocalPose, b: &LocalPose, (metres, degrees): (f32, f32)) -> bool {
+pub(super) fn apart(a: &LocalPose, b: &LocalPose, (metres, degrees): (f32, f32)) -> bool {
     let turn = glam::Quat::from_mat3(&(a.rotation.transpose() * b.rotation));
     let turn = 2.0 * turn.xyz().length().atan2(turn.w.abs());
     a.origin.distance(b.origin) > metres || turn.to_degrees() > degrees
 }
 
 /// Gauss–Newton at one level until a step is a small part of a cell.
-fn climbed(scene: &Scene, level: &Level, pose: &LocalPose, steps: usize) -> LocalPose {
+pub(super) fn climbed(scene: &Scene, level: &Level, pose: &LocalPose, steps: usize) -> LocalPose {
     let mut pose = *pose;
     for _ in 0..steps {
         let (buffer, residuals) = alone(scene, level, &pose);
