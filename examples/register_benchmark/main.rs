@@ -3,9 +3,10 @@
 //!
 //! ```text
 //! cargo run --release --example register_benchmark -- SITE… [--starts 10] [--tilt 3] [--within 1] [--alone]
-//!     [--probes-only] [--jpeg] [--near]
+//!     [--probes-only] [--jpeg] [--near] [--against SITE]
 //! ```
 //!
+//! `--against SITE` starts from the site's own poses and holds what is found against those of another site file.
 //! `--jpeg` gives each probe as an 8-bit JPEG, exposed up to two stops off, windows clipped; `--near` keeps headings (for
 //! sites whose own poses are only roughly known).
 
@@ -24,6 +25,7 @@ struct Options {
     probes_only: bool,
     jpeg: bool,
     near: bool,
+    against: Option<String>,
 }
 
 /// What came of one picture from one start.
@@ -44,10 +46,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         probes_only: false,
         jpeg: false,
         near: false,
+        against: None,
     };
     let mut sites = Vec::new();
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
+        if word == "--against" {
+            options.against = words.next();
+            continue;
+        }
         let mut number = || words.next().unwrap_or_default().parse::<f64>();
         match word.as_str() {
             "--starts" => options.starts = number()? as usize,
@@ -88,8 +95,10 @@ fn one_site(path: &str, options: &Options) -> Result<Vec<Outcome>, Box<dyn std::
     let mut random = Random(0x5eed);
     let mut outcomes: Vec<(Subject, Outcome)> = Vec::new();
     let mut seconds = 0.0;
+    let truth =
+        options.against.as_ref().map(|path| Site::load(Path::new(path))).transpose()?.unwrap_or_else(|| site.clone());
     for _ in 0..options.starts {
-        let started = displaced(&site, options, &mut random);
+        let started = if options.against.is_some() { site.clone() } else { displaced(&site, options, &mut random) };
         let settings = Settings {
             within_m: options.within_m as f32,
             tilt_deg: options.tilt_deg as f32,
@@ -99,7 +108,7 @@ fn one_site(path: &str, options: &Options) -> Result<Vec<Outcome>, Box<dyn std::
         let before = processor_s();
         let found = register::register(&started, &scene, &settings, &|_, _, _| {})?;
         seconds += (processor_s() - before) / found.len().max(1) as f64;
-        outcomes.extend(found.iter().map(|f| (f.subject, outcome(f, &f.subject.pose(&site)))));
+        outcomes.extend(found.iter().map(|f| (f.subject, outcome(f, &f.subject.pose(&truth)))));
     }
     if options.jpeg {
         std::fs::remove_dir_all(&folder)?;

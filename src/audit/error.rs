@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::panorama::PanoramaError;
 use crate::photograph::PhotographError;
+use crate::register::RegisterError;
 use crate::render::SetupError;
 
 /// Why a site cannot be audited.
@@ -21,6 +22,17 @@ pub enum AuditError {
         /// The site file.
         site: String,
     },
+    /// No probe's picture fits the model.
+    #[error("{site}: no probe is left to audit with. {why}")]
+    NoProbeFits {
+        /// The site file.
+        site: String,
+        /// What is wrong with each.
+        why: String,
+    },
+    /// The probes' pictures cannot be compared with the model.
+    #[error(transparent)]
+    Register(#[from] RegisterError),
     /// A photograph cannot be used.
     #[error(transparent)]
     Photograph(#[from] PhotographError),

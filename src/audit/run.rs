@@ -13,6 +13,7 @@ use super::{
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
+use crate::register;
 use crate::render::{Options, prepare};
 use crate::scene::Scene;
 use crate::site::{Site, View};
@@ -47,6 +48,8 @@ pub fn audit(
         photographs.extend(read?.map(Photo::from));
     }
     progress("probes", 1, steps);
+    let (fitting, left_out) = without_misfits(site, scene, lighting, settings)?;
+    let site = &fitting;
     let mut pictures = Vec::new();
     for probe in site.probes.iter().take(settings.probes) {
         if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting) {
@@ -74,7 +77,37 @@ pub fn audit(
         seen.push(assess(site, &prepared, view, photo, &maps));
     }
     progress("done", steps, steps);
-    Ok(gathered(site, lighting, seen))
+    let mut audit = gathered(site, lighting, seen);
+    audit.warnings.splice(0..0, left_out);
+    Ok(audit)
+}
+
+/// The site without probes whose pictures do not fit the model where the site file has them, and a sentence for each: what such a
+/// probe says of a surface is another surface's light, and the model would be blamed for it.
+fn without_misfits(
+    site: &Site,
+    scene: &Scene,
+    lighting: &str,
+    settings: &Settings,
+) -> Result<(Site, Vec<String>), AuditError> {
+    let mut fitting = site.clone();
+    fitting.probes.truncate(settings.probes);
+    if fitting.probes.is_empty() {
+        return Ok((fitting, Vec::new()));
+    }
+    let probes = Site { views: Vec::new(), ..fitting.clone() };
+    let settings = register::Settings { lighting: Some(lighting.to_owned()), ..register::Settings::default() };
+    let misfits = register::misfits(&probes, scene, &settings)?;
+    let names: Vec<&str> = misfits.iter().map(|(subject, _)| subject.name(&probes)).collect();
+    fitting.probes.retain(|p| !names.contains(&p.name.as_str()));
+    let told = misfits.iter().map(|(subject, misfit)| {
+        format!("probe “{}” is left out of this audit: {}", subject.name(&probes), misfit.sentence())
+    });
+    let told: Vec<String> = told.collect();
+    if fitting.probes.is_empty() {
+        return Err(AuditError::NoProbeFits { site: site.file.display().to_string(), why: told.join(" ") });
+    }
+    Ok((fitting, told))
 }
 
 /// A view with its findings and doubts, before they have numbers.

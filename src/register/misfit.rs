@@ -80,10 +80,9 @@ const ROUND_M: f32 = 0.35;
 /// As [`register`](super::register).
 pub fn misfits(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<(Subject, Misfit)>, RegisterError> {
     let eyes = eyes(site, scene, settings)?;
-    let headings = Headings::new(SEARCHED);
     let mut all = Vec::new();
     for eye in eyes.iter().filter(|e| e.wanted) {
-        if let Some(misfit) = misfit(site, scene, &headings, &eyes, eye, settings)? {
+        if let Some(misfit) = misfit(site, scene, &eyes, eye, settings)? {
             all.push((eye.subject, misfit));
         }
     }
@@ -93,7 +92,6 @@ pub fn misfits(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<(S
 fn misfit(
     site: &Site,
     scene: &Scene,
-    headings: &Headings,
     eyes: &[Eye],
     eye: &Eye,
     settings: &Settings,
@@ -106,13 +104,18 @@ fn misfit(
     if stays && as_given.iter().sum::<f64>() > WELL {
         return Ok(None);
     }
+    let headings = &Headings::of(level(&eye.levels, SEARCHED));
     let places = ball(eye.given.origin, settings.within_m);
     let here = (places.as_slice(), &*models(scene, headings, &places));
     let within =
         |levels: &[Level], given: &LocalPose| find_among(scene, headings, levels, given, here, settings.tilt_deg);
+    let plain = within(&eye.levels, &eye.given);
+    let fits_better = |p: &Placed, than: &[f64]| better_by(&p.fit, than) > CLEARLY;
+    if plain.correlation() > WELL {
+        return Ok(fits_better(&plain, &as_given).then(|| off(&eye.given, &plain.pose)).flatten());
+    }
     let turned = LocalPose { rotation: eye.given.rotation * Mat3::from_rotation_y(PI), ..eye.given };
     let mirrored = pyramid_mirrored(site, eye, settings)?;
-    let plain = within(&eye.levels, &eye.given);
     let mut others: Vec<(Misfit, Placed)> =
         vec![(Misfit::Mirrored, within(&mirrored, &eye.given)), (Misfit::UpsideDown, within(&eye.levels, &turned))];
     for other in eyes.iter().filter(|o| apart(&o.given, &eye.given, (2.0 * ROUND_M, 400.0))) {
@@ -125,26 +128,26 @@ fn misfit(
     let fits = |p: &Placed| p.correlation() > LEAST_FIT && p.verdict != Verdict::NotFound;
     let best = others.into_iter().filter(|o| fits(&o.1)).max_by(|a, b| a.1.correlation().total_cmp(&b.1.correlation()));
     if let Some((what, placed)) = best
-        && better_by(&placed.fit, &plain.fit) > CLEARLY
-        && better_by(&placed.fit, &as_given) > CLEARLY
+        && fits_better(&placed, &plain.fit)
+        && fits_better(&placed, &as_given)
     {
         return Ok(Some(what));
     }
     if plain.verdict == Verdict::NotFound {
         return Ok(Some(Misfit::Nowhere));
     }
-    if apart(&plain.pose, &eye.given, NEAR) && better_by(&plain.fit, &as_given) > CLEARLY {
-        let off_m = plain.pose.origin.distance(eye.given.origin);
-        let turn = glam::Quat::from_mat3(&(plain.pose.rotation.transpose() * eye.given.rotation));
-        let off_deg = f64::from((2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees());
-        let only_turned = off_m < SAME_PLACE_M;
-        return Ok(Some(if only_turned {
-            Misfit::Turned(off_deg)
-        } else {
-            Misfit::Displaced(f64::from(off_m), off_deg)
-        }));
+    Ok(fits_better(&plain, &as_given).then(|| off(&eye.given, &plain.pose)).flatten())
+}
+
+/// How a pose is off another one, if by more than `register` is there for.
+fn off(given: &LocalPose, found: &LocalPose) -> Option<Misfit> {
+    if !apart(found, given, NEAR) {
+        return None;
     }
-    Ok(None)
+    let off_m = found.origin.distance(given.origin);
+    let turn = glam::Quat::from_mat3(&(found.rotation.transpose() * given.rotation));
+    let off_deg = f64::from((2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees());
+    Some(if off_m < SAME_PLACE_M { Misfit::Turned(off_deg) } else { Misfit::Displaced(f64::from(off_m), off_deg) })
 }
 
 /// The levels of an eye's picture with left and right exchanged.

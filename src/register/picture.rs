@@ -54,20 +54,27 @@ pub(super) struct Level {
 const DARKEST: f32 = 1e-3;
 
 /// The coarsest level's cells round the sphere.
-pub(super) const COARSEST: usize = 64;
+const COARSEST: usize = 128;
 
-/// A picture's levels, each half as fine as the one before; the last has [`COARSEST`] cells round the sphere. The first has at
-/// most `finest` of them, and not more than the picture's pixels deserve. `usable` marks pixels that measure light.
+/// A picture that shows less than this share of the sphere is looked at twice as finely at all levels.
+const NARROW: f32 = 0.25;
+
+/// A picture's levels, each half as fine as the one before; the last has 128 cells round the sphere, 256 for a picture that shows
+/// little of it. The first has at most `finest` of them (twice as many), and not more than the picture's pixels
+/// deserve. `usable` marks pixels that measure light.
 pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics: &Optics, finest: usize) -> Vec<Level> {
     let (w, h) = (picture.width, picture.height);
     let native = optics.native(w, h) * 1.05;
-    let mut full = COARSEST;
+    let shown = window(COARSEST, COARSEST, optics, w, h);
+    let narrow = (shown.len() as f32) < NARROW * (COARSEST * COARSEST / 2) as f32;
+    let (coarsest, finest) = if narrow { (2 * COARSEST, 2 * finest) } else { (COARSEST, finest) };
+    let mut full = coarsest;
     while 2 * full <= finest && (2 * full) as f64 <= native {
         full *= 2;
     }
     let values: Vec<f32> = picture.pixels.iter().map(|p| luminance(*p)).collect();
     let good: Vec<bool> = (0..values.len()).map(|i| Picture::valid(picture.pixels[i]) && usable(i)).collect();
-    let mut raster = window(full, optics, w, h);
+    let mut raster = window(full, coarsest, optics, w, h);
     let fine = (native / full as f64 * 1.5).ceil().clamp(1.0, 8.0) as usize;
     // pixel by pixel where the cells are the picture's own
     let same = matches!(optics, Optics::Projection(Projection::LatLong)) && w == full && h == full / 2;
@@ -108,7 +115,7 @@ pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics:
         let light: Vec<f32> = cells.iter().map(|c| c.0.max(floor)).collect();
         let sharp: Vec<f32> = light.iter().map(|l| l.ln()).collect();
         let log = raster.soften(&sharp, &weight);
-        let next = (raster.full > COARSEST).then(|| (raster.halved(), halved(&raster, &cells)));
+        let next = (raster.full > coarsest).then(|| (raster.halved(), halved(&raster, &cells)));
         levels.push(Level { raster, sharp, log, weight });
         match next {
             Some((r, c)) => (raster, cells) = (r, c),
@@ -132,16 +139,18 @@ fn halved(raster: &Raster, cells: &[(f32, f32)]) -> Vec<(f32, f32)> {
         .collect()
 }
 
-/// The window that a picture fills; its corner is a multiple of 32 cells, so that coarser levels fit.
-fn window(full: usize, optics: &Optics, w: usize, h: usize) -> Raster {
+/// The window that a picture fills; its corner and size are such that windows down to the coarsest level fit.
+fn window(full: usize, coarsest: usize, optics: &Optics, w: usize, h: usize) -> Raster {
     if let Optics::Projection(p) = optics
         && !matches!(p, Projection::Perspective { .. } | Projection::Fisheye | Projection::Camera(_))
     {
         return Raster::sphere(full);
     }
-    let grid = full / COARSEST;
-    let coarse = Raster::sphere(COARSEST * 4);
-    let scale = full as f32 / (COARSEST * 4) as f32;
+    /// Directions round the sphere that are tried for where a picture ends.
+    const LOOKED: usize = 256;
+    let grid = full / coarsest;
+    let coarse = Raster::sphere(LOOKED);
+    let scale = full as f32 / LOOKED as f32;
     let (mut low, mut high) = ([usize::MAX; 2], [0usize; 2]);
     for (i, d) in coarse.directions.iter().enumerate() {
         if optics.pixel(w, h, d.as_dvec3()).is_some() {

@@ -14,20 +14,17 @@ use crate::photograph::{Fitness, Photograph};
 use crate::scene::Scene;
 use crate::site::{Pose, Site};
 
-/// Cells round the sphere at which places and headings are searched.
-pub(super) const SEARCHED: usize = 128;
-
 /// How far apart places are tried, metres, and tilts, degrees.
 const STEP_M: f32 = 0.35;
 const STEP_DEG: f32 = 5.0;
 
-/// Candidates that are followed from the search on; and so many steps at most, keeping so many, at each level.
+/// Candidates that are followed from the search on; and at each level from the coarsest so many steps at most, keeping so many.
 const FOLLOWED: usize = 16;
-const LEVELS: [(usize, usize, usize); 3] = [(128, 5, 6), (256, 10, 2), (512, 6, 1)];
+const LEVELS: [(usize, usize); 3] = [(5, 6), (10, 2), (6, 1)];
 const LAST_STEPS: usize = 4;
 
 /// Rounds in which pictures speak for each other.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 6;
 
 /// Poses nearer than this are one: metres, degrees.
 const APART: (f32, f32) = (0.15, 4.0);
@@ -72,11 +69,10 @@ pub fn register(
 ) -> Result<Vec<Registered>, RegisterError> {
     let eyes = eyes(site, scene, settings)?;
     let all = eyes.iter().filter(|e| e.wanted).count();
-    let headings = Headings::new(SEARCHED);
     let mut placed = Vec::new();
     for eye in &eyes {
         progress(eye.subject.name(site), placed.len(), all + 1);
-        placed.push(if eye.wanted { find(scene, &headings, eye, settings) } else { as_given(scene, eye) });
+        placed.push(if eye.wanted { find(scene, eye, settings) } else { as_given(scene, eye) });
     }
     progress("together", all, all + 1);
     let last = refine_together(scene, &eyes, &mut placed, settings.together);
@@ -120,16 +116,18 @@ fn local(scene: &Scene, pose: &Pose) -> LocalPose {
     LocalPose { origin: scene.local(pose.position), rotation: pose.rotation.as_mat3() }
 }
 
-pub(super) fn level(levels: &[Level], full: usize) -> &Level {
-    levels.iter().find(|l| l.raster.full <= full).unwrap_or(&levels[levels.len() - 1])
+/// The level that is so many times finer by two than the coarsest, or the finest there is.
+pub(super) fn level(levels: &[Level], finer: usize) -> &Level {
+    &levels[(levels.len() - 1).saturating_sub(finer)]
 }
 
 pub(super) fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64> {
     agreement(level, &GeometryBuffer::cast(scene, &level.raster, pose))
 }
 
-/// The level at which fits are judged and rivals compared.
-pub(super) const JUDGED: usize = 2 * SEARCHED;
+/// Levels, counted from the coarsest: where places and headings are searched, and where fits are judged and rivals compared.
+pub(super) const SEARCHED: usize = 0;
+pub(super) const JUDGED: usize = 1;
 
 fn as_given(scene: &Scene, eye: &Eye) -> Placed {
     let fit = fit_at(scene, level(&eye.levels, JUDGED), &eye.given);
@@ -138,10 +136,11 @@ fn as_given(scene: &Scene, eye: &Eye) -> Placed {
 }
 
 /// Searches places, headings and tilts around the pose given, and follows the best candidates from coarse to fine.
-fn find(scene: &Scene, headings: &Headings, eye: &Eye, settings: &Settings) -> Placed {
+fn find(scene: &Scene, eye: &Eye, settings: &Settings) -> Placed {
     let places = ball(eye.given.origin, settings.within_m);
-    let models = models(scene, headings, &places);
-    find_among(scene, headings, &eye.levels, &eye.given, (&places, &models), settings.tilt_deg)
+    let headings = Headings::of(level(&eye.levels, SEARCHED));
+    let models = models(scene, &headings, &places);
+    find_among(scene, &headings, &eye.levels, &eye.given, (&places, &models), settings.tilt_deg)
 }
 
 /// The same among places whose features are known.
@@ -166,8 +165,8 @@ pub(super) fn find_among(
         }
     }
     let mut judged: Vec<(Vec<f64>, LocalPose)> = Vec::new();
-    for (full, steps, keep) in LEVELS {
-        let level = level(levels, full);
+    for (finer, (steps, keep)) in LEVELS.into_iter().enumerate() {
+        let level = level(levels, finer);
         let mut fits: Vec<(Vec<f64>, LocalPose)> = followed
             .iter()
             .map(|p| {
@@ -183,7 +182,7 @@ pub(super) fn find_among(
             }
         }
         followed = kept.iter().take(keep).map(|k| k.1).collect();
-        if full == JUDGED {
+        if finer == JUDGED {
             judged = kept;
         }
     }

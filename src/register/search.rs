@@ -131,7 +131,9 @@ pub(super) struct Headings {
 }
 
 impl Headings {
-    pub(super) fn new(full: usize) -> Self {
+    /// For a picture's level.
+    pub(super) fn of(level: &Level) -> Self {
+        let full = level.raster.full;
         let mut planner = FftPlanner::new();
         Self {
             raster: Raster::sphere(full),
