@@ -5,8 +5,8 @@ use std::f32::consts::PI;
 
 use super::model::LocalPose;
 use super::picture::{Level, Optics, pyramid};
-use super::run::{Eye, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, find_among, fit_at, level};
-use super::search::{Headings, models};
+use super::run::{Eye, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, fit_at, followed, level, tilts};
+use super::search::{Candidate, Headings, Spectra, models, search};
 use super::verdict::{CLEARLY, LEAST_FIT, better_by};
 use super::{RegisterError, Settings, Subject, Verdict};
 use crate::panorama::{self, Picture};
@@ -60,11 +60,14 @@ impl Misfit {
     }
 }
 
-/// A pose that fits this well needs no search for a better one.
+/// A pose that fits this well may be right without a search for a better one, if no other explanation speaks louder.
 const WELL: f64 = 0.45;
 
 /// Poses nearer than this to the one given are no mistake of a person's: metres, degrees. What is left is for `register`.
 const NEAR: (f32, f32) = (0.12, 2.5);
+
+/// The same in the search's coarse steps.
+const NEAR_COARSE: (f32, f32) = (0.4, 8.0);
 
 /// Less than this off its place, a picture is only turned, metres.
 const SAME_PLACE_M: f32 = 0.08;
@@ -72,71 +75,136 @@ const SAME_PLACE_M: f32 = 0.08;
 /// How far round another picture's place to look, metres.
 const ROUND_M: f32 = 0.35;
 
+/// Pictures are tried at each other's places on sites with at most so many.
+const MOST_EXCHANGED: usize = 9;
+
 /// Finds the pictures that do not fit where the site file has them. A picture is named only if another explanation fits
-/// clearly better, or if none fits at all and the model shows it enough to tell.
+/// clearly better, or if none fits at all.
 ///
 /// # Errors
 ///
 /// As [`register`](super::register).
 pub fn misfits(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<(Subject, Misfit)>, RegisterError> {
     let eyes = eyes(site, scene, settings)?;
+    let round = |e: &Eye| Surveyed::round(scene, e, ROUND_M);
+    let exchanged: Vec<Surveyed> =
+        if eyes.len() <= MOST_EXCHANGED { eyes.iter().map(round).collect() } else { Vec::new() };
     let mut all = Vec::new();
-    for eye in eyes.iter().filter(|e| e.wanted) {
-        if let Some(misfit) = misfit(site, scene, &eyes, eye, settings)? {
+    for (i, eye) in eyes.iter().enumerate().filter(|(_, e)| e.wanted) {
+        let home;
+        let home = match exchanged.get(i) {
+            Some(known) => known,
+            None => {
+                home = round(eye);
+                &home
+            }
+        };
+        // a place that two pictures share tells no exchange
+        let others: Vec<(&str, &Surveyed)> = (0..exchanged.len())
+            .filter(|&k| k != i && eyes[k].given.origin.distance(eye.given.origin) > 2.0 * ROUND_M)
+            .filter(|&k| eyes[k].levels[eyes[k].levels.len() - 1].raster.full == home.headings.raster().full)
+            .map(|k| (eyes[k].subject.name(site), &exchanged[k]))
+            .collect();
+        let mirrored = pyramid_mirrored(site, eye, settings)?;
+        if let Some(misfit) = misfit(scene, eye, &mirrored, home, &others, settings) {
             all.push((eye.subject, misfit));
         }
     }
     Ok(all)
 }
 
+/// The model's features from places round a pose.
+struct Surveyed {
+    headings: Headings,
+    origin: Vec3,
+    places: Vec<Vec3>,
+    models: Vec<Spectra>,
+}
+
+impl Surveyed {
+    fn round(scene: &Scene, eye: &Eye, radius_m: f32) -> Self {
+        let headings = Headings::of(level(&eye.levels, SEARCHED));
+        let places = ball(eye.given.origin, radius_m);
+        let models = models(scene, &headings, &places);
+        Self { headings, origin: eye.given.origin, places, models }
+    }
+}
+
+/// One way in which a picture may have been taken.
+struct Explanation<'a> {
+    what: Option<Misfit>,
+    levels: &'a [Level],
+    given: LocalPose,
+    found: Vec<Candidate>,
+}
+
 fn misfit(
-    site: &Site,
     scene: &Scene,
-    eyes: &[Eye],
     eye: &Eye,
+    mirrored: &[Level],
+    home: &Surveyed,
+    others: &[(&str, &Surveyed)],
     settings: &Settings,
-) -> Result<Option<Misfit>, RegisterError> {
+) -> Option<Misfit> {
     let judged = level(&eye.levels, JUDGED);
     let near = climbed(scene, level(&eye.levels, SEARCHED), &eye.given, 5);
     let near = climbed(scene, judged, &near, 10);
     let stays = !apart(&near, &eye.given, NEAR);
     let as_given = fit_at(scene, judged, if stays { &near } else { &eye.given });
-    if stays && as_given.iter().sum::<f64>() > WELL {
-        return Ok(None);
+    let on_its_head = LocalPose { rotation: eye.given.rotation * Mat3::from_rotation_y(PI), ..eye.given };
+    let explained = |what: Option<Misfit>, levels, given: LocalPose, at: &Surveyed| {
+        let found = searched(levels, &given, at, settings.tilt_deg);
+        Explanation { what, levels, given, found }
+    };
+    let of_own = |at: &Surveyed| {
+        let plain = explained(None, &*eye.levels, eye.given, at);
+        let mirrored = explained(Some(Misfit::Mirrored), mirrored, eye.given, at);
+        (plain, [mirrored, explained(Some(Misfit::UpsideDown), &*eye.levels, on_its_head, at)])
+    };
+    let of_others: Vec<Explanation> = others
+        .iter()
+        .map(|(name, at)| {
+            let given = LocalPose { origin: at.origin, ..eye.given };
+            explained(Some(Misfit::TakenAt((*name).to_owned())), &*eye.levels, given, at)
+        })
+        .collect();
+    let top = |found: &[Candidate]| found.first().map_or(-1.0, |c| c.score);
+    let at_home = |c: &&Candidate| !apart(&c.pose, &eye.given, NEAR_COARSE);
+    let (plain, own) = of_own(home);
+    let given = plain.found.iter().find(at_home).map_or(-1.0, |c| c.score);
+    let loudest = own.iter().chain(&of_others).map(|w| top(&w.found)).fold(top(&plain.found), f32::max);
+    if stays && as_given.iter().sum::<f64>() > WELL && given >= loudest {
+        return None;
     }
-    let headings = &Headings::of(level(&eye.levels, SEARCHED));
-    let places = ball(eye.given.origin, settings.within_m);
-    let here = (places.as_slice(), &*models(scene, headings, &places));
-    let within =
-        |levels: &[Level], given: &LocalPose| find_among(scene, headings, levels, given, here, settings.tilt_deg);
-    let plain = within(&eye.levels, &eye.given);
+    let here = Surveyed::round(scene, eye, settings.within_m);
+    let (plain, own) = of_own(&here);
+    let follow = |way: Explanation| (way.what, followed(scene, way.levels, &way.given, way.found));
+    // only what speaks louder than the pose given is worth following
+    let ways: Vec<Explanation> = own.into_iter().chain(of_others).filter(|w| top(&w.found) > given).collect();
+    let (_, plain) = follow(plain);
     let fits_better = |p: &Placed, than: &[f64]| better_by(&p.fit, than) > CLEARLY;
-    if plain.correlation() > WELL {
-        return Ok(fits_better(&plain, &as_given).then(|| off(&eye.given, &plain.pose)).flatten());
-    }
-    let turned = LocalPose { rotation: eye.given.rotation * Mat3::from_rotation_y(PI), ..eye.given };
-    let mirrored = pyramid_mirrored(site, eye, settings)?;
-    let mut others: Vec<(Misfit, Placed)> =
-        vec![(Misfit::Mirrored, within(&mirrored, &eye.given)), (Misfit::UpsideDown, within(&eye.levels, &turned))];
-    for other in eyes.iter().filter(|o| apart(&o.given, &eye.given, (2.0 * ROUND_M, 400.0))) {
-        let places = ball(other.given.origin, ROUND_M);
-        let models = models(scene, headings, &places);
-        let given = LocalPose { origin: other.given.origin, ..eye.given };
-        let placed = find_among(scene, headings, &eye.levels, &given, (&places, &models), settings.tilt_deg);
-        others.push((Misfit::TakenAt(other.subject.name(site).to_owned()), placed));
-    }
     let fits = |p: &Placed| p.correlation() > LEAST_FIT && p.verdict != Verdict::NotFound;
-    let best = others.into_iter().filter(|o| fits(&o.1)).max_by(|a, b| a.1.correlation().total_cmp(&b.1.correlation()));
-    if let Some((what, placed)) = best
+    let best = ways
+        .into_iter()
+        .map(follow)
+        .filter(|(_, p)| fits(p))
+        .max_by(|a, b| a.1.correlation().total_cmp(&b.1.correlation()));
+    if let Some((Some(what), placed)) = best
         && fits_better(&placed, &plain.fit)
         && fits_better(&placed, &as_given)
     {
-        return Ok(Some(what));
+        return Some(what);
     }
     if plain.verdict == Verdict::NotFound {
-        return Ok(Some(Misfit::Nowhere));
+        return Some(Misfit::Nowhere);
     }
-    Ok(fits_better(&plain, &as_given).then(|| off(&eye.given, &plain.pose)).flatten())
+    if fits_better(&plain, &as_given) { off(&eye.given, &plain.pose) } else { None }
+}
+
+/// The poses that the features speak for, best first.
+fn searched(levels: &[Level], given: &LocalPose, at: &Surveyed, tilt_deg: f32) -> Vec<Candidate> {
+    let tilts = tilts(&given.rotation, tilt_deg);
+    search(&at.headings, level(levels, SEARCHED), &tilts, &at.places, &at.models)
 }
 
 /// How a pose is off another one, if by more than `register` is there for.

@@ -5,7 +5,7 @@ use glam::{DMat3, Mat3, Vec3};
 use super::model::{GeometryBuffer, LocalPose, template};
 use super::picture::{Level, Optics, pyramid};
 use super::refine::{Equations, Residuals, alone, moved};
-use super::search::{Candidate, Headings, Spectra, models, search};
+use super::search::{Candidate, Headings, models, search};
 use super::together::{Witness, seen_by_others};
 use super::verdict::{self, CLEARLY, LEAST_FIT, agreement, better_by};
 use super::{RegisterError, Registered, Rival, Settings, Subject, Verdict};
@@ -24,7 +24,7 @@ const LEVELS: [(usize, usize); 3] = [(5, 6), (10, 2), (6, 1)];
 const LAST_STEPS: usize = 4;
 
 /// Rounds in which pictures speak for each other.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 3;
 
 /// Poses nearer than this are one: metres, degrees.
 const APART: (f32, f32) = (0.15, 4.0);
@@ -138,36 +138,29 @@ fn as_given(scene: &Scene, eye: &Eye) -> Placed {
 /// Searches places, headings and tilts around the pose given, and follows the best candidates from coarse to fine.
 fn find(scene: &Scene, eye: &Eye, settings: &Settings) -> Placed {
     let places = ball(eye.given.origin, settings.within_m);
-    let headings = Headings::of(level(&eye.levels, SEARCHED));
+    let searched = level(&eye.levels, SEARCHED);
+    let headings = Headings::of(searched);
     let models = models(scene, &headings, &places);
-    find_among(scene, &headings, &eye.levels, &eye.given, (&places, &models), settings.tilt_deg)
+    let found = search(&headings, searched, &tilts(&eye.given.rotation, settings.tilt_deg), &places, &models);
+    followed(scene, &eye.levels, &eye.given, found)
 }
 
-/// The same among places whose features are known.
-pub(super) fn find_among(
-    scene: &Scene,
-    headings: &Headings,
-    levels: &[Level],
-    given: &LocalPose,
-    (places, models): (&[Vec3], &[Spectra]),
-    tilt_deg: f32,
-) -> Placed {
-    let tilts = tilts(&given.rotation, tilt_deg);
-    let found = search(headings, level(levels, SEARCHED), &tilts, places, models);
+/// Follows the pose given and the best candidates of a search from coarse to fine, and says which is best and how sure that is.
+pub(super) fn followed(scene: &Scene, levels: &[Level], given: &LocalPose, found: Vec<Candidate>) -> Placed {
     let start = Candidate { pose: *given, score: 1.0 };
-    let mut followed: Vec<LocalPose> = Vec::new();
+    let mut poses: Vec<LocalPose> = Vec::new();
     for candidate in std::iter::once(start).chain(found) {
-        if followed.iter().all(|p| apart(p, &candidate.pose, (0.3, 8.0))) {
-            followed.push(candidate.pose);
+        if poses.iter().all(|p| apart(p, &candidate.pose, (0.3, 8.0))) {
+            poses.push(candidate.pose);
         }
-        if followed.len() == FOLLOWED {
+        if poses.len() == FOLLOWED {
             break;
         }
     }
     let mut judged: Vec<(Vec<f64>, LocalPose)> = Vec::new();
     for (finer, (steps, keep)) in LEVELS.into_iter().enumerate() {
         let level = level(levels, finer);
-        let mut fits: Vec<(Vec<f64>, LocalPose)> = followed
+        let mut fits: Vec<(Vec<f64>, LocalPose)> = poses
             .iter()
             .map(|p| {
                 let p = climbed(scene, level, p, steps);
@@ -181,13 +174,13 @@ pub(super) fn find_among(
                 kept.push(fit);
             }
         }
-        followed = kept.iter().take(keep).map(|k| k.1).collect();
+        poses = kept.iter().take(keep).map(|k| k.1).collect();
         if finer == JUDGED {
             judged = kept;
         }
     }
     let fit_given = fit_at(scene, level(levels, JUDGED), given).iter().sum();
-    let pose = followed[0];
+    let pose = poses[0];
     let fit = fit_at(scene, level(levels, JUDGED), &pose);
     let rival = judged.into_iter().find(|(_, p)| apart(p, &pose, APART)).map(|(f, p)| (p, f));
     let verdict = if fit.iter().sum::<f64>() < LEAST_FIT {
@@ -212,7 +205,7 @@ pub(super) fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
 }
 
 /// Rotations from the picture's axes to level ones, about the one given but for its heading.
-fn tilts(given: &Mat3, most_deg: f32) -> Vec<Mat3> {
+pub(super) fn tilts(given: &Mat3, most_deg: f32) -> Vec<Mat3> {
     let forward = *given * Vec3::Y;
     let level = Mat3::from_rotation_z(forward.x.atan2(forward.y)) * *given;
     let n = (most_deg / STEP_DEG).ceil() as i32;
