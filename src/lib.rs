@@ -17,6 +17,7 @@ pub mod panorama;
 pub mod paper;
 pub mod photograph;
 pub mod plan;
+pub mod radiometry;
 pub mod reference;
 pub mod render;
 pub mod report;

@@ -3,8 +3,10 @@
 use glam::Vec3;
 
 use super::Chart;
-use crate::panorama::{Panorama, Picture, Projection, convert, latlong_size};
+use crate::panorama::{self, Panorama, PanoramaError, Picture, Projection, convert, latlong_size};
+use crate::site::Probe;
 use glam::DMat3;
+use std::path::Path;
 
 /// The chart for a probe's picture, and the picture in the chart's projection. Latitude/longitude and perspective stay
 /// as they are; others become latitude/longitude as fine as their centre. Pixels that show nothing are NaN, so that
@@ -27,4 +29,15 @@ pub fn charted(picture: Picture, projection: Projection) -> (Chart, Picture) {
             (Chart::latlong(width, height), picture)
         }
     }
+}
+
+/// The radiance that a probe's picture shows, in the picture's own projection; clipped values are taken as they stand.
+///
+/// # Errors
+///
+/// As [`panorama::read`].
+pub fn read_light(probe: &Probe, path: &Path) -> Result<Picture, PanoramaError> {
+    let (mut picture, coding) = panorama::read_coded(path)?;
+    probe.radiometry(coding).develop(&mut picture);
+    Ok(picture)
 }
