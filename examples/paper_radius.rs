@@ -9,6 +9,7 @@ use clerestory::panorama::{self, Panorama};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight, Settings};
 use clerestory::render::render;
 use clerestory::scene::{self, Health};
+use clerestory::shoot::read_light;
 use clerestory::site::{Environment, Site};
 use clerestory::study;
 use glam::Vec3;
@@ -23,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (site, radii) = arguments.split_first().ok_or("usage: paper_radius SITE [RADIUS_M …]")?;
     let site = Site::load(Path::new(site))?;
     let scene = scene::load(&site, &mut Health::default())?;
-    let pictures = site.probes.iter().map(|p| panorama::read(&p.pictures[0].path)).collect::<Result<Vec<_>, _>>()?;
+    let pictures = site.probes.iter().map(|p| read_light(p, &p.pictures[0].path)).collect::<Result<Vec<_>, _>>()?;
     let probes: Vec<ProbeLight> = site
         .probes
         .iter()
@@ -33,7 +34,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             to_world: probe.pose.rotation.as_mat3(),
             picture,
             projection: probe.projection,
-            gain: probe.gain,
         })
         .collect();
     let sky = sky(&site)?;

@@ -6,7 +6,7 @@
 
 #![allow(clippy::print_stdout, reason = "its result goes to the console")]
 
-use clerestory::panorama::{self, Picture};
+use clerestory::panorama::{self, Coding, Picture};
 use clerestory::reference::{self, Lights};
 use clerestory::render::{Relit, render, shown_points};
 use clerestory::scene::{self, Health, Scene};
@@ -112,7 +112,11 @@ fn shoot(scene: &Scene, probe: &Probe, chart: clerestory::shoot::Chart) -> Arc<H
 }
 
 fn shine(scene: &Scene, site: &Site, read: &[Read], hits: &[Arc<Hits>]) -> Light {
-    let lit: Vec<_> = read.iter().zip(hits).map(|((p, (_, picture)), h)| (h.clone(), picture, p.gain)).collect();
+    let lit: Vec<_> = read
+        .iter()
+        .zip(hits)
+        .map(|((p, (_, picture)), h)| (h.clone(), picture, p.radiometry(Coding::Linear)))
+        .collect();
     Light::new(scene, &lit, site.sun, None)
 }
 

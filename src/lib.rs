@@ -18,6 +18,7 @@ pub mod panorama;
 pub mod paper;
 pub mod photograph;
 pub mod plan;
+pub mod radiometry;
 pub mod reference;
 pub mod register;
 pub mod render;

@@ -61,9 +61,6 @@ pub enum PhotographError {
     },
 }
 
-/// sRGB-encoded value from which on a channel counts as clipped: tone curves and JPEG smear the end a little.
-const CLIPPED: f32 = 252.0 / 255.0;
-
 /// Linear value below which an 8-bit file's steps are wider than a tenth of the light: code 10, in sRGB's straight part.
 const DARK_8_BIT: f32 = 10.0 / 255.0 / 12.92;
 
@@ -153,8 +150,8 @@ pub fn left_out(view: &View) -> Result<Option<Vec<bool>>, PanoramaError> {
 /// What each pixel of a picture is fit for, as far as its values tell.
 fn fitness(picture: &Picture, coding: Coding) -> Vec<Fitness> {
     let (clipped, dark) = match coding {
-        Coding::Srgb8 => (srgb_to_linear(CLIPPED), DARK_8_BIT),
-        Coding::Srgb16 => (srgb_to_linear(CLIPPED), DARK_16_BIT),
+        Coding::Srgb8 => (coding.clipped(), DARK_8_BIT),
+        Coding::Srgb16 => (coding.clipped(), DARK_16_BIT),
         Coding::Linear => linear_ends(picture),
     };
     let of = |p: &glam::Vec3| {

@@ -66,7 +66,12 @@ fn each_fault_names_line_key_and_cure() {
         (good_view("foto = 3"), 12, "view.v.foto", &["unknown key", "Did you mean `photo`?"]),
         ("[plans]\n".into(), 7, "plans", &["unknown key `plans`", "Did you mean `plan`?"]),
         (plan("max_probe = 3"), 8, "plan.max_probe", &["Did you mean `max_probes`?"]),
-        (good_probe("gain = \"1\""), 11, "probe.a.gain", &["expected a number, found string \"1\""]),
+        (
+            good_probe("gain = \"1\""),
+            11,
+            "probe.a.gain",
+            &["expected a number, or three numbers for red, green and blue, found string \"1\""],
+        ),
         (probe("image = 3"), 10, "probe.a.image", &["expected a picture's path, or a table"]),
         (view("size = [8]"), 10, "view.v.size", &["expected a list of 2 whole numbers, found 1"]),
         (view("size = [8, 6, 4]"), 10, "view.v.size", &["expected a list of 2 whole numbers, found 3"]),
@@ -145,6 +150,10 @@ fn each_fault_names_line_key_and_cure() {
         (probe("image = { \"\" = \"p.png\" }"), 10, "", &["cannot name a lighting"]),
         (probe("image = { \"10:00\" = \"no.exr\" }"), 10, "probe.a.image.10:00", &["there is no file"]),
         (good_probe("gain = 0"), 11, "probe.a.gain", &["gain above zero, found 0"]),
+        (good_probe("gain = [1, -1, 1]"), 11, "probe.a.gain", &["gain above zero, found -1"]),
+        (good_probe("gain = [1, 2]"), 11, "probe.a.gain", &["three numbers for red, green and blue", "2"]),
+        (good_probe("vignetting = [0.1, 0]"), 11, "probe.a.vignetting", &["perspective"]),
+        (good_probe("response = [-4, 2]"), 11, "probe.a.response", &["falls"]),
         // cameras
         (view("size = [0, 6]\nfov_y = 60"), 10, "view.v.size", &["from 1 to 65536", "[0, 6]"]),
         (view("size = [8, 6]\nfov_y = 0"), 11, "view.v.fov_y", &["between 0 and 180 degrees, found 0"]),
@@ -267,7 +276,7 @@ fn a_full_site_file_is_understood() {
     assert_eq!(site.lightings(), ["14:30", "10:00"]);
     assert_eq!(site.warnings.len(), 1, "{:?}", site.warnings);
     assert!(site.warnings.iter().any(|w| w.contains("“b” has no picture for “14:30”")));
-    assert_eq!(site.probes[0].gain, 2.0);
+    assert_eq!(site.probes[0].gain, Vec3::splat(2.0));
     assert!(
         matches!(site.probes[1].projection, Projection::Perspective { fov_y } if (fov_y - std::f64::consts::FRAC_PI_2).abs() < 1e-12)
     );

@@ -56,6 +56,7 @@ fn rooms(built: &Built, cells: u32) -> [f32; 4] {
         let alone: Vec<f32> = inner_points(DARK.0, DARK.1, 0.23)
             .iter()
             .filter_map(|&(p, n)| volume.irradiance(&built.scene, built.local(p), n.as_vec3(), &mut Default::default()))
+            .map(|filled| filled.irradiance)
             .map(|e| e.x)
             .collect();
         assert!(alone.len() > dark.len() / 3, "the volume must tell of the dark room: {}", alone.len());
@@ -251,7 +252,9 @@ fn a_sun_patch_does_not_spread_through_the_fill() {
             for (&(p, n), &t) in points.iter().zip(&truth) {
                 let point = built.local(p);
                 assert!(relit.light.observe(&built.scene, point, n).is_none(), "{p} is meant to be unseen");
-                let e = volume.irradiance(&built.scene, point, n, &mut Default::default()).unwrap_or(Vec3::NAN).x;
+                let e = volume
+                    .irradiance(&built.scene, point, n, &mut Default::default())
+                    .map_or(f32::NAN, |f| f.irradiance.x);
                 println!("{cells} cells, {p}, normal {n}: {e:.3} for {t:.3}, {:+.1} %", 100.0 * (e / t - 1.0));
             }
             for (&(p, n), &t) in points.iter().zip(&truth) {

@@ -9,6 +9,7 @@
 //! `--against SITE` starts from the site's own poses and holds what is found against those of another site file.
 //! `--jpeg` gives each probe as an 8-bit JPEG, exposed up to two stops off, windows clipped; `--near` keeps headings (for
 //! sites whose own poses are only roughly known).
+#![allow(clippy::print_stdout)]
 
 use clerestory::panorama::{self, Picture, linear_to_srgb};
 use clerestory::register::{self, Registered, Settings, Subject, Verdict};
@@ -171,8 +172,9 @@ fn mahalanobis(c: &[[f64; 6]; 6], e: &[f64; 6]) -> f64 {
         }
         for i in k + 1..6 {
             let f = m[i][k] / m[k][k];
-            for j in k..6 {
-                m[i][j] -= f * m[k][j];
+            let pivot = m[k];
+            for (v, p) in m[i].iter_mut().zip(pivot).skip(k) {
+                *v -= f * p;
             }
             x[i] -= f * x[k];
         }

@@ -4,7 +4,7 @@ use glam::{DVec3, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-use crate::panorama::{Panorama, Picture, Projection, convert, latlong_pixel_fast, latlong_size};
+use crate::panorama::{Coding, Panorama, Picture, Projection, convert, latlong_pixel_fast, latlong_size};
 use crate::scene::{Ray, Scene};
 use crate::site::Probe;
 
@@ -45,11 +45,13 @@ pub(super) struct Sight {
 impl ProbeView {
     /// Takes a probe's picture and casts a ray through each of its pixels.
     pub(super) fn new(scene: &Scene, probe: &Probe, picture: &Picture) -> Self {
-        let picture = latlong(picture, probe.projection);
-        let gain = probe.gain;
+        let mut light = picture.clone();
+        // clipped values are taken as they stand
+        probe.radiometry(Coding::Linear).develop(&mut light);
+        let picture = latlong(light, probe.projection);
         let (mut sum, mut count) = (0.0f64, 0u32);
         for p in picture.pixels.iter().filter(|p| Picture::valid(**p)) {
-            sum += f64::from(p.element_sum() / 3.0 * gain);
+            sum += f64::from(p.element_sum() / 3.0);
             count += 1;
         }
         let floor = (DARKEST * (sum / f64::from(count.max(1))) as f32).max(1e-30);
@@ -59,7 +61,7 @@ impl ProbeView {
             levels.push(halved(last.0, last.1, &last.2));
         }
         let log = |p: &Vec3| {
-            if Picture::valid(*p) { (*p * gain).max(Vec3::splat(floor)).map(f32::ln) } else { Vec3::NAN }
+            if Picture::valid(*p) { p.max(Vec3::splat(floor)).map(f32::ln) } else { Vec3::NAN }
         };
         let levels: Vec<Level> = levels
             .into_iter()
@@ -184,11 +186,11 @@ fn direction(width: usize, height: usize, i: usize) -> Vec3 {
 }
 
 /// The picture in latitude/longitude; NaN where it shows nothing.
-fn latlong(picture: &Picture, projection: Projection) -> Picture {
+fn latlong(picture: Picture, projection: Projection) -> Picture {
     if projection == Projection::LatLong {
-        return picture.clone();
+        return picture;
     }
-    let panorama = Panorama::new(picture.clone(), projection, glam::DMat3::IDENTITY);
+    let panorama = Panorama::new(picture, projection, glam::DMat3::IDENTITY);
     let (width, height) = latlong_size(&panorama);
     let mut out = convert(&panorama, Projection::LatLong, width, height);
     for (i, pixel) in out.pixels.iter_mut().enumerate() {

@@ -77,7 +77,7 @@ pub(super) fn irradiance(scene: &Scene, surfaces: &Surfaces, light: &Light, volu
                 let (p, n) = (surfaces.position[i], surfaces.normal[i]);
                 let Some(v) = volume else { return Vec3::ZERO };
                 let near = v.irradiance(scene, p, n, &mut scratch);
-                near.unwrap_or_else(|| v.gather(scene, light, p, n, &mut scratch))
+                near.unwrap_or_else(|| v.gather(scene, light, p, n, &mut scratch)).irradiance
             })
         })
         .collect();

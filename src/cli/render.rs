@@ -1,17 +1,21 @@
 //! `clerestory render SITE`.
 
+mod compared;
+mod print;
+
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
 use clerestory::check::{self, Saving};
-use clerestory::panorama::{self, Exposure, Picture, write_exr, write_png};
+use clerestory::panorama::{self, Exposure, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, prepare, render};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
+use clerestory::shoot::read_light;
 use clerestory::site::{Site, View};
-use clerestory::study::{Comparison, compare, median};
 use clerestory::volume::{self, Volume};
-use clerestory::{paper, photograph, site};
-use serde::Serialize;
+use clerestory::{paper, radiometry, site};
+use compared::{Compared, compared, photos};
+use print::{Done, NotDone, Outcome, print};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -66,10 +70,20 @@ pub(crate) struct RenderArgs {
     /// Take all light from the volume: shows what it alone is worth
     #[arg(long)]
     volume_only: bool,
-    /// Tell each view's error against its photograph
+    /// Tell each view's error against its photograph, as it comes and after fitting the photograph's exposure, white
+    /// balance and vignetting to the render
     #[arg(long)]
     compare: bool,
-    /// Write albedo, normal, depth, source and agreement into the EXR too
+    /// Fit the probes' gains (exposure and white balance) and vignetting to each other by what several of them
+    /// see, render with them, and print them as lines for the site file
+    #[arg(long, conflicts_with = "blend")]
+    fit_gains: bool,
+    /// With --fit-gains: fit a response curve of 8 and 16-bit probes, too. Gloss can look like one: keep it where pictures
+    /// get better
+    #[arg(long, requires = "fit_gains")]
+    fit_response: bool,
+    /// Write albedo, normal, depth, source and agreement into the EXR too. Source is where the light came from: 0 sky,
+    /// 1 records, 2 the volume, 3 neighbouring or little trusted records
     #[arg(long)]
     layers: bool,
     /// Leave no stage out, needed or not
@@ -95,43 +109,10 @@ enum Method {
     Paper,
 }
 
-/// What `--json` prints.
-#[derive(Serialize)]
-struct Outcome {
-    setup: Timings,
-    views: Vec<Done>,
-    records: usize,
-    record_bytes: usize,
-    peak_bytes: Option<u64>,
-    left_out: Vec<NotDone>,
-    warnings: Vec<String>,
-}
-
-/// A stage that was left out, and what that saved where it is known.
-#[derive(Serialize)]
-struct NotDone {
-    #[serde(flatten)]
-    what: LeftOut,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    saves: Option<Saving>,
-}
-
-/// One rendered view.
-#[derive(Serialize)]
-struct Done {
-    name: String,
-    rays_s: f64,
-    shade_s: f64,
-    covered_fraction: f64,
-    file: PathBuf,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<Comparison>,
-}
-
 /// Renders a site's views and tells `out` about it.
 pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let start = Instant::now();
-    let site = Site::load(&args.site)?;
+    let mut site = Site::load(&args.site)?;
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
@@ -147,6 +128,10 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     let (scene, spared) = scene::load_without(&site, &mut health, marks)?;
     let unreached = spared.map(not_loaded);
     let load_s = start.elapsed().as_secs_f64();
+    let fitting = radiometry::Settings { response: args.fit_response, ..radiometry::Settings::default() };
+    let gains = args.fit_gains.then(|| radiometry::fit(&site, &scene, &lightings[0], &fitting)).transpose()?;
+    gains.iter().for_each(|fit| fit.apply(&mut site));
+    let views = chosen(&site, &args.view)?;
     let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
     let options = Options {
         lightings,
@@ -199,19 +184,36 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
             });
         }
         let Some(frame) = frame else { continue };
-        let error = photos
+        let Compared { error, fit, error_after_fit } = photos
             .get(&view.name)
-            .and_then(|(photo, left_out)| compare(&scene, &probes, &view.camera, &frame, photo, left_out.as_deref()));
+            .map_or_else(Compared::default, |photo| compared(&scene, &probes, &view.camera, &frame, photo));
         let file = write(&frame, view, &folder, args.layers)?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
-        done.push(Done { name: view.name.clone(), rays_s, shade_s, covered_fraction, file, error });
+        done.push(Done {
+            name: view.name.clone(),
+            rays_s,
+            shade_s,
+            covered_fraction,
+            file,
+            error,
+            fit,
+            error_after_fit,
+        });
     }
     bar.finish_and_clear();
     let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
     let Setup { timings, records, record_bytes, .. } = setup;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
-    let outcome =
-        Outcome { setup: timings, views: done, records, record_bytes, peak_bytes: peak_bytes(), left_out, warnings };
+    let outcome = Outcome {
+        setup: timings,
+        views: done,
+        records,
+        record_bytes,
+        peak_bytes: peak_bytes(),
+        left_out,
+        warnings,
+        gains,
+    };
     if args.json {
         serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
         writeln!(out)?;
@@ -304,20 +306,6 @@ fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
     Ok(all)
 }
 
-/// A photograph, and the pixels that its view's mask leaves out.
-type Masked = (Picture, Option<Vec<bool>>);
-
-/// The photographs to compare with, by view.
-fn photos(views: &[&View]) -> anyhow::Result<BTreeMap<String, Masked>> {
-    let mut photos = BTreeMap::new();
-    for view in views {
-        if let Some((photo, _)) = photograph::read(view)? {
-            photos.insert(view.name.clone(), (photo, photograph::left_out(view)?));
-        }
-    }
-    Ok(photos)
-}
-
 /// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.
 pub(crate) fn default_folder(site: &Site) -> PathBuf {
     let stem = site.file.file_stem().filter(|s| *s != "site").map(|s| s.to_owned());
@@ -345,7 +333,7 @@ fn plain(
         let lit =
             probes.iter().filter_map(|probe| Some((probe, probe.pictures.iter().find(|p| p.lighting == *lighting)?)));
         let lit: Vec<_> =
-            lit.map(|(probe, file)| Ok((*probe, panorama::read(&file.path)?))).collect::<anyhow::Result<_>>()?;
+            lit.map(|(probe, file)| Ok((*probe, read_light(probe, &file.path)?))).collect::<anyhow::Result<_>>()?;
         let lights: Vec<ProbeLight> = lit
             .iter()
             .map(|(probe, picture)| ProbeLight {
@@ -353,7 +341,6 @@ fn plain(
                 to_world: probe.pose.rotation.as_mat3(),
                 picture,
                 projection: probe.projection,
-                gain: probe.gain,
             })
             .collect();
         let plain = Plain::new(scene, &lights, settings);
@@ -383,62 +370,6 @@ fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
-}
-
-fn print(outcome: &Outcome, out: &mut impl Write) -> io::Result<()> {
-    let Timings { load_s, shoot_s, index_s, volume_s } = outcome.setup;
-    for warning in &outcome.warnings {
-        writeln!(out, "! {warning}")?;
-    }
-    writeln!(out, "load {load_s:.2} s, shoot {shoot_s:.2} s, index {index_s:.2} s, volume {volume_s:.2} s")?;
-    let mib = outcome.record_bytes as f64 / f64::from(1 << 20);
-    writeln!(out, "{} records in {mib:.0} MiB", outcome.records)?;
-    for NotDone { what: LeftOut { stage, why }, saves } in &outcome.left_out {
-        let saves = saves.map_or_else(String::new, |s| {
-            format!("; saves about {:.2} s and {:.1} MiB", s.seconds, s.bytes as f64 / f64::from(1 << 20))
-        });
-        writeln!(out, "left out {stage}: {why}{saves}")?;
-    }
-    for view in &outcome.views {
-        let frame_s = view.rays_s + view.shade_s;
-        writeln!(
-            out,
-            "{}  {:.1} % seen by probes, {:.0} ms ({:.1} frames a second; its rays alone {:.0} ms)",
-            view.file.display(),
-            100.0 * view.covered_fraction,
-            1e3 * frame_s,
-            1.0 / frame_s,
-            1e3 * view.rays_s
-        )?;
-        let Some(error) = &view.error else { continue };
-        let parts = [
-            ("all", &error.all),
-            ("by records", &error.records),
-            ("by the volume", &error.volume),
-            ("where no probe sees", &error.unseen),
-        ];
-        for (name, e) in parts.into_iter().filter(|p| p.1.share > 0.0) {
-            let (share, median) = (100.0 * e.share, 100.0 * e.median);
-            writeln!(
-                out,
-                "  {name:<20} {share:5.1} % of pixels  FLIP {:.4}  relMSE {:.4}  median error {median:.1} %",
-                e.flip, e.relmse
-            )?;
-        }
-    }
-    let errors: Vec<_> = outcome.views.iter().filter_map(|v| v.error.as_ref()).collect();
-    if errors.len() > 1 {
-        let n = errors.len() as f64;
-        let flip = errors.iter().map(|e| e.all.flip).sum::<f64>() / n;
-        let relmse = errors.iter().map(|e| e.all.relmse).sum::<f64>() / n;
-        writeln!(out, "mean over {} views: FLIP {flip:.4}, relMSE {relmse:.4}", errors.len())?;
-        let unseen: Vec<f64> = errors.iter().flat_map(|e| e.unseen_errors.iter().copied()).collect();
-        if !unseen.is_empty() {
-            let (count, error) = (unseen.len(), 100.0 * median(unseen));
-            writeln!(out, "all {count} pixels where no probe sees: median error {error:.1} %")?;
-        }
-    }
-    Ok(())
 }
 
 fn share(text: &str) -> Result<f32, String> {

@@ -84,7 +84,7 @@ struct Job {
     file: PathBuf,
     eye: Eye,
     /// Radiance per stored value.
-    gain: f32,
+    gain: Vec3,
 }
 
 #[derive(Serialize, Default)]
@@ -202,7 +202,7 @@ fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> anyhow::Resu
             outcome.left_out.push(LeftOut { name: view.name.clone(), why });
             continue;
         };
-        jobs.push(Job { kind: "view", name: view.name.clone(), file, eye: Eye::Camera(view.camera), gain: 1.0 });
+        jobs.push(Job { kind: "view", name: view.name.clone(), file, eye: Eye::Camera(view.camera), gain: Vec3::ONE });
     }
 
     let (old, new): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(|job| job.file.exists() && !args.force);

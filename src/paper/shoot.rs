@@ -17,12 +17,10 @@ pub struct ProbeLight<'a> {
     pub origin: Vec3,
     /// From the probe's axes (+x right, +y forward, +z up) to the program's.
     pub to_world: Mat3,
-    /// Stored values, `gain` times which are radiance.
+    /// Radiance.
     pub picture: &'a Picture,
     /// How its pixels map to directions; the paper's is latitude/longitude.
     pub projection: Projection,
-    /// Radiance per stored value.
-    pub gain: f32,
 }
 
 /// What a k-d tree node stores beside its position X. The radius R is one for all.
@@ -54,7 +52,7 @@ pub(super) fn shoot(scene: &Scene, probe: &ProbeLight, least_albedo: f32) -> Vec
 /// reflects nothing.
 fn shoot_pixel(scene: &Scene, probe: &ProbeLight, (x, y): (usize, usize), least_albedo: f32) -> Option<Shot> {
     let ProbeLight { picture: &Picture { width, height, ref pixels }, projection, .. } = *probe;
-    let radiance = pixels[y * width + x] * probe.gain;
+    let radiance = pixels[y * width + x];
     if !Picture::valid(radiance) {
         return None;
     }

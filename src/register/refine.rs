@@ -22,9 +22,6 @@ pub(super) type Matrix = [[f64; 6]; 6];
 pub(super) struct Equations {
     pub(super) normal: Matrix,
     pub(super) right: Twist,
-    /// Σ w · ρ(r), and Σ w over the cells that say something.
-    pub(super) cost: f64,
-    pub(super) weight: f64,
     /// The right-hand side block by block of the picture, for the spread of what they say.
     pub(super) blocks: Vec<Twist>,
 }
@@ -96,29 +93,23 @@ impl Residuals {
                 for x in 0..w {
                     let i = y * w + x;
                     let r = self.value[i];
-                    if r.is_nan() {
+                    if r.is_nan() || self.gradient[i] == Vec3::ZERO {
                         continue;
                     }
                     let slack = SLACK * self.gradient[i].length() * raster.cell_angle();
                     let variance = self.scale * self.scale + slack * slack;
+                    // Geman and McClure's loss: r² / (1 + r² / kσ²)
                     let robust = 1.0 / (1.0 + r * r / (variance * ROBUST));
                     let heavy = f64::from(level.weight[i]) * share / f64::from(variance);
                     let front = buffer.front(raster, i);
-                    // Geman and McClure's loss: r² / (1 + r² / kσ²)
-                    sums.cost += heavy * f64::from(r * r * robust);
-                    sums.weight += heavy;
-                    if self.gradient[i] == Vec3::ZERO {
-                        continue;
-                    }
-                    let j = jacobian(raster.directions[i], self.gradient[i], front);
+                    let j = jacobian(raster.directions[i], self.gradient[i], front).map(f64::from);
                     let k = heavy * f64::from(robust * robust);
                     let block = &mut sums.blocks[x * BLOCKS[0] / w];
                     for p in 0..6 {
-                        let jp = f64::from(j[p]);
-                        sums.right[p] -= k * jp * f64::from(r);
-                        block[p] -= k * jp * f64::from(r);
-                        for q in 0..=p {
-                            sums.normal[p][q] += k * jp * f64::from(j[q]);
+                        sums.right[p] -= k * j[p] * f64::from(r);
+                        block[p] -= k * j[p] * f64::from(r);
+                        for (sum, q) in sums.normal[p][..=p].iter_mut().zip(j) {
+                            *sum += k * j[p] * q;
                         }
                     }
                 }
@@ -137,8 +128,6 @@ impl Residuals {
                     mine[p] += theirs[p];
                 }
             }
-            all.cost += sums.cost;
-            all.weight += sums.weight;
         }
         for p in 0..6 {
             for q in 0..p {
@@ -151,7 +140,7 @@ impl Residuals {
 
 impl Equations {
     pub(super) fn none(blocks: usize) -> Self {
-        Self { normal: [[0.0; 6]; 6], right: [0.0; 6], cost: 0.0, weight: 0.0, blocks: vec![[0.0; 6]; blocks] }
+        Self { normal: [[0.0; 6]; 6], right: [0.0; 6], blocks: vec![[0.0; 6]; blocks] }
     }
 
     pub(super) fn add(&mut self, other: &Self) {
@@ -166,8 +155,6 @@ impl Equations {
                 mine[p] += theirs[p];
             }
         }
-        self.cost += other.cost;
-        self.weight += other.weight;
     }
 
     /// The change of pose that solves the equations, a little damped; `None` where they leave a direction open.

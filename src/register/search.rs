@@ -123,6 +123,9 @@ pub(super) struct Spectra {
     squares: Vec<Complex>,
 }
 
+/// Features that vary less than this over a window tell nothing.
+const LEAST_VARIANCE: f32 = 1e-3;
+
 /// Fourier transforms along rows.
 pub(super) struct Headings {
     raster: Raster,
@@ -191,11 +194,15 @@ impl Headings {
             .map(|s| {
                 let mut covariance = product[s];
                 let mut variance = squares[s];
-                for c in 0..CHANNELS {
-                    covariance -= masked.sums[c] * mean[c][s] / masked.total;
-                    variance -= mean[c][s] * mean[c][s] / masked.total;
+                for (mean, sum) in mean.iter().zip(masked.sums) {
+                    covariance -= sum * mean[s] / masked.total;
+                    variance -= mean[s] * mean[s] / masked.total;
                 }
-                covariance / (masked.variance * variance).max(1e-12).sqrt()
+                // where the model shows next to nothing, rounding must not decide
+                if variance < LEAST_VARIANCE * masked.total || masked.variance <= 0.0 {
+                    return -1.0;
+                }
+                covariance / (masked.variance * variance).sqrt()
             })
             .collect()
     }

@@ -16,6 +16,9 @@ pub enum Source {
     Record = 1,
     /// From the volume.
     Volume = 2,
+    /// From records that are little trusted there, or the nearest that the point sees or that lie on its surface: nothing
+    /// better tells of it.
+    Neighbour = 3,
 }
 
 /// A relit picture with what it was made of; all layers have the picture's size.
@@ -49,9 +52,11 @@ pub(super) struct Pixel {
     pub(super) normal: Vec3,
     pub(super) depth: f32,
     pub(super) agreement: f32,
-    /// Samples that met a surface, and those of them that records light.
+    /// Samples that met a surface, and those of them that their own records light.
     pub(super) surface: u32,
     pub(super) recorded: u32,
+    /// Samples lit by neighbouring records.
+    pub(super) neighboured: u32,
 }
 
 impl Frame {
@@ -62,6 +67,7 @@ impl Frame {
         let source = |p: &Pixel| match p {
             Pixel { surface: 0, .. } => Source::None,
             p if 2 * p.recorded >= p.surface => Source::Record,
+            p if 2 * p.neighboured > p.surface => Source::Neighbour,
             _ => Source::Volume,
         };
         Self {

@@ -79,25 +79,27 @@ impl Irradiance for Relit<'_> {
                     }
                 }
                 None => {
-                    let shade = light.resolve(&o, false, cos);
+                    let shade = light.resolve(&o, false, cos).map(|e| (e, Source::Record));
+                    let (shade, shade_source) = shade.unwrap_or_else(|| self.unseen(point, normal, scratch));
                     return Lit {
-                        shade: shade.unwrap_or_else(|| self.unseen(point, normal, scratch)),
+                        shade,
                         sun: light.resolve(&o, true, cos).unwrap_or_default(),
                         asks: true,
                         source: Source::Record,
-                        shade_source: if shade.is_some() { Source::Record } else { Source::Volume },
+                        shade_source,
                         agreement,
                     };
                 }
             }
         }
-        if self.volume.is_none() {
-            let e = light.glimpse(scene, point, normal).unwrap_or_default();
+        if self.volume.is_none()
+            && let Some(e) = light.glimpse(scene, point, normal)
+        {
             return Lit::known(e, Source::Record, agreement);
         }
-        let indirect = self.unseen(point, normal, scratch);
+        let (indirect, source) = self.unseen(point, normal, scratch);
         let direct = light.unshadowed_sun(normal);
-        Lit { sun: indirect + direct, asks: direct != Vec3::ZERO, ..Lit::known(indirect, Source::Volume, agreement) }
+        Lit { sun: indirect + direct, asks: direct != Vec3::ZERO, ..Lit::known(indirect, source, agreement) }
     }
 
     fn in_sun(&self, point: Vec3, normal: Vec3) -> bool {
@@ -110,14 +112,28 @@ impl Irradiance for Relit<'_> {
 }
 
 impl Relit<'_> {
-    /// Irradiance without direct sun where no record tells.
-    fn unseen(&self, point: Vec3, normal: Vec3, scratch: &mut Nearby) -> Vec3 {
+    /// Irradiance without direct sun where no record tells, and where it is from.
+    fn unseen(&self, point: Vec3, normal: Vec3, scratch: &mut Nearby) -> (Vec3, Source) {
+        let (scene, light) = (self.scene, self.light);
+        let neighbour = |e: Vec3| (e, Source::Neighbour);
         let Some(volume) = self.volume else {
-            return self.light.glimpse(self.scene, point, normal).unwrap_or_default();
+            let found = light.glimpse(scene, point, normal).or_else(|| light.neighbour(scene, point, normal));
+            return found.map_or((Vec3::ZERO, Source::None), neighbour);
         };
-        volume
-            .irradiance(self.scene, point, normal, scratch)
-            .or_else(|| self.light.glimpse(self.scene, point, normal).filter(|_| self.light.sun.is_none()))
-            .unwrap_or_else(|| volume.gather(self.scene, self.light, point, normal, scratch))
+        let near = volume.irradiance(scene, point, normal, scratch);
+        // what records measured here or beside is better than a guess of what lies beyond
+        if near.is_none_or(|n| n.is_guess())
+            && let Some(e) = light.glimpse(scene, point, normal).filter(|_| light.sun.is_none())
+        {
+            return neighbour(e);
+        }
+        let filled = near.unwrap_or_else(|| volume.gather(scene, light, point, normal, scratch));
+        let beside = || light.seen_neighbour(scene, point, normal);
+        // a crevice of a scan, all of whose rays end in it; what stands in the open is black if nobody says otherwise
+        let lost = || light.neighbour(scene, point, normal).filter(|_| !filled.is_guess());
+        match volume.is_open() && (filled.is_guess() || filled.irradiance == Vec3::ZERO) {
+            true => beside().or_else(lost).map_or((filled.irradiance, Source::Volume), neighbour),
+            false => (filled.irradiance, Source::Volume),
+        }
     }
 }

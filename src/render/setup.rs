@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::shown_points;
-use crate::panorama::{self, Panorama, PanoramaError, Picture};
+use crate::panorama::{self, Panorama, PanoramaError, Picture, Radiometry};
 use crate::scene::Scene;
 use crate::shoot::{Hits, Light, Outside, charted};
 use crate::site::{Camera, Environment, Probe, Site};
@@ -109,11 +109,12 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
     let mut set_of = Vec::new();
     let outside = outside(site)?;
     for lighting in &options.lightings {
-        let mut lit: Vec<(usize, Picture)> = Vec::new();
+        let mut lit: Vec<(usize, Picture, Radiometry)> = Vec::new();
         for (i, probe) in probes.iter().enumerate() {
             let Some(file) = probe.pictures.iter().find(|p| p.lighting == *lighting) else { continue };
             let start = Instant::now();
-            let (chart, picture) = charted(panorama::read(&file.path)?, probe.projection);
+            let (picture, coding) = panorama::read_coded(&file.path)?;
+            let (chart, picture) = charted(picture, probe.projection);
             timings.load_s += start.elapsed().as_secs_f64();
             let start = Instant::now();
             // hits do not depend on the lighting: shot once, unless this picture has another size
@@ -121,14 +122,14 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
                 hits[i] = Some(Arc::new(shoot(scene, probe, chart)));
             }
             timings.shoot_s += start.elapsed().as_secs_f64();
-            lit.push((i, picture));
+            lit.push((i, picture, probe.radiometry(coding)));
         }
         if lit.is_empty() {
             return Err(SetupError::NoLighting { site: name, lighting: lighting.clone(), known: known() });
         }
         let start = Instant::now();
         let with_hits: Vec<_> =
-            lit.iter().filter_map(|(i, picture)| hits[*i].clone().map(|h| (h, picture, probes[*i].gain))).collect();
+            lit.iter().filter_map(|(i, picture, r)| hits[*i].clone().map(|h| (h, picture, *r))).collect();
         let sun = site.sun_under(lighting).filter(|_| options.sun);
         lights.push((lighting.clone(), Light::new(scene, &with_hits, sun, outside.clone())));
         timings.index_s += start.elapsed().as_secs_f64();

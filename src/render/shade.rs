@@ -267,8 +267,10 @@ impl<'a> Shader<'a> {
         pixel.agreement = pixel.agreement.min(lit.agreement);
         pixel.surface += f.count;
         let source = if sun < 0.5 { lit.shade_source } else { lit.source };
-        if source == Source::Record {
-            pixel.recorded += f.count;
+        match source {
+            Source::Record => pixel.recorded += f.count,
+            Source::Neighbour => pixel.neighboured += f.count,
+            Source::None | Source::Volume => {}
         }
     }
 

@@ -158,6 +158,14 @@ impl Hits {
         best.1
     }
 
+    /// The place, local metres, and the unit normal of the surface that a cell sees; not finite where it sees none.
+    pub(super) fn place(&self, cell: u32) -> (Vec3, Vec3) {
+        let hit = &self.cells[cell as usize];
+        let normal = unpack_normal(hit.normal);
+        let d = self.to_probe.transpose() * self.chart.middle_of(cell as usize);
+        (self.origin + d * (hit.plane / normal.dot(d)), normal)
+    }
+
     /// Whether nothing stands between a point and the place where a cell meets its surface: a wall thinner than a cell
     /// hides what is behind it though its floor runs on. Asked only where another cell nearby [`hides`]
     /// the point.

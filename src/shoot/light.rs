@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 use std::ops::ControlFlow;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use super::{Hits, Observation, Records, sunlight};
-use crate::panorama::{Panorama, Picture, luminance};
+use super::neighbours::Neighbours;
+use super::{Hits, Observation, Records, beyond, sunlight};
+use crate::panorama::{Panorama, Picture, Radiometry, luminance};
 use crate::scene::Scene;
 use crate::site::Sun;
 
@@ -17,6 +18,8 @@ pub struct Light {
     pub sun: Option<Sun>,
     /// What is behind the windows where no probe tells.
     outside: Option<Outside>,
+    beyond: OnceLock<Vec3>,
+    neighbours: OnceLock<Neighbours>,
 }
 
 /// Light from outside as the site file gives it.
@@ -35,27 +38,31 @@ const COARSEST: f32 = 0.25;
 const LEAST_WEIGHT: f32 = 0.07;
 
 impl Light {
-    /// Gives each probe's hits the light of its picture (with its gain). `sun` is the site's sun: its direction keeps
+    /// Gives each probe's hits the light of its picture by the probe's radiometry. `sun` is the site's sun: its direction keeps
     /// sunlit and shaded records apart; its irradiance is measured anew from them, and a sun of which they show nothing
     /// is dropped.
     pub fn new(
         scene: &Scene,
-        probes: &[(Arc<Hits>, &Picture, f32)],
+        probes: &[(Arc<Hits>, &Picture, Radiometry)],
         sun: Option<Sun>,
         outside: Option<Outside>,
     ) -> Self {
         let shine = |sun: Option<Vec3>| -> Vec<Records> {
-            probes.iter().map(|(hits, picture, gain)| Records::new(scene, hits.clone(), picture, *gain, sun)).collect()
+            let records = |(hits, picture, radiometry): &(Arc<Hits>, &Picture, Radiometry)| {
+                Records::new(scene, hits.clone(), picture, *radiometry, sun)
+            };
+            probes.iter().map(records).collect()
         };
         let records = shine(sun.map(|s| s.direction));
-        let measured = sun.map(|sun| measured_sun(&records, sun));
-        match measured {
-            Some(None) => Self { records: shine(None), sun: None, outside },
-            measured => Self { records, sun: measured.flatten(), outside },
-        }
+        let (records, sun) = match sun.map(|sun| measured_sun(&records, sun)) {
+            Some(None) => (shine(None), None),
+            measured => (records, measured.flatten()),
+        };
+        Self { records, sun, outside, beyond: OnceLock::new(), neighbours: OnceLock::new() }
     }
 
-    /// What the probes that see a point most sharply say about it; `None` where none sees it.
+    /// What the probes that see a point most sharply say about it; `None` where none sees it. A probe that is clipped there
+    /// is asked only where all that see the point are, and then the brightest of them: light was at least that.
     pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Observation> {
         self.observe_above(scene, point, normal, LEAST_WEIGHT)
     }
@@ -79,16 +86,46 @@ impl Light {
         self.observe_above(scene, point, normal, 0.0).map(|o| o.value())
     }
 
+    /// Irradiance, without direct sun, of the nearest records that a point sees, or that lie on its surface: where neither
+    /// records nor a volume tell.
+    pub fn neighbour(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
+        self.neighbours().light(scene, point, normal)
+    }
+
+    /// The same, of records that the point sees and that face alike only: light that cannot come through a wall.
+    pub fn seen_neighbour(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
+        self.neighbours().seen(scene, point, normal)
+    }
+
+    fn neighbours(&self) -> &Neighbours {
+        self.neighbours.get_or_init(|| Neighbours::new(&self.records))
+    }
+
+    /// Irradiance of the surface that a probe's cell sees; where the cell is clipped, as other probes tell, but no less.
+    pub fn of_cell(&self, scene: &Scene, probe: u32, cell: u32) -> Vec3 {
+        let records = &self.records[probe as usize];
+        let light = records.light(cell);
+        if !records.is_clipped(cell) {
+            return light;
+        }
+        let (point, normal) = records.hits().place(cell);
+        self.observe(scene, point, normal).map_or(light, |o| o.value().max(light))
+    }
+
     fn observe_above(&self, scene: &Scene, point: Vec3, normal: Vec3, least: f32) -> Option<Observation> {
         let mut best = 0.0;
-        let mut sum = Observation::default();
+        let (mut sum, mut bound) = (Observation::default(), Observation::default());
         let mut moments = Vec3::ZERO;
         self.sharpest_first(point, normal, |fine, i| {
             if fine <= COARSEST * best {
                 return ControlFlow::Break(());
             }
             let o = self.records[i].observe(scene, point, normal);
-            if o.weight() > least {
+            if o.weight() > least && o.is_bound() {
+                if luminance(o.value()) > luminance(bound.value()) || bound.weight() == 0.0 {
+                    bound = o;
+                }
+            } else if o.weight() > least {
                 best = if best > 0.0 { best } else { fine };
                 let share = (fine / best) * (fine / best);
                 sum.add(&o, share);
@@ -96,10 +133,13 @@ impl Light {
             }
             ControlFlow::Continue(())
         });
+        if best == 0.0 {
+            return (bound.weight() > 0.0).then_some(bound);
+        }
         let mean = moments.y / moments.x;
         let variance = (moments.z / moments.x - mean * mean).max(0.0);
         sum.disagreement = (variance.sqrt() / mean.max(f32::MIN_POSITIVE)).min(1.0);
-        (best > 0.0).then_some(sum)
+        Some(sum)
     }
 
     /// Visits the probes that a surface faces with their [fineness](Hits::fineness) there, sharpest first and of equals
@@ -176,13 +216,36 @@ impl Light {
         self.sun.map_or(Vec3::ZERO, |s| s.irradiance * normal.dot(s.direction).max(0.0))
     }
 
-    /// Radiance of the sky in a direction: as the probes saw it, else as the site gives it, else black.
+    /// Radiance of the sky in a direction: as the first probe saw it that is not clipped there, else as the site gives it,
+    /// and at least what clipped probes saw; else black.
     pub fn sky(&self, direction: Vec3) -> Vec3 {
-        self.records.iter().find_map(|r| r.sky(direction)).unwrap_or_else(|| match &self.outside {
-            Some(Outside::Uniform(radiance)) => *radiance,
-            Some(Outside::Image(panorama)) => panorama.radiance(direction),
-            None => Vec3::ZERO,
-        })
+        self.told_sky(direction).unwrap_or_default()
+    }
+
+    /// Radiance from where the model has nothing and nobody tells, such as the open top of a scan: what the light on
+    /// records asks for.
+    pub fn beyond(&self, scene: &Scene) -> Vec3 {
+        *self.beyond.get_or_init(|| beyond::radiance(scene, self))
+    }
+
+    /// Radiance of the sky in a direction, as probes or the site tell.
+    pub fn told_sky(&self, direction: Vec3) -> Option<Vec3> {
+        let mut least = None;
+        for (radiance, clipped) in self.records.iter().filter_map(|r| r.sky(direction)) {
+            if !clipped {
+                return Some(radiance);
+            }
+            least = Some(least.unwrap_or(Vec3::ZERO).max(radiance));
+        }
+        let given = match &self.outside {
+            Some(Outside::Uniform(radiance)) => Some(*radiance),
+            Some(Outside::Image(panorama)) => Some(panorama.radiance(direction)),
+            None => None,
+        };
+        match (least, given) {
+            (Some(least), Some(given)) => Some(least.max(given)),
+            (least, given) => least.or(given),
+        }
     }
 
     /// Mean radiance of all surfaces the probes see.
@@ -222,7 +285,7 @@ fn measured_sun(records: &[Records], sun: Sun) -> Option<Sun> {
     (irradiance.element_sum() > 0.05 * sun.irradiance.element_sum()).then_some(Sun { irradiance, ..sun })
 }
 
-fn median(values: &mut [f32]) -> Option<f32> {
+pub(super) fn median(values: &mut [f32]) -> Option<f32> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

@@ -3,10 +3,13 @@
 //! Casting the rays ([`Hits`]) does not depend on the lighting, so it is done once per probe; giving the hits the
 //! light of a picture ([`Records`]) is cheap and is done once per lighting.
 
+mod beyond;
 mod chart;
 mod hits;
 mod kdtree;
 mod light;
+mod neighbours;
+mod observation;
 mod picture;
 mod records;
 pub mod sunlight;
@@ -17,5 +20,6 @@ pub use chart::Chart;
 pub use hits::Hits;
 pub use kdtree::KdTree;
 pub use light::{Light, Outside};
-pub use picture::charted;
-pub use records::{Mean, Observation, Records};
+pub use observation::{Mean, Observation};
+pub use picture::{charted, read_light};
+pub use records::Records;

@@ -3,7 +3,9 @@
 use glam::{DMat3, Vec3};
 
 use super::Chart;
-use crate::panorama::{self, Panorama, Picture, Projection, convert, latlong_size, pinhole_of};
+use crate::panorama::{self, Panorama, PanoramaError, Picture, Projection, convert, latlong_size, pinhole_of};
+use crate::site::Probe;
+use std::path::Path;
 
 /// The chart for a probe's picture, and the picture in the chart's projection. Latitude/longitude and photographs without
 /// distortion stay as they are; those with distortion become straight; all others, and lenses too wide for a plane,
@@ -38,4 +40,15 @@ fn around(picture: Picture, projection: Projection) -> (Chart, Picture) {
         }
     }
     (Chart::latlong(width, height), picture)
+}
+
+/// The radiance that a probe's picture shows, in the picture's own projection; clipped values are taken as they stand.
+///
+/// # Errors
+///
+/// As [`panorama::read`].
+pub fn read_light(probe: &Probe, path: &Path) -> Result<Picture, PanoramaError> {
+    let (mut picture, coding) = panorama::read_coded(path)?;
+    probe.radiometry(coding).develop(&mut picture);
+    Ok(picture)
 }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use super::hits::{CellHit, Hits, hides, unpack_normal};
 use super::sunlight::Sunlit;
-use crate::panorama::Picture;
+use super::{Mean, Observation};
+use crate::panorama::{Picture, Radiometry, radius2};
 use crate::scene::{Ray, Scene};
 
 /// The irradiance records of one probe under one lighting.
@@ -34,86 +35,26 @@ struct Record {
     trust: u16,
     /// Whether the sun shines on the surface.
     sunlit: Sunlit,
-}
-
-/// A weighted mean of irradiance.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Mean {
-    /// Σ w E.
-    pub sum: Vec3,
-    /// Σ w.
-    pub weight: f32,
-}
-
-impl Mean {
-    fn add(&mut self, value: Vec3, weight: f32) {
-        self.sum += value * weight;
-        self.weight += weight;
-    }
-
-    /// The mean; zero where nothing was added.
-    pub fn value(&self) -> Vec3 {
-        if self.weight > 0.0 { self.sum / self.weight } else { Vec3::ZERO }
-    }
-}
-
-/// What records say about a point, apart for records in shade, in direct sun, and on the edge of a shadow.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Observation {
-    /// From records that the sun does not reach.
-    pub shade: Mean,
-    /// From records in direct sun.
-    pub sun: Mean,
-    /// From records that a shadow's edge runs through.
-    pub edge: Mean,
-    /// Standard deviation ÷ mean of what several probes say, at most 1.
-    pub disagreement: f32,
-}
-
-impl Observation {
-    /// Adds another, `scale` times as heavy.
-    pub fn add(&mut self, other: &Self, scale: f32) {
-        for (mine, theirs) in
-            [(&mut self.shade, &other.shade), (&mut self.sun, &other.sun), (&mut self.edge, &other.edge)]
-        {
-            mine.sum += theirs.sum * scale;
-            mine.weight += theirs.weight * scale;
-        }
-    }
-
-    /// Total weight: about 1 where a probe sees the point well, 0 where it does not see it.
-    pub fn weight(&self) -> f32 {
-        self.shade.weight + self.sun.weight + self.edge.weight
-    }
-
-    /// How far the probes agree, 0..=1; set by who adds several up.
-    pub fn agreement(&self) -> f32 {
-        1.0 - self.disagreement
-    }
-
-    /// Mean irradiance, whatever the sun does.
-    pub fn value(&self) -> Vec3 {
-        let weight = self.weight();
-        if weight > 0.0 { (self.shade.sum + self.sun.sum + self.edge.sum) / weight } else { Vec3::ZERO }
-    }
+    /// Whether the cell shows a clipped pixel: the light was at least that.
+    clipped: bool,
 }
 
 impl Records {
-    /// Gives a probe's hits the light of a picture in the chart's own projection, `gain` radiance per stored value.
-    /// `sun` is the direction towards the sun, where there is one.
-    pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, gain: f32, sun: Option<Vec3>) -> Self {
+    /// Gives a probe's hits the light of a picture in the chart's own projection, whose stored values become light by
+    /// `radiometry`. `sun` is the direction towards the sun, where there is one.
+    pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>) -> Self {
         let sunlit = sun.map(|sun| hits.sunlit(scene, sun));
         let chart = &hits.chart;
-        let radiance: Vec<Option<Vec3>> = (0..chart.rows())
+        let measured: Vec<Option<Measured>> = (0..chart.rows())
             .into_par_iter()
             .flat_map_iter(|row| {
                 let n = chart.row(row).len();
-                (0..n).map(move |x| row_average(picture, row, x, n).map(|l| l * gain))
+                (0..n).map(move |x| row_average(picture, &radiometry, row, x, n))
             })
             .collect();
-        let brightness: Vec<f32> = hits.cells.par_iter().zip(&radiance).map(|(hit, l)| brightness(hit, *l)).collect();
+        let brightness: Vec<f32> = hits.cells.par_iter().zip(&measured).map(|(hit, l)| brightness(hit, *l)).collect();
         let estimate =
-            Estimate { hits: &hits, radiance: &radiance, brightness: &brightness, sunlit: sunlit.as_deref() };
+            Estimate { hits: &hits, measured: &measured, brightness: &brightness, sunlit: sunlit.as_deref() };
         let records = (0..chart.rows())
             .into_par_iter()
             .flat_map_iter(|row| {
@@ -176,6 +117,7 @@ impl Records {
                     Sunlit::Partly => &mut sums.edge,
                 };
                 mean.add(Vec3::from(record.light), weight);
+                sums.clipped += if record.clipped { weight } else { 0.0 };
             }
         }
         sums
@@ -189,24 +131,32 @@ impl Records {
         !scene.tracer.occluded(&Ray { origin: from, direction: way / length }, 0.0, length)
     }
 
-    /// The sky's radiance in a direction, where all four cells around it see the sky.
-    pub fn sky(&self, direction: Vec3) -> Option<Vec3> {
+    /// The sky's radiance in a direction, where all four cells around it see the sky, and whether that is clipped: no
+    /// more than a lower bound.
+    pub fn sky(&self, direction: Vec3) -> Option<(Vec3, bool)> {
         let place = self.hits.chart.place(self.hits.to_probe * direction)?;
-        let mut mean = Mean::default();
+        let (mut mean, mut clipped) = (Mean::default(), false);
         for (cell, kernel) in self.hits.chart.around(place) {
             let record = &self.records[cell];
             if record.plane.is_finite() {
                 return None;
             }
             mean.add(Vec3::from(record.light), kernel * f32::from(record.trust));
+            clipped |= record.clipped && kernel > 0.0;
         }
-        (mean.weight > 0.0).then(|| mean.value())
+        (mean.weight > 0.0).then(|| (mean.value(), clipped))
     }
 
-    /// All trusted records of surfaces: (cell, normal, irradiance, in direct sun or not; edges are left out).
+    /// Whether a cell's light is no more than a lower bound.
+    pub fn is_clipped(&self, cell: u32) -> bool {
+        self.records[cell as usize].clipped
+    }
+
+    /// All trusted records of surfaces: (cell, normal, irradiance, in direct sun or not; edges and clipped ones are left
+    /// out).
     pub fn trusted(&self) -> impl Iterator<Item = (usize, Vec3, Vec3, bool)> {
         self.records.iter().enumerate().filter_map(|(i, r)| {
-            let whole = r.plane.is_finite() && r.trust > u16::MAX / 2 && r.sunlit != Sunlit::Partly;
+            let whole = r.plane.is_finite() && r.trust > u16::MAX / 2 && r.sunlit != Sunlit::Partly && !r.clipped;
             whole.then(|| (i, unpack_normal(r.normal), Vec3::from(r.light), r.sunlit == Sunlit::Yes))
         })
     }
@@ -297,15 +247,23 @@ fn similarity(a: f32, b: f32) -> f32 {
 }
 
 /// A rough irradiance/π, summed over channels, to compare neighbours by; dark albedos are floored.
-fn brightness(hit: &CellHit, radiance: Option<Vec3>) -> f32 {
-    radiance.map_or(0.0, Vec3::element_sum) / hit.albedo().element_sum().max(0.03)
+fn brightness(hit: &CellHit, measured: Option<Measured>) -> f32 {
+    measured.map_or(0.0, |m| m.radiance.element_sum()) / hit.albedo().element_sum().max(0.03)
+}
+
+/// What a cell measured.
+#[derive(Clone, Copy, Debug)]
+struct Measured {
+    radiance: Vec3,
+    /// Whether a clipped pixel has part in it.
+    clipped: bool,
 }
 
 /// What the irradiance of a record is estimated from.
 struct Estimate<'a> {
     hits: &'a Hits,
     /// What each cell measured; `None` for bad pixels.
-    radiance: &'a [Option<Vec3>],
+    measured: &'a [Option<Measured>],
     /// [`brightness`] of each cell.
     brightness: &'a [f32],
     sunlit: Option<&'a [Sunlit]>,
@@ -324,21 +282,25 @@ impl Estimate<'_> {
         let hit = &self.hits.cells[cell];
         let sunlit = self.sunlit(cell);
         if !hit.is_hit() {
-            let trust = if self.radiance[cell].is_some() { u16::MAX } else { 0 };
-            let light = self.radiance[cell].unwrap_or_default().to_array();
-            return Record { normal: 0, plane: f32::INFINITY, light, trust, sunlit };
+            let sky = self.measured[cell];
+            let trust = if sky.is_some() { u16::MAX } else { 0 };
+            let light = sky.map_or(Vec3::ZERO, |m| m.radiance).to_array();
+            let clipped = sky.is_some_and(|m| m.clipped);
+            return Record { normal: 0, plane: f32::INFINITY, light, trust, sunlit, clipped };
         }
         let normal = unpack_normal(hit.normal);
         let d = self.hits.to_probe.transpose() * middle;
         let p = d * (hit.plane / normal.dot(d));
         let tolerance = p.length() * chart.cell_angle();
         let level = self.brightness[cell];
+        // a clipped neighbour would darken a cell that measured light, not one that is itself clipped
+        let clipped = self.measured[cell].is_some_and(|m| m.clipped);
         let (mut rho_l, mut rho2, mut trust, mut total) = (Vec3::ZERO, Vec3::ZERO, 0.0, 0.0);
         for (other, kernel) in chart.patch(row, x) {
             total += kernel;
-            let (Some(l), theirs) = (self.radiance[other], &self.hits.cells[other]) else { continue };
-            let facing = theirs.facing_packed(p, normal, hit.normal, tolerance);
-            if facing < LEAST_FACING || self.sunlit(other) != sunlit {
+            let (Some(measured), theirs) = (self.measured[other], &self.hits.cells[other]) else { continue };
+            let (l, facing) = (measured.radiance, theirs.facing_packed(p, normal, hit.normal, tolerance));
+            if facing < LEAST_FACING || self.sunlit(other) != sunlit || measured.clipped && !clipped {
                 continue;
             }
             let rho = theirs.albedo();
@@ -348,30 +310,41 @@ impl Estimate<'_> {
             rho2 += rho * rho * weight;
             trust += weight;
         }
-        let e = |l: f32, r: f32| if r > 0.0 { (PI * l / r).min(f32::MAX) } else { 0.0 };
-        let light = [e(rho_l.x, rho2.x), e(rho_l.y, rho2.y), e(rho_l.z, rho2.z)];
+        let light = irradiance(rho_l, rho2);
         let trust = (trust / total * 65535.0) as u16;
-        Record { normal: hit.normal, plane: hit.plane, light, trust, sunlit }
+        Record { normal: hit.normal, plane: hit.plane, light, trust, sunlit, clipped }
     }
+}
+
+/// The least-squares irradiance π Σ w ρL / Σ w ρ² per channel. A channel that the surface does not reflect says nothing of
+/// its light, which is taken to be as the mean of the others; black all over is zero.
+fn irradiance(rho_l: Vec3, rho2: Vec3) -> [f32; 3] {
+    let channel = |c: usize| (rho2[c] > 0.0).then(|| (PI * rho_l[c] / rho2[c]).min(f32::MAX));
+    let known = [0, 1, 2].map(channel);
+    let count = known.iter().flatten().count().max(1) as f32;
+    let mean = known.iter().flatten().map(|e| e / count).sum::<f32>();
+    known.map(|e| e.unwrap_or(mean))
 }
 
 /// The mean radiance of cell `x` of `n` in a row, from the picture's pixels that it overlaps; pixels that are not
 /// finite or are negative do not count; `None` where none does.
-fn row_average(picture: &Picture, row: usize, x: usize, n: usize) -> Option<Vec3> {
+fn row_average(picture: &Picture, radiometry: &Radiometry, row: usize, x: usize, n: usize) -> Option<Measured> {
     let pixels = &picture.pixels[row * picture.width..][..picture.width];
     let scale = picture.width as f32 / n as f32;
     let (from, to) = (x as f32 * scale, (x + 1) as f32 * scale);
     let mut sum = Vec3::ZERO;
-    let mut weight = 0.0;
+    let (mut weight, mut clipped) = (0.0, false);
     let last = (to.ceil() as usize).min(picture.width);
     for (i, &pixel) in pixels.iter().enumerate().take(last).skip(from as usize) {
         let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
         if Picture::valid(pixel) {
-            sum += pixel * w;
+            let r2 = radius2(picture.width, picture.height, i as f32 + 0.5, row as f32 + 0.5);
+            sum += radiometry.light(pixel, r2) * w;
             weight += w;
+            clipped |= radiometry.is_clipped(pixel);
         }
     }
-    (weight > 0.0).then(|| sum / weight)
+    (weight > 0.0).then(|| Measured { radiance: sum / weight, clipped })
 }
 
 impl CellHit {

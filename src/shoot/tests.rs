@@ -2,8 +2,10 @@
 
 use super::hits::{pack_normal, unpack_normal};
 use super::{Chart, Hits, Light, charted};
-use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection};
+use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection, Radiometry};
+use crate::render::{Irradiance, Relit, Source};
 use crate::scene::{Material, Mesh, Scene};
+use crate::volume::{self, Nearby, Transport, Volume};
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use proptest::prelude::*;
 use std::f32::consts::{PI, TAU};
@@ -105,7 +107,7 @@ fn a_distorted_lens_puts_light_where_it_comes_from() {
         let (chart, picture) = charted(photo, Projection::Camera(model));
         let eye = Vec3::splat(2.0);
         let hits = Arc::new(Hits::shoot(&scene, eye, Mat3::IDENTITY, chart));
-        let light = Light::new(&scene, &[(hits, &picture, 1.0)], None, None);
+        let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
         for (x, y) in [(8.0, 8.0), (150.0, 10.0), (80.0, 60.0), (12.0, 110.0), (150.0, 112.0)] {
             let d = model.direction(x, y);
             let point = eye + d.as_vec3() * (2.0 / d.y as f32);
@@ -126,7 +128,11 @@ fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
     let picture = Picture { width: 32, height: 32, pixels: vec![Vec3::ONE; 32 * 32] };
     let look = |turn: f32| {
         let to_world = Mat3::from_rotation_z(turn);
-        (Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), to_world, Chart::perspective(32, 32, 1.2))), &picture, 1.0)
+        (
+            Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), to_world, Chart::perspective(32, 32, 1.2))),
+            &picture,
+            Radiometry::default(),
+        )
     };
     // +y, then behind
     let light = Light::new(&scene, &[look(0.0), look(PI)], None, None);
@@ -135,6 +141,83 @@ fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
         assert_eq!(found.map(|f| f.0), Some(probe), "the wall at y = {y}");
     }
     assert!(light.finest(&scene, Vec3::new(4.0, 2.0, 2.0), Vec3::NEG_X).is_none(), "no photograph shows this wall");
+}
+
+#[test]
+fn clipped_pixels_are_lower_bounds() {
+    let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
+    let code = Radiometry { clipped: 0.98, ..Radiometry::default() };
+    let even = |value: f32| Picture { width: 64, height: 32, pixels: vec![Vec3::splat(value); 64 * 32] };
+    let hits = |x: f32| Arc::new(Hits::shoot(&scene, Vec3::new(x, 2.0, 2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
+    let at = |probes: &[(Arc<Hits>, &Picture, Radiometry)]| {
+        let light = Light::new(&scene, probes, None, None);
+        let (point, normal) = (Vec3::new(0.0, 2.1, 1.9), Vec3::X);
+        let e = light.observe(&scene, point, normal).expect("both see the wall").value().x;
+        let (probe, cell) = light.finest(&scene, point, normal).expect("the first is near");
+        (e / TAU, light.of_cell(&scene, probe, cell).x / TAU)
+    };
+    // the near probe is overexposed at gain 1: there is more light than that
+    let (white, grey) = (even(1.0), even(0.5));
+    let longer = Radiometry { gain: Vec3::splat(6.0), ..code };
+    let (near, far) = (hits(1.0), hits(2.5));
+    let close = |got: (f32, f32), e: f32| assert!((got.0 - e).abs() < 1e-3 && (got.1 - e).abs() < 1e-3, "{got:?} {e}");
+    close(at(&[(near.clone(), &white, code), (far.clone(), &grey, longer)]), 3.0);
+    // where all are clipped, the greatest bound is the best there is
+    close(at(&[(near.clone(), &white, code), (far.clone(), &white, longer)]), 6.0);
+    close(at(&[(near.clone(), &white, code)]), 1.0);
+    // values without an end are light, however high
+    let hdr = Radiometry::default();
+    assert!((at(&[(near, &white, hdr), (far, &grey, longer)]).0 - 1.0).abs() < 0.3);
+}
+
+#[test]
+fn a_channel_that_is_not_reflected_takes_the_light_of_the_others() {
+    let mut scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
+    scene.materials[0].albedo = Vec3::new(0.108, 0.011, 0.0);
+    let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(0.108, 0.022, 0.0); 64 * 32] };
+    let hits = Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
+    let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+    let e = light.observe(&scene, Vec3::new(0.0, 2.1, 1.9), Vec3::X).expect("the wall is seen").value() / PI;
+    assert!((e - Vec3::new(1.0, 2.0, 1.5)).abs().max_element() < 5e-3, "red paint is not black: {e}");
+}
+
+/// A floor and a table under an even sky that neither the site nor the photograph shows: the light on the floor tells how
+/// bright it is.
+#[test]
+fn the_open_top_of_a_scan_sends_what_records_ask_for() {
+    let mut mesh = Mesh::default();
+    let mut quad = |corner: Vec3, u: Vec3, v: Vec3| {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        mesh.materials.extend([0, 0]);
+    };
+    quad(Vec3::new(-5.0, -5.0, 0.0), Vec3::X * 10.0, Vec3::Y * 10.0);
+    quad(Vec3::new(-6.0, -6.0, 0.5), Vec3::X * 0.5, Vec3::Y * 0.5);
+    let grey = Material { name: String::new(), albedo: Vec3::splat(0.5), texture: None, emission: Vec3::ZERO };
+    let scene = Scene::new(mesh, vec![grey], Vec::new(), DVec3::ZERO);
+    // straight down; under a sky of radiance 3 the floor sends 1.5
+    let picture = Picture { width: 48, height: 48, pixels: vec![Vec3::splat(1.5); 48 * 48] };
+    let down = Mat3::from_rotation_x(-0.5 * PI);
+    let hits = Arc::new(Hits::shoot(&scene, Vec3::new(0.0, 0.0, 2.0), down, Chart::perspective(48, 48, 1.0)));
+    let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+    assert!((light.beyond(&scene) - 3.0).abs().max_element() < 0.03, "{}", light.beyond(&scene));
+    // what the photograph does not show takes the light of what it shows
+    let (aside, up) = (Vec3::new(4.0, 3.0, 0.0), Vec3::Z);
+    assert!(light.observe(&scene, aside, up).is_none());
+    let e = light.seen_neighbour(&scene, aside, up).expect("the floor is in sight");
+    assert!((e / (3.0 * PI) - 1.0).abs().max_element() < 1e-3, "{e}");
+    assert!(light.seen_neighbour(&scene, aside, -up).is_none(), "nothing faces down");
+    // the volume guesses as much, and says that it is a guess; a picture takes the neighbour
+    let settings = volume::Settings { cells: 16, rays: 64 };
+    let transport = Transport::cast(&scene, &[(aside, up)], &[&light], &settings);
+    let volume = Volume::new(&scene, &transport, &light);
+    let guess = volume.irradiance(&scene, aside, up, &mut Nearby::default()).expect("it was wanted");
+    assert!(guess.is_guess() && volume.is_open(), "{guess:?}");
+    assert!((guess.irradiance / (3.0 * PI) - 1.0).abs().max_element() < 0.05, "{guess:?}");
+    let relit = Relit { scene: &scene, light: &light, volume: Some(&volume), volume_only: false };
+    let lit = relit.lit(aside, up, &mut Nearby::default());
+    assert_eq!((lit.source, lit.shade), (Source::Neighbour, e));
 }
 
 proptest! {
@@ -179,7 +262,8 @@ proptest! {
         let hits = Arc::new(Hits::shoot(&scene, at, Mat3::from_rotation_z(0.4), chart));
         prop_assert_eq!(hits.count(), hits.chart.len());
         let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(1.0, 2.0, 0.5); 64 * 32] };
-        let light = Light::new(&scene, &[(hits, &picture, 2.0)], None, None);
+        let radiometry = Radiometry { gain: Vec3::splat(2.0), ..Radiometry::default() };
+        let light = Light::new(&scene, &[(hits, &picture, radiometry)], None, None);
         let axis = wall / 2;
         let (mut point, mut normal) = (Vec3::ZERO, Vec3::ZERO);
         point[(axis + 1) % 3] = on[0] * high[(axis + 1) % 3];

@@ -119,7 +119,9 @@ pub(super) struct ProbeTable {
     pub(super) k4: Option<Number>,
     pub(super) p1: Option<Number>,
     pub(super) p2: Option<Number>,
-    pub(super) gain: Option<Number>,
+    pub(super) gain: Option<Spanned<GainKey>>,
+    pub(super) vignetting: Option<Pair>,
+    pub(super) response: Option<Pair>,
 }
 
 #[derive(serde::Deserialize)]
@@ -299,6 +301,47 @@ impl<'de> Visitor<'de> for ProbesVisitor {
             names.push(name);
         }
         Ok(ProbesKey::These(names))
+    }
+}
+
+/// Radiance per stored value: of all channels, or of red, green and blue.
+pub(super) struct GainKey(pub(super) [f64; 3]);
+
+impl<'de> Deserialize<'de> for GainKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(GainVisitor).map(GainKey)
+    }
+}
+
+struct GainVisitor;
+
+impl<'de> Visitor<'de> for GainVisitor {
+    type Value = [f64; 3];
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number, or three numbers for red, green and blue")
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<[f64; 3], E> {
+        Ok([number; 3])
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<[f64; 3], E> {
+        Ok([number as f64; 3])
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<[f64; 3], A::Error> {
+        let mut numbers: Vec<f64> = Vec::new();
+        while let Some(number) = list.next_element()? {
+            numbers.push(number);
+        }
+        let count = numbers.len();
+        // one gain in brackets is as clear as one without
+        match numbers[..] {
+            [one] => Ok([one; 3]),
+            [r, g, b] => Ok([r, g, b]),
+            _ => Err(Error::invalid_length(count, &self)),
+        }
     }
 }
 

@@ -36,13 +36,13 @@ pub use frame::{Frame, Pose, Up};
 pub use poses::PoseFileError;
 pub use resection::{Resection, ResectionError};
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 pub use crate::panorama::{Distortion, Lens};
 
-use crate::panorama::Projection;
+use crate::panorama::{Coding, Projection, Radiometry};
 
 /// A checked site: all paths exist, all poses are finite, all names are unique.
 #[derive(Clone, Debug)]
@@ -198,8 +198,20 @@ pub struct Probe {
     pub pictures: Vec<LitPicture>,
     /// How pixels map to directions.
     pub projection: Projection,
-    /// Radiance per stored value.
-    pub gain: f32,
+    /// Radiance per stored value, by channel: exposure and white balance.
+    pub gain: Vec3,
+    /// Vignetting of a perspective picture, see [`Radiometry`].
+    pub vignetting: Vec2,
+    /// What the camera bent beside sRGB's curve, see [`Radiometry`].
+    pub response: Vec2,
+}
+
+impl Probe {
+    /// How values that its files store become light.
+    pub fn radiometry(&self, coding: Coding) -> Radiometry {
+        let Self { gain, vignetting, response, .. } = *self;
+        Radiometry { gain, vignetting, response, clipped: coding.clipped() }
+    }
 }
 
 /// One of a probe's pictures.

@@ -18,13 +18,19 @@ pub struct Comparison {
     pub all: Errors,
     /// Pixels lit by records, and the sky.
     pub records: Errors,
-    /// Pixels lit by the volume.
+    /// Pixels lit by the volume, or by neighbouring records.
     pub volume: Errors,
     /// Pixels whose middle no probe has in its line of sight.
     pub unseen: Errors,
-    /// The relative errors of these last, to take a median over several views.
+    /// Pixels that show a surface which reflects and has no light at all.
+    #[serde(default)]
+    pub unlit_pixels: usize,
+    /// The relative errors of pixels whose middle no probe has in its line of sight, to take a median over several views.
     #[serde(skip)]
     pub unseen_errors: Vec<f64>,
+    /// The same of pixels that no record lights.
+    #[serde(skip)]
+    pub filled_errors: Vec<f64>,
 }
 
 /// Errors over some pixels.
@@ -51,8 +57,22 @@ pub fn compare(
     photo: &Picture,
     left_out: Option<&[bool]>,
 ) -> Option<Comparison> {
+    compare_parts(&hidden(scene, probes, camera), camera, frame, photo, left_out)
+}
+
+/// [`compare`] for several photographs of one view, given for each pixel whether it is [`hidden`] from all probes.
+pub fn compare_parts(
+    hidden: &[bool],
+    camera: &Camera,
+    frame: &Frame,
+    photo: &Picture,
+    left_out: Option<&[bool]>,
+) -> Option<Comparison> {
     let (width, height) = (frame.radiance.width, frame.radiance.height);
-    if (photo.width, photo.height) != (width, height) || left_out.is_some_and(|m| m.len() != width * height) {
+    if (photo.width, photo.height) != (width, height)
+        || left_out.is_some_and(|m| m.len() != width * height)
+        || hidden.len() != width * height
+    {
         return None;
     }
     let shown = |i: usize| camera.shows((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
@@ -79,18 +99,22 @@ pub fn compare(
             median: median_relative_error(x, t, chosen),
         }
     };
-    let hidden = hidden(scene, probes, camera);
+    let filled = |i: usize| matches!(frame.source[i], Source::Volume | Source::Neighbour);
+    let lit = |i: usize| frame.radiance.pixels[i] != Vec3::ZERO || frame.albedo.pixels[i] == Vec3::ZERO;
+    let unlit = |i: &usize| counts[*i] && frame.depth[*i].is_finite() && !lit(*i);
     Some(Comparison {
         all: over(&|_| true),
-        records: over(&|i| frame.source[i] != Source::Volume),
-        volume: over(&|i| frame.source[i] == Source::Volume),
+        records: over(&|i| !filled(i)),
+        volume: over(&|i| filled(i)),
         unseen: over(&|i| hidden[i]),
+        unlit_pixels: (0..t.len()).filter(unlit).count(),
+        filled_errors: relative_errors(x, t, |i| counts[i] && filled(i)),
         unseen_errors: relative_errors(x, t, |i| counts[i] && hidden[i]),
     })
 }
 
-/// Whether no probe has the surface in the middle of each pixel in its line of sight.
-fn hidden(scene: &Scene, probes: &[Vec3], camera: &Camera) -> Vec<bool> {
+/// Whether no probe (places in local metres) has the surface in the middle of each pixel in its line of sight.
+pub fn hidden(scene: &Scene, probes: &[Vec3], camera: &Camera) -> Vec<bool> {
     let rays = PrimaryRays::new(camera, 1);
     let origin = scene.local(camera.pose.position);
     let width = camera.width as usize;

@@ -15,6 +15,7 @@ use crate::paper::{self, Plain, PlainRelit, ProbeLight};
 use crate::reference::{Estimate, Eye, Lights, Settings, add_samples};
 use crate::render::{Irradiance, Options, Relit, prepare, render};
 use crate::scene::Scene;
+use crate::shoot::read_light;
 use crate::site::Site;
 use crate::volume::{self, Volume};
 
@@ -134,7 +135,7 @@ impl Bench<'_> {
         let mut pictures = Vec::new();
         for probe in &self.site.probes {
             if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == self.lighting) {
-                pictures.push((probe, panorama::read(&lit.path)?));
+                pictures.push((probe, read_light(probe, &lit.path)?));
             }
         }
         let lights: Vec<ProbeLight> = pictures
@@ -144,7 +145,6 @@ impl Bench<'_> {
                 to_world: probe.pose.rotation.as_mat3(),
                 picture,
                 projection: probe.projection,
-                gain: probe.gain,
             })
             .collect();
         let plain = Plain::new(self.scene, &lights, settings);

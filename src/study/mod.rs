@@ -25,7 +25,7 @@ mod verdict;
 
 pub use blocks::{Block, Interval, Metric, Resamples};
 pub use clock::{Seconds, has_processor_time};
-pub use compare::{Comparison, Errors, compare};
+pub use compare::{Comparison, Errors, compare, compare_parts, hidden};
 pub use curve::{Curve, How, order, pareto};
 pub use error::StudyError;
 pub use flip::{flip, flip_ldr, flip_map};

@@ -36,6 +36,29 @@ pub struct Volume<'a> {
     anchors: &'a Anchors,
     /// Per anchor the vector irradiance of each channel, E(n) = n · vector; `None` where not gathered.
     vectors: Vec<Option<[Vec3; 3]>>,
+    /// Per anchor the share of its hemisphere from where somebody tells what light comes.
+    told: Vec<f32>,
+    open: bool,
+}
+
+/// What a volume says of a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Filled {
+    /// Irradiance without direct sun.
+    pub irradiance: Vec3,
+    /// The share of what the point sees from where somebody tells what light comes, 0..=1; the rest is guessed to be as
+    /// [`Light::beyond`].
+    pub told: f32,
+}
+
+impl Filled {
+    /// From this share on what is told makes the value; below, it is mostly a guess.
+    const TOLD: f32 = 0.9;
+
+    /// Whether the value is mostly a guess of what lies beyond.
+    pub fn is_guess(&self) -> bool {
+        self.told < Self::TOLD
+    }
 }
 
 /// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
@@ -50,21 +73,24 @@ impl<'a> Volume<'a> {
         let Transport { anchors, gathered, .. } = transport;
         let same_sun = light.sun.map(|s| s.direction) == transport.sun;
         // what arrives from seen surfaces, the sky, and unseen surfaces in direct sun
-        let (first, squares): (Vec<[Vec3; 3]>, Vec<f32>) = gathered
+        let (first, sums): (Vec<[Vec3; 3]>, Vec<[f32; 2]>) = gathered
             .par_iter()
             .map(|g| {
                 let mut vectors = [Vec3::ZERO; 3];
-                let mut squares = 0.0;
+                let (mut squares, mut all, mut untold) = (0.0, 0.0, 0.0);
                 let normal = anchors.list[g.anchor as usize].normal;
                 let mut add = |weight: Vec3, radiance: Vec3| {
                     add(&mut vectors, weight, radiance);
                     squares += (weight.dot(normal) * luminance(radiance)).powi(2);
+                    all += weight.dot(normal);
                 };
                 for s in &g.sky {
-                    add(s.weight, light.sky(s.direction));
+                    let told = light.told_sky(s.direction);
+                    untold += if told.is_none() { s.weight.dot(normal) } else { 0.0 };
+                    add(s.weight, told.unwrap_or_else(|| light.beyond(scene)));
                 }
                 for s in &g.seen {
-                    add(s.weight, s.rho * light.records[s.probe as usize].light(s.cell));
+                    add(s.weight, s.rho * light.of_cell(scene, s.probe, s.cell));
                 }
                 for u in &g.unseen {
                     let direct = || match light.sun {
@@ -75,9 +101,10 @@ impl<'a> Volume<'a> {
                     let e = if u.linked { None } else { light.glimpse(scene, u.position, u.normal) };
                     add(u.weight, u.rho * e.unwrap_or_else(direct));
                 }
-                (vectors, squares)
+                (vectors, [squares, if all > 0.0 { 1.0 - untold / all } else { 1.0 }])
             })
             .unzip();
+        let (squares, told): (Vec<f32>, Vec<f32>) = sums.into_iter().map(|[squares, told]| (squares, told)).unzip();
         // Jacobi steps of E = first + K E: each reads only the last one's values
         let mut last = first.clone();
         for _ in 0..EXCHANGES {
@@ -110,7 +137,14 @@ impl<'a> Volume<'a> {
         }
         let last = transport.beside.even(anchors, gathered, &last, &squares);
         let vectors = transport.places.iter().map(|&place| last.get(place as usize).copied()).collect();
-        Self { anchors, vectors }
+        let open = told.iter().any(|t| *t < Filled::TOLD);
+        let told = transport.places.iter().map(|&place| told.get(place as usize).copied().unwrap_or(0.0)).collect();
+        Self { anchors, vectors, told, open }
+    }
+
+    /// Whether some of its places see much of what nobody tells of, as in an open scan.
+    pub fn is_open(&self) -> bool {
+        self.open
     }
 
     /// Number of places that hold a value.
@@ -125,7 +159,7 @@ impl<'a> Volume<'a> {
 
     /// Irradiance on a surface, without direct sun; `None` where no value is near that the point can see. `near` keeps
     /// what was found for the last point, which serves for points close by.
-    pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Vec3> {
+    pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Filled> {
         /// How far from a point, in cells, what it sees counts as seen.
         const CLOSE: f32 = 0.15;
         let close = CLOSE * self.anchors.grid.cell_m;
@@ -138,20 +172,21 @@ impl<'a> Volume<'a> {
             seen
         });
         let mut sum = Vec3::ZERO;
-        let mut total = 0.0;
+        let (mut told, mut total) = (0.0, 0.0);
         for index in seen.iter() {
             if let Some(vectors) = &self.vectors[index as usize] {
                 let weight = self.anchors.weight(index, point, normal);
                 sum += irradiance(vectors, normal) * weight;
+                told += self.told[index as usize] * weight;
                 total += weight;
             }
         }
-        (total > 0.0).then(|| sum / total)
+        (total > 0.0).then(|| Filled { irradiance: sum / total, told: told / total })
     }
 
     /// Irradiance on a surface without direct sun, gathered on the spot by a few rays: for the odd point that has no
     /// value near.
-    pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, near: &mut Nearby) -> Vec3 {
+    pub fn gather(&self, scene: &Scene, light: &Light, point: Vec3, normal: Vec3, near: &mut Nearby) -> Filled {
         const RAYS: u32 = 32;
         /// How far from a point, in cells, what was gathered for it is taken over.
         const CLOSE: f32 = 0.25;
@@ -161,19 +196,22 @@ impl<'a> Volume<'a> {
         }
         let origin = point + normal * self.anchors.lift();
         let lobes = Guide::default().from(origin, normal);
-        let mut sum = Vec3::ZERO;
+        let (mut sum, mut untold) = (Vec3::ZERO, 0);
         for k in 0..RAYS {
             let Some((direction, _)) = lobes.sample(0.5, anchors::plastic(u64::from(k))) else { continue };
             let ray = Ray { origin, direction };
             sum += match scene.tracer.closest(&ray, 1e-4) {
-                None => light.sky(direction),
+                None => light.told_sky(direction).unwrap_or_else(|| {
+                    untold += 1;
+                    light.beyond(scene)
+                }),
                 Some(hit) => {
                     let s = scene.surface(&ray, &hit);
                     let direct = || light.direct_sun(scene, s.position, s.normal);
                     let e = match light.nearest(scene, s.position, s.normal) {
                         Some(e) => e,
                         None => match self.irradiance(scene, s.position, s.normal, near) {
-                            Some(e) => e + direct(),
+                            Some(filled) => filled.irradiance + direct(),
                             None => light.glimpse(scene, s.position, s.normal).unwrap_or_else(direct),
                         },
                     };
@@ -181,7 +219,7 @@ impl<'a> Volume<'a> {
                 }
             };
         }
-        let gathered = sum * (PI / RAYS as f32);
+        let gathered = Filled { irradiance: sum * (PI / RAYS as f32), told: 1.0 - untold as f32 / RAYS as f32 };
         near.gathered.put(point, normal, close, gathered);
         gathered
     }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::Weighted;
+use super::{Filled, Weighted};
 
 /// The most anchors that a point takes its value from.
 pub(super) const ENOUGH: usize = 8;
@@ -12,7 +12,7 @@ pub(super) const ENOUGH: usize = 8;
 pub struct Nearby {
     pub(super) around: Vec<Weighted>,
     pub(super) seen: Recent<Seen>,
-    pub(super) gathered: Recent<Vec3>,
+    pub(super) gathered: Recent<Filled>,
 }
 
 impl Nearby {

@@ -1,7 +1,7 @@
 //! Grid, anchors, guided rays, and the fill in a furnace.
 
 use super::{Anchors, Grid, Guide, Nearby, Settings, Transport, Volume};
-use crate::panorama::Picture;
+use crate::panorama::{Picture, Radiometry};
 use crate::scene::{Material, Mesh, Scene};
 use crate::shoot::{Chart, Hits, Light};
 use glam::{DVec3, IVec3, Mat3, Vec2, Vec3};
@@ -138,7 +138,7 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
     let scene = scene(&quads, 1.0);
     let hits = Hits::shoot(&scene, Vec3::new(1.7, 1.4, 1.3), Mat3::IDENTITY, Chart::latlong(64, 32));
     let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(3.0); 64 * 32] };
-    let light = Light::new(&scene, &[(Arc::new(hits), &picture, 1.0)], None, None);
+    let light = Light::new(&scene, &[(Arc::new(hits), &picture, Radiometry::default())], None, None);
     let points: Vec<(Vec3, Vec3)> = (0..36)
         .map(|i| Vec2::new((i % 6) as f32 + 0.5, (i / 6) as f32 + 0.5) * 0.2)
         .map(|u| (Vec3::new(2.8, 0.8 + u.x, 0.6 + u.y), Vec3::X))
@@ -149,10 +149,11 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
     assert!(!volume.is_empty());
     let mut mean = 0.0;
     for &(p, n) in &points {
-        let e = volume.irradiance(&scene, p, n, &mut Nearby::default()).expect("the panel was wanted").x / (PI * 3.0);
+        let e = volume.irradiance(&scene, p, n, &mut Nearby::default()).expect("the panel was wanted").irradiance.x
+            / (PI * 3.0);
         assert!((e - 1.0).abs() < 0.05, "{p}: {e}");
         mean += e / points.len() as f32;
-        let on_the_spot = volume.gather(&scene, &light, p, n, &mut Nearby::default()).x / (PI * 3.0);
+        let on_the_spot = volume.gather(&scene, &light, p, n, &mut Nearby::default()).irradiance.x / (PI * 3.0);
         assert!((on_the_spot - 1.0).abs() < 0.1, "{p}: {on_the_spot}");
     }
     println!("mean {mean}");

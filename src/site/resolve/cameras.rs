@@ -1,6 +1,6 @@
 //! The `[cameras]` table: views and probes from another program's pose file.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -101,7 +101,9 @@ impl Resolver<'_> {
                     pose: camera.pose,
                     pictures: vec![LitPicture { lighting: lighting.to_owned(), path: photo.clone() }],
                     projection: Projection::Camera(camera.model()),
-                    gain: 1.0,
+                    gain: Vec3::ONE,
+                    vignetting: Vec2::ZERO,
+                    response: Vec2::ZERO,
                 });
             }
             if part.is_view {

@@ -1,16 +1,17 @@
 //! `[[probe]]` tables.
 
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::ops::Range;
 use toml::Spanned;
 
 use super::super::fault::SiteError;
-use super::super::file::{ImageKey, ProbeTable, ProjectionKey};
+use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey};
 use super::super::pose::{Orientation, finite};
 use super::super::{LitPicture, Probe, Site};
 use super::Resolver;
 use super::lens::{LensKeys, lens_keys};
 use super::names::{lighting_name, safe_name};
-use crate::panorama::{Exif, Lens, Projection};
+use crate::panorama::{Exif, Lens, Projection, response_rises as rises};
 
 impl Resolver<'_> {
     pub(super) fn probe(&self, table: &Spanned<ProbeTable>) -> Result<Probe, SiteError> {
@@ -47,8 +48,48 @@ impl Resolver<'_> {
                 })
                 .collect::<Result<_, SiteError>>()?,
         };
-        let gain = t.gain.as_ref().map_or(Ok(1.0), |g| self.number(g, |v| v > 0.0, "a gain above zero"))? as f32;
-        Ok(Probe { name: t.name.get_ref().clone(), pose, pictures, projection, gain })
+        let gain = t.gain.as_ref().map_or(Ok(Vec3::ONE), |g| self.gain(g))?;
+        let two = |key: &Option<Pair>| key.as_ref().map_or(Ok(Vec2::ZERO), |k| self.two(k));
+        let (vignetting, response) = (two(&t.vignetting)?, two(&t.response)?);
+        if let (Some(key), false) =
+            (&t.vignetting, matches!(projection, Projection::Perspective { .. } | Projection::Camera(_)))
+        {
+            return Err(self.source.fault(
+                key.span(),
+                "vignetting belongs to projection = \"perspective\" only",
+                "Remove vignetting, or set the projection",
+            ));
+        }
+        if let (Some(key), false) = (&t.response, rises(response)) {
+            return Err(self.source.fault(
+                key.span(),
+                "the response falls somewhere between black and white",
+                "Give [a, b] with 1 + a x + 2 b x² above zero for all x from 0 to 1",
+            ));
+        }
+        Ok(Probe { name: t.name.get_ref().clone(), pose, pictures, projection, gain, vignetting, response })
+    }
+
+    fn gain(&self, key: &Spanned<GainKey>) -> Result<Vec3, SiteError> {
+        let GainKey(gain) = *key.get_ref();
+        let bad = gain.into_iter().find(|&g| !(g > 0.0 && (g as f32).is_normal()));
+        bad.map_or(Ok(DVec3::from(gain).as_vec3()), |bad| {
+            Err(self.source.fault(key.span(), format!("expected a gain above zero, found {bad}"), "Correct the number"))
+        })
+    }
+
+    fn two(&self, key: &Pair) -> Result<Vec2, SiteError> {
+        /// Beyond this a picture's corner, or white, would be brighter or darker by a factor of 3,000.
+        const MOST: f64 = 8.0;
+        let two: [f64; 2] = **key.get_ref();
+        match two.into_iter().find(|v| v.is_nan() || v.abs() > MOST) {
+            None => Ok(DVec2::from(two).as_vec2()),
+            Some(bad) => Err(self.source.fault(
+                key.span(),
+                format!("expected two numbers from -{MOST} to {MOST}, found {bad}"),
+                "Correct the number",
+            )),
+        }
     }
 }
 
@@ -110,7 +151,7 @@ pub(super) fn with_exif_gains(probes: &mut [Probe], has_gain: bool) {
     let Some(values) = values else { return };
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     for (probe, value) in probes.iter_mut().zip(values) {
-        probe.gain = (value - mean).exp2() as f32;
+        probe.gain = Vec3::splat((value - mean).exp2() as f32);
     }
 }
 
