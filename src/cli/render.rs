@@ -72,6 +72,9 @@ pub(crate) struct RenderArgs {
     /// Write albedo, normal, depth, source and agreement into the EXR too
     #[arg(long)]
     layers: bool,
+    /// Find the poses of probes and photographs first, as `register` does, and use those that are sure
+    #[arg(long)]
+    register: bool,
     /// Leave no stage out, needed or not
     #[arg(long)]
     all_stages: bool,
@@ -131,7 +134,14 @@ struct Done {
 /// Renders a site's views and tells `out` about it.
 pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let start = Instant::now();
-    let site = Site::load(&args.site)?;
+    let mut site = Site::load(&args.site)?;
+    chosen(&site, &args.view)?;
+    if args.register {
+        let (found, lines) =
+            super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
+        site = found;
+        site.warnings.extend(lines);
+    }
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };

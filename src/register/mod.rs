@@ -13,6 +13,7 @@
 mod error;
 mod model;
 mod picture;
+mod preview;
 mod raster;
 mod refine;
 mod run;
@@ -21,6 +22,7 @@ mod together;
 mod verdict;
 
 pub use error::RegisterError;
+pub use preview::{Preview, picture, preview};
 pub use run::register;
 
 use crate::site::{Pose, Site};
