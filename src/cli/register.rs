@@ -26,7 +26,7 @@ pub(crate) struct RegisterArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = ValueHint::AnyPath)]
     site: PathBuf,
-    /// Only the probe or view of this name; may be given several times
+    /// Only the probe or view of this name, or both; may be given several times
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Search so many metres around the place in the site file
@@ -177,6 +177,12 @@ pub(crate) fn in_passing(
     }
     let lighting = Some(known_lighting(site, lighting)?);
     let mut all = found(site, &scene, &Settings { lighting, only, ..Settings::default() }, show)?;
+    // a view may share a probe's name
+    let asked = |f: &Registered| match f.subject {
+        Subject::Probe(_) => true,
+        Subject::View(i) => views.is_empty() || views.contains(&site.views[i].name),
+    };
+    all.retain(asked);
     let line = |f: &Registered| format!("{} “{}”: {}", kind(f.subject), f.subject.name(site), register_words(f));
     let lines = all.iter().map(line).collect();
     all.retain(|f| f.verdict == Verdict::Found);

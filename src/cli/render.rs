@@ -133,7 +133,6 @@ struct Done {
 
 /// Renders a site's views and tells `out` about it.
 pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let start = Instant::now();
     let mut site = Site::load(&args.site)?;
     chosen(&site, &args.view)?;
     if args.register {
@@ -142,6 +141,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         site = found;
         site.warnings.extend(lines);
     }
+    let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };

@@ -342,7 +342,7 @@ fn numbers(svg: &mut Svg, about: &RegisterSheet, top: f64) {
         ));
     }
     lines.push(
-        "Fit: correlation of the picture\u{2019}s edges with the model\u{2019}s, 1 at best; half of that is usual, for light and \
+        "Fit: correlation of the picture\u{2019}s edges with the model\u{2019}s, 1 at best; 0.5 to 0.7 is usual, for light and \
          shadow have edges that no model has. Read the sheet by the lines: from a right pose they run along corners, frames and \
          steps in the picture; from a wrong one they cross them."
             .to_owned(),
