@@ -34,6 +34,9 @@ pub(crate) struct AuditArgs {
     /// Take the cameras' poses as they are
     #[arg(long)]
     no_pose: bool,
+    /// Find the poses of probes and photographs first, as `register` does, and use those that are sure
+    #[arg(long)]
+    register: bool,
     /// Work at so many pixels along the photographs' longer side at most
     #[arg(long, value_name = "PIXELS", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(64..=8192))]
     longest: u32,
@@ -50,7 +53,7 @@ pub(crate) struct AuditArgs {
 
 /// Audits a site and tells `out` about it.
 pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let site = Site::load(&args.site)?;
+    let mut site = Site::load(&args.site)?;
     let file = site.file.display();
     for name in &args.view {
         match site.views.iter().find(|v| v.name == *name) {
@@ -61,6 +64,11 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
                 bail!("{file}: there is no view “{name}”. The site's views: {}", known.join(", "));
             }
         }
+    }
+    let mut found = Vec::new();
+    if args.register {
+        (site, found) =
+            super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
     }
     let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     let folder = args.out.clone().unwrap_or_else(|| super::render::default_folder(&site));
@@ -81,7 +89,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     };
     let mut audit = audit::audit(&site, &scene, &lighting, &args.view, &settings, &tell)?;
     bar.finish_and_clear();
-    audit.warnings.extend(health.warnings);
+    audit.warnings.extend(health.warnings.into_iter().chain(found));
     audit.write(&folder)?;
     write_audit_sheets(&site, &scene, &audit, &super::own_command(), &folder)?;
     if args.json {

@@ -9,6 +9,7 @@ pub(crate) mod demo;
 pub(crate) mod gallery;
 pub(crate) mod plan;
 mod progress;
+pub(crate) mod register;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod simulate;
@@ -36,6 +37,7 @@ enum Verb {
     Demo(demo::DemoArgs),
     Plan(plan::PlanArgs),
     Gallery(gallery::GalleryArgs),
+    Register(register::RegisterArgs),
     Render(Box<render::RenderArgs>),
     Report(report::ReportArgs),
     Simulate(simulate::SimulateArgs),
@@ -59,6 +61,7 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
         Verb::Demo(args) => demo::run(args, out)?,
         Verb::Gallery(args) => gallery::run(args, out)?,
         Verb::Plan(args) => plan::run(args, out)?,
+        Verb::Register(args) => register::run(args, out)?,
         Verb::Render(args) => render::run(args, out)?,
         Verb::Report(args) => report::run(args, out)?,
         Verb::Simulate(args) => simulate::run(args, out)?,

@@ -86,6 +86,9 @@ pub(crate) struct RenderArgs {
     /// 1 records, 2 the volume, 3 neighbouring or little trusted records
     #[arg(long)]
     layers: bool,
+    /// Find the poses of probes and photographs first, as `register` does, and use those that are sure
+    #[arg(long)]
+    register: bool,
     /// Leave no stage out, needed or not
     #[arg(long)]
     all_stages: bool,
@@ -111,8 +114,15 @@ enum Method {
 
 /// Renders a site's views and tells `out` about it.
 pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let start = Instant::now();
     let mut site = Site::load(&args.site)?;
+    chosen(&site, &args.view)?;
+    if args.register {
+        let (found, lines) =
+            super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
+        site = found;
+        site.warnings.extend(lines);
+    }
+    let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };

@@ -14,6 +14,7 @@ mod error;
 mod misfit;
 mod model;
 mod picture;
+mod preview;
 mod raster;
 mod refine;
 mod run;
@@ -23,6 +24,7 @@ mod verdict;
 
 pub use error::RegisterError;
 pub use misfit::{Misfit, misfits};
+pub use preview::{Preview, picture, preview};
 pub use run::register;
 
 use crate::site::{Pose, Site};

@@ -13,6 +13,7 @@ mod marked;
 pub mod page;
 mod plan_sheet;
 mod png;
+mod register_sheet;
 mod study_sheet;
 mod study_table;
 pub mod style;
@@ -28,6 +29,7 @@ pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
 pub use plan_sheet::plan_sheet;
 pub use png::{png, text_width, wrap};
+pub use register_sheet::{RegisterSheet, register_sheet, register_stem, register_words};
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};
 

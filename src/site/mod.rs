@@ -1,6 +1,7 @@
 //! The site file: what a site is made of, checked, with every pose brought into the program's frame.
 //!
-//! `file` knows the keys, `resolve` checks them table by table, `fault` says what is wrong and where. `camera` and `lens`
+//! `file` knows the keys, `resolve` checks them table by table, `fault` says what is wrong and where, [`edit`] writes poses
+//! back. `camera` and `lens`
 //! map points to pixels and back, `resection` finds a pose from picked points, `poses` reads what other programs found.
 //!
 //! # Orientation
@@ -20,6 +21,7 @@
 //! ([`Pose::rotation`]).
 
 mod camera;
+pub mod edit;
 mod fault;
 mod file;
 pub(crate) mod files;

@@ -7,6 +7,7 @@ mod table;
 mod words;
 mod write;
 
+pub(super) use pictures::{png as picture_png, reduced};
 pub use write::write_audit_sheets;
 
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, Style, VERMILION, WHITE, YELLOW};

@@ -60,7 +60,7 @@ fn picture(svg: &mut Svg, frame: [f64; 4], picture: &Picture, says: &str, show: 
 }
 
 /// A PNG of a picture as `show` shows it, sRGB-encoded 0..=1.
-pub(super) fn png(picture: &Picture, show: impl Fn(Vec3) -> Vec3) -> Option<Vec<u8>> {
+pub(in crate::report) fn png(picture: &Picture, show: impl Fn(Vec3) -> Vec3) -> Option<Vec<u8>> {
     use image::ImageEncoder;
     let bytes: Vec<u8> =
         picture.pixels.iter().flat_map(|p| show(*p).to_array()).map(|v| (v * 255.0).round() as u8).collect();
@@ -71,7 +71,7 @@ pub(super) fn png(picture: &Picture, show: impl Fn(Vec3) -> Vec3) -> Option<Vec<
 }
 
 /// A picture averaged down to at most so many pixels along its longer side.
-pub(super) fn reduced(picture: &Picture, most: usize) -> Picture {
+pub(in crate::report) fn reduced(picture: &Picture, most: usize) -> Picture {
     let step = picture.width.max(picture.height).div_ceil(most).max(1);
     let (width, height) = (picture.width.div_ceil(step), picture.height.div_ceil(step));
     let mut small = Picture::new(width, height);

@@ -1,0 +1,364 @@
+//! `clerestory register SITE`.
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueHint};
+use clerestory::register::{self, Registered, Rival, Settings, Subject, Verdict};
+use clerestory::report::{RegisterSheet, register_sheet, register_stem, register_words, write_file, write_sheet};
+use clerestory::scene::{self, Health, Scene};
+use clerestory::site::edit::{Listed, PoseChange, in_site_file, length_decimals, number, with_poses};
+use clerestory::site::{CameraSource, Frame, Site};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Find where probes and photographs were taken, against the model and each other.
+///
+/// Says for each picture how far its pose was off, how sure the one found is, and whether another place fits as well;
+/// prints blocks to paste, and writes a sheet per picture (register-probe-NAME or register-view-NAME, .svg and .png) into
+/// --out. The site file stays as it is; --write makes a copy with the poses found.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory register sites/chapel\n  \
+    clerestory register sites/chapel --only west --within 0.5\n  \
+    clerestory register my-site --write my-site/registered.toml\n  \
+    clerestory register my-site --write my-site/site.toml --overwrite")]
+pub(crate) struct RegisterArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Only the probe or view of this name, or both; may be given several times
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Search so many metres around the place in the site file
+    #[arg(long, value_name = "METRES", default_value_t = Settings::default().within_m, value_parser = within)]
+    within: f32,
+    /// Search so many degrees of tilt around the one in the site file; headings are searched all round
+    #[arg(long, value_name = "DEGREES", default_value_t = Settings::default().tilt_deg, value_parser = tilt)]
+    tilt: f32,
+    /// The probes' pictures of this lighting [default: the site's first]
+    #[arg(long, value_name = "NAME")]
+    lighting: Option<String>,
+    /// Each picture against the model alone, not against what the others saw
+    #[arg(long)]
+    alone: bool,
+    /// Write a copy of the site file with the poses found, beside it
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    write: Option<PathBuf>,
+    /// Let --write take the place of a file that is there, the site file itself included
+    #[arg(long, requires = "write")]
+    overwrite: bool,
+    /// Folder for the sheets [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Outcome {
+    pictures: Vec<Told>,
+    written: Option<PathBuf>,
+    warnings: Vec<String>,
+}
+
+/// One picture. Positions are in the model's axes and units, angles in degrees as the site file has them.
+#[derive(Serialize)]
+struct Told {
+    name: String,
+    kind: &'static str,
+    verdict: &'static str,
+    position: [f64; 3],
+    heading: f64,
+    pitch: f64,
+    roll: f64,
+    moved_m: f64,
+    turned_deg: f64,
+    sigma_m: Option<f64>,
+    sigma_deg: Option<f64>,
+    fit: f64,
+    fit_given: f64,
+    rival: Option<ToldRival>,
+    note: String,
+    sheet: PathBuf,
+    /// Why `--write` leaves this pose, where it does.
+    not_written: Option<String>,
+}
+
+#[derive(Serialize)]
+struct ToldRival {
+    position: [f64; 3],
+    heading: f64,
+    pitch: f64,
+    roll: f64,
+    fit: f64,
+    best: f64,
+    worse: f64,
+}
+
+/// Registers a site's pictures and tells `out` about it.
+pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let site = Site::load(&args.site)?;
+    let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
+    let lighting = known_lighting(&site, args.lighting.as_deref())?;
+    let folder = args.out.clone().unwrap_or_else(|| super::render::default_folder(&site));
+    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
+    let settings = Settings {
+        within_m: args.within,
+        tilt_deg: args.tilt,
+        together: !args.alone,
+        lighting: Some(lighting.clone()),
+        only: args.only.clone(),
+        ..Settings::default()
+    };
+    let all = found(&site, &scene, &settings, !args.quiet && !args.json)?;
+    let mut told = Vec::new();
+    for f in &all {
+        let sheet = sheet(&site, &scene, f, &lighting, &folder)?;
+        told.push(tell(&site, f, sheet));
+    }
+    if let Some(target) = &target {
+        write(&site, &all, target, &mut told)?;
+    }
+    let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
+    let outcome = Outcome { pictures: told, written: target, warnings };
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else if !args.quiet {
+        print(&outcome, &site, &all, out)?;
+    }
+    Ok(())
+}
+
+/// The lighting to take, which must be one of the site's.
+fn known_lighting(site: &Site, wanted: Option<&str>) -> anyhow::Result<String> {
+    let known = site.lightings();
+    match wanted {
+        Some(name) if !known.iter().any(|k| k == name) => {
+            bail!("{}: there is no lighting “{name}”. The site's lightings: {}", site.file.display(), known.join(", "))
+        }
+        Some(name) => Ok(name.to_owned()),
+        None => Ok(known.first().cloned().unwrap_or_default()),
+    }
+}
+
+fn found(site: &Site, scene: &Scene, settings: &Settings, show: bool) -> anyhow::Result<Vec<Registered>> {
+    let bar = super::progress::bar(show, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
+    let tell = |what: &str, done: usize, all: usize| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+        bar.set_message(what.to_owned());
+    };
+    let all = register::register(site, scene, settings, &tell)?;
+    bar.finish_and_clear();
+    Ok(all)
+}
+
+/// A site with the poses that registration is sure of, and a line per picture that says what changed: for other verbs, in
+/// passing. Where `views` are named, no other views are registered.
+pub(crate) fn in_passing(
+    site: &Site,
+    lighting: Option<&str>,
+    views: &[String],
+    show: bool,
+) -> anyhow::Result<(Site, Vec<String>)> {
+    let scene = scene::load(site, &mut Health::default())?;
+    let mut only = Vec::new();
+    if !views.is_empty() {
+        only.extend(site.probes.iter().filter(|p| !p.pictures.is_empty()).map(|p| p.name.clone()));
+        only.extend(site.views.iter().filter(|v| v.photo.is_some() && views.contains(&v.name)).map(|v| v.name.clone()));
+    }
+    let lighting = Some(known_lighting(site, lighting)?);
+    let mut all = found(site, &scene, &Settings { lighting, only, ..Settings::default() }, show)?;
+    // a view may share a probe's name
+    let asked = |f: &Registered| match f.subject {
+        Subject::Probe(_) => true,
+        Subject::View(i) => views.is_empty() || views.contains(&site.views[i].name),
+    };
+    all.retain(asked);
+    let line = |f: &Registered| format!("{} “{}”: {}", kind(f.subject), f.subject.name(site), register_words(f));
+    let lines = all.iter().map(line).collect();
+    all.retain(|f| f.verdict == Verdict::Found);
+    Ok((register::with_poses(site, &all), lines))
+}
+
+/// Draws and writes a picture's sheet; gives the SVG's path.
+fn sheet(site: &Site, scene: &Scene, found: &Registered, lighting: &str, folder: &Path) -> anyhow::Result<PathBuf> {
+    let Some(picture) = register::picture(site, found.subject, lighting)? else {
+        bail!("{}: “{}” has no picture any more", site.file.display(), found.subject.name(site));
+    };
+    let about = RegisterSheet { site, scene, found, picture: &picture, command: &super::own_command() };
+    let [svg, _] = write_sheet(&register_sheet(&about), folder, &register_stem(site, found.subject))?;
+    Ok(svg)
+}
+
+/// The file to write, if it may be written: beside the site file, whose paths are relative, and new unless `overwrite`.
+fn writable(file: &Path, site: &Site, overwrite: bool) -> anyhow::Result<PathBuf> {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        parent.canonicalize().with_context(|| format!("{}: there is no such folder", parent.display()))
+    };
+    let home = folder(&site.file)?;
+    if file.is_dir() || file.file_name().is_none() {
+        bail!("{}: expected a file to write, found a folder. Add a name, such as registered.toml", file.display());
+    }
+    if folder(file)? != home {
+        bail!(
+            "{}: the site file's paths are relative to its folder, so a copy elsewhere would not find its files. Write \
+             it into {}",
+            file.display(),
+            site.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).display()
+        );
+    }
+    if file.exists() && !overwrite {
+        let own = file.canonicalize().ok() == site.file.canonicalize().ok();
+        let what = if own { "this is the site file itself" } else { "the file is there already" };
+        bail!("{}: {what}. Give another name, or --overwrite to take its place", file.display());
+    }
+    Ok(file.to_owned())
+}
+
+/// Writes the copy of the site file with the poses found, and notes which could not be written.
+fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [Told]) -> anyhow::Result<()> {
+    let text = std::fs::read_to_string(&site.file).with_context(|| format!("{}", site.file.display()))?;
+    let change =
+        |f: &Registered| PoseChange { list: list(f.subject), name: f.subject.name(site).to_owned(), pose: f.pose };
+    let sure: Vec<usize> = (0..all.len()).filter(|&i| all[i].verdict == Verdict::Found).collect();
+    let changes: Vec<PoseChange> = sure.iter().map(|&i| change(&all[i])).collect();
+    let edited = with_poses(&text, &site.frame, &changes).with_context(|| format!("{}", site.file.display()))?;
+    write_file(target, edited.text.as_bytes())?;
+    for (t, f) in told.iter_mut().zip(all).filter(|(_, f)| f.verdict != Verdict::Found) {
+        t.not_written = Some(format!("{}, so the pose given stays", verdict(f.verdict).replace('_', " ")));
+    }
+    for (k, why) in edited.left {
+        told[sure[k]].not_written = Some(why.to_string());
+    }
+    Ok(())
+}
+
+fn list(subject: Subject) -> Listed {
+    match subject {
+        Subject::Probe(_) => Listed::Probe,
+        Subject::View(_) => Listed::View,
+    }
+}
+
+fn kind(subject: Subject) -> &'static str {
+    list(subject).key()
+}
+
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Found => "found",
+        Verdict::Ambiguous => "ambiguous",
+        Verdict::NotFound => "not_found",
+    }
+}
+
+fn tell(site: &Site, f: &Registered, sheet: PathBuf) -> Told {
+    let [heading, pitch, roll] = site.frame.bearings(&f.pose.rotation);
+    let known = f.verdict != Verdict::NotFound;
+    let rival = |r: &Rival| {
+        let [heading, pitch, roll] = site.frame.bearings(&r.pose.rotation);
+        let position = site.frame.point_out(r.pose.position).to_array();
+        ToldRival { position, heading, pitch, roll, fit: r.fit, best: r.best, worse: r.worse }
+    };
+    Told {
+        name: f.subject.name(site).to_owned(),
+        kind: kind(f.subject),
+        verdict: verdict(f.verdict),
+        position: site.frame.point_out(f.pose.position).to_array(),
+        heading,
+        pitch,
+        roll,
+        moved_m: f.moved_m(),
+        turned_deg: f.turned_deg(),
+        sigma_m: known.then(|| f.position_m()),
+        sigma_deg: known.then(|| f.direction_deg()),
+        fit: f.fit,
+        fit_given: f.fit_given,
+        rival: f.rival.as_ref().map(rival),
+        note: register_words(f),
+        sheet,
+        not_written: None,
+    }
+}
+
+fn print(outcome: &Outcome, site: &Site, all: &[Registered], out: &mut impl Write) -> io::Result<()> {
+    for warning in &outcome.warnings {
+        writeln!(out, "! {warning}")?;
+    }
+    for t in &outcome.pictures {
+        writeln!(out, "{} “{}”: {}", t.kind, t.name, t.note)?;
+        write!(out, "  fit {:.2} before, {:.2} now", t.fit_given, t.fit)?;
+        match &t.rival {
+            Some(r) if t.verdict == "found" => writeln!(
+                out,
+                "; the next best place, at {}, fits {:.2} where this one fits {:.2}",
+                point(&site.frame, r.position),
+                r.fit,
+                r.best
+            )?,
+            Some(r) if t.verdict == "ambiguous" => writeln!(
+                out,
+                "; the places are {} and {}",
+                point(&site.frame, t.position),
+                point(&site.frame, r.position)
+            )?,
+            _ => writeln!(out)?,
+        }
+        if let Some(why) = &t.not_written {
+            writeln!(out, "  ! not written: {why}")?;
+        }
+        writeln!(out, "  {}", t.sheet.display())?;
+    }
+    for f in all.iter().filter(|f| f.verdict == Verdict::Found) {
+        writeln!(out, "\n{}", block(site, f))?;
+    }
+    if all.iter().any(|f| f.verdict == Verdict::Found) {
+        writeln!(out)?;
+    }
+    if let Some(file) = &outcome.written {
+        writeln!(out, "written: {}", file.display())?;
+    }
+    Ok(())
+}
+
+/// A point in the model's axes and units.
+fn point(frame: &Frame, position: [f64; 3]) -> String {
+    let decimals = length_decimals(frame).min(2);
+    format!("[{}]", position.map(|v| number(v, decimals)).join(", "))
+}
+
+/// What to paste into the site file.
+fn block(site: &Site, f: &Registered) -> String {
+    let (position, [heading, pitch, roll]) = in_site_file(&site.frame, &f.pose);
+    let elsewhere = match f.subject {
+        Subject::View(i) => !matches!(site.views[i].source, CameraSource::SiteFile),
+        Subject::Probe(_) => false,
+    };
+    let note = if elsewhere { "   # with the lens and the photo of this view" } else { "" };
+    format!(
+        "[[{}]]{note}\nname = {:?}\nposition = [{}]\nheading = {heading}\npitch = {pitch}\nroll = {roll}",
+        kind(f.subject),
+        f.subject.name(site),
+        position.join(", ")
+    )
+}
+
+fn within(text: &str) -> Result<f32, String> {
+    let ok = text.parse().ok().filter(|v: &f32| (0.0..=5.0).contains(v));
+    ok.ok_or_else(|| "expected metres, from 0 to 5".to_owned())
+}
+
+fn tilt(text: &str) -> Result<f32, String> {
+    let ok = text.parse().ok().filter(|v: &f32| (0.0..=45.0).contains(v));
+    ok.ok_or_else(|| "expected degrees, from 0 to 45".to_owned())
+}

@@ -1,0 +1,139 @@
+//! The verb `register` from a site whose poses are wrong to one whose poses are right.
+
+#![allow(clippy::unwrap_used, reason = "tests may panic")]
+
+mod support;
+
+use clerestory::register::{Subject, preview};
+use clerestory::site::{Frame, Pose, Site};
+use glam::{DMat3, DVec3};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use support::{Plan, grey, sides, v};
+
+fn run(arguments: &[&str]) -> Result<String, String> {
+    let done = assert_cmd::Command::cargo_bin("clerestory").unwrap().args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    if done.status.success() { Ok(text(done.stdout)) } else { Err(text(done.stderr)) }
+}
+
+/// The bundled chapel's file.
+fn chapel() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
+}
+
+/// A site with the chapel's model and probes, its only view where nothing can be told from, and “west” turned and moved.
+fn disturbed(folder: &Path) -> String {
+    for part in ["model", "probes"] {
+        fs::create_dir_all(folder.join(part)).unwrap();
+        for entry in fs::read_dir(chapel().join(part)).unwrap() {
+            let path = entry.unwrap().path();
+            fs::copy(&path, folder.join(part).join(path.file_name().unwrap())).unwrap();
+        }
+    }
+    let text = fs::read_to_string(chapel().join("site.toml")).unwrap();
+    let (text, _) = text.split_once("# Views:").unwrap();
+    let (head, rest) = text.split_once("# Light from outside.").unwrap();
+    let (_, probes) = rest.split_once("# Probes:").unwrap();
+    let right = "position = [3.6, 1.6, -0.3]\nheading = 90.0";
+    let wrong = "position = [3.9, 1.7, 0.08]   # paced\nheading = 180.0";
+    assert!(probes.contains(right));
+    format!("{head}# Probes:{}", probes.replace(right, wrong))
+}
+
+#[test]
+fn a_turned_and_moved_probe_is_put_right_in_a_copy() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path().join("site");
+    let text = disturbed(&folder);
+    let (file, copy, out) = (folder.join("site.toml"), folder.join("right.toml"), temporary.path().join("out"));
+    fs::write(&file, &text).unwrap();
+    let path = |p: &Path| p.to_str().unwrap().to_owned();
+    let line = ["register", &path(&file), "--only", "west", "--within", "0.6", "--tilt", "0", "--alone"];
+    let said = run(&[&line[..], &["--json", "--write", &path(&copy), "--out", &path(&out)]].concat()).unwrap();
+
+    let json: Value = serde_json::from_str(&said).unwrap();
+    let west = &json["pictures"][0];
+    assert_eq!((&west["name"], &west["kind"], &west["verdict"]), (&"west".into(), &"probe".into(), &"found".into()));
+    let number = |key: &str| west[key].as_f64().unwrap();
+    assert!((number("moved_m") - 0.495).abs() < 0.03 && (number("turned_deg") - 90.0).abs() < 0.3, "{said}");
+    assert!(number("fit") > number("fit_given") + 0.2 && number("sigma_m") > 0.0 && number("sigma_deg") > 0.0);
+    assert!((number("heading") - 90.0).abs() < 0.3 && west["position"].as_array().unwrap().len() == 3);
+    assert!(west["rival"].is_null() || west["rival"]["fit"].as_f64().unwrap() < number("fit"));
+
+    let (before, after) = (Site::load(&file).unwrap(), Site::load(&copy).unwrap());
+    let truth = Site::load(&chapel()).unwrap();
+    let (got, want) = (after.probes[0].pose, truth.probes[0].pose);
+    assert!(got.position.distance(want.position) < 0.03, "{}", got.position);
+    assert!(clerestory::register::turn_deg(&got, &want) < 0.3);
+    assert!(before.probes[0].pose.position.distance(want.position) > 0.4, "the original is as it was");
+    assert_eq!(fs::read_to_string(&file).unwrap(), text);
+    // only that probe's pose differs
+    let told = fs::read_to_string(&copy).unwrap();
+    let others = |t: &str| {
+        t.split("[[probe]]").enumerate().filter(|(i, _)| *i != 1).map(|(_, t)| t.to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(others(&told), others(&text));
+    assert!(told.contains("# paced") && told.contains("west_1430.exr"));
+    for name in ["register-probe-west.svg", "register-probe-west.png"] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let sheet = fs::read_to_string(out.join("register-probe-west.svg")).unwrap();
+    let groups = ["picture", "model", "before", "after", "numbers"];
+    assert!(groups.iter().all(|g| sheet.contains(&format!("id=\"{g}\""))) && !sheet.contains("id=\"rival\""));
+}
+
+#[test]
+fn files_that_must_not_be_written_are_told_before_the_work() {
+    let temporary = tempfile::tempdir().unwrap();
+    let site = chapel();
+    let refused = |file: &Path, word: &str| {
+        let line = ["register", site.to_str().unwrap(), "--write", file.to_str().unwrap()];
+        let said = run(&line).unwrap_err();
+        assert!(said.contains(word) && said.lines().count() == 1, "{said}");
+    };
+    let own = site.join("site.toml");
+    let before = fs::read(&own).unwrap();
+    refused(&own, "this is the site file itself");
+    refused(&site.join("as_modelled.toml"), "there already");
+    refused(&temporary.path().join("copy.toml"), "relative");
+    refused(&temporary.path().join("none/copy.toml"), "no such folder");
+    refused(&site, "found a folder");
+    assert_eq!(fs::read(&own).unwrap(), before);
+    let unknown = run(&["register", site.to_str().unwrap(), "--only", "nave"]).unwrap_err();
+    assert!(unknown.contains("“nave”") && unknown.contains("west"), "{unknown}");
+    let unknown = run(&["register", site.to_str().unwrap(), "--lighting", "noon"]).unwrap_err();
+    assert!(unknown.contains("“noon”") && unknown.contains("14:30"), "{unknown}");
+}
+
+#[test]
+fn a_preview_shows_a_rooms_corners_where_they_are() {
+    let plan = Plan::new(sides(DVec3::ZERO, v(4.0, 4.0, 4.0), [0; 6]), &[grey(0.5)]).probe(v(2.0, 2.0, 2.0), 64);
+    let built = plan.build();
+    let subject = Subject::Probe(0);
+    let frame = Frame { metres_per_unit: 1.0, up: clerestory::site::Up::Z, north_deg: 0.0 };
+    let level = Pose { position: v(2.0, 2.0, 2.0), rotation: DMat3::IDENTITY };
+    let turned = Pose { rotation: frame.rotation(45.0, 0.0, 0.0), ..level };
+    let (w, h) = (256, 128);
+    for (pose, offset) in [(level, 0.0), (turned, 45.0f64)] {
+        let shown = preview(&built.site, &built.scene, subject, &pose, [64, 32], [w, h]);
+        assert_eq!((shown.width, shown.height, shown.edge.len()), (w, h, w * h));
+        // along the horizon edges are the four upright corners, between pixels
+        let middle = &shown.edge[h / 2 * w..][..w];
+        let at: Vec<usize> = (0..w).filter(|&x| middle[x]).collect();
+        let corners: Vec<usize> = [-135.0, -45.0, 45.0, 135.0]
+            .iter()
+            .map(|a: &f64| ((a - offset + 180.0).rem_euclid(360.0) / 360.0 * w as f64).round() as usize)
+            .filter(|x| *x > 0)
+            .map(|x| x - 1)
+            .collect();
+        let mut sorted = corners.clone();
+        sorted.sort_unstable();
+        assert_eq!(at, sorted);
+        // a wall seen straight on is as light as its albedo
+        let ahead = ((180.0 - offset).rem_euclid(90.0) / 360.0 * w as f64).round() as usize;
+        assert!((shown.shade[h / 2 * w + ahead].unwrap() - 0.5).abs() < 0.01);
+        assert!(shown.shade.iter().all(|s| s.is_some_and(|s| (0.17..=0.51).contains(&s))));
+    }
+}
