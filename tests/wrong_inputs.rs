@@ -2,7 +2,10 @@
 //! that is right.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+use clerestory::audit;
 use clerestory::check::{CauseKind, check};
+use clerestory::register::{self, Misfit};
+use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -132,4 +135,61 @@ fn mistakes_in_sibenik_are_named_first() {
     wrong_units_are_named(&folder);
     let z_up = [("up = \"y\"", "up = \"z\"")];
     assert_named(&folder, &[("y-up as z-up", &z_up, CauseKind::UpAxis, "site.up", "likely y, not z")]);
+}
+
+/// The chapel with two probes and no view.
+fn two_probes() -> Site {
+    let mut site = Site::load(&chapel()).unwrap();
+    site.views.clear();
+    site.probes.truncate(2);
+    site
+}
+
+fn turned(site: &Site, degrees: f64) -> Site {
+    let mut site = site.clone();
+    let pose = &mut site.probes[0].pose;
+    pose.rotation = glam::DMat3::from_rotation_z(degrees.to_radians()) * pose.rotation;
+    site
+}
+
+#[test]
+fn pictures_that_do_not_fit_are_told_by_what_is_wrong_with_them() {
+    let right = two_probes();
+    let scene = scene::load(&right, &mut Health::default()).unwrap();
+    // places near by, so that the test is quick
+    let settings = register::Settings { within_m: 0.3, tilt_deg: 0.0, finest: 256, ..register::Settings::default() };
+    let misfits = |site: &Site| {
+        let found = register::misfits(site, &scene, &settings).unwrap();
+        found.into_iter().map(|(s, m)| (s.name(site).to_owned(), m)).collect::<Vec<_>>()
+    };
+    assert_eq!(misfits(&right), []);
+    for degrees in [90.0, 7.0] {
+        match &misfits(&turned(&right, degrees))[..] {
+            [(name, Misfit::Turned(off))] if name == "west" && (off - degrees).abs() < 0.5 => {}
+            other => panic!("turned by {degrees}°: {other:?}"),
+        }
+    }
+    let mut moved = right.clone();
+    moved.probes[0].pose.position.y += 0.2;
+    match &misfits(&moved)[..] {
+        [(name, Misfit::Displaced(off, _))] if name == "west" && (off - 0.2).abs() < 0.03 => {}
+        other => panic!("moved by 20 cm: {other:?}"),
+    }
+    let mut exchanged = right.clone();
+    exchanged.probes[0].pictures = right.probes[1].pictures.clone();
+    exchanged.probes[1].pictures = right.probes[0].pictures.clone();
+    let at = |name: &str| Misfit::TakenAt(name.to_owned());
+    assert_eq!(misfits(&exchanged), [("west".to_owned(), at("east")), ("east".to_owned(), at("west"))]);
+}
+
+#[test]
+fn an_audit_leaves_out_a_probe_that_is_turned_and_does_not_blame_the_model() {
+    let site = turned(&Site::load(&chapel()).unwrap(), 90.0);
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let settings = audit::Settings { longest_px: 128, cells: 12, ..audit::Settings::default() };
+    let found = audit::audit(&site, &scene, "10:00", &["panels".to_owned()], &settings, &|_, _, _| {}).unwrap();
+    assert!(found.findings.is_empty(), "{:?}", found.findings);
+    let told = found.warnings.first().unwrap();
+    assert!(told.contains("“west” is left out") && told.contains("turned by 90°"), "{told}");
+    assert_eq!(found.views[0].summary.probes.len(), 2);
 }

@@ -122,3 +122,42 @@ pub(super) fn direction(full: usize, x: f32, y: f32) -> Vec3 {
     let (sin_theta, cos_theta) = (y / (full / 2) as f32 * PI).sin_cos();
     Vec3::new(sin_theta * sin_longitude, sin_theta * cos_longitude, cos_theta)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gradient_of_a_linear_function_is_its_slope_along_the_sphere() {
+        let slope = Vec3::new(0.3, -0.8, 0.5);
+        for raster in [Raster::sphere(256), Raster::new(512, [190, 100], 120, 80)] {
+            let values: Vec<f32> = raster.directions.iter().map(|d| d.dot(slope)).collect();
+            let mut asked = 0;
+            for i in 0..raster.len() {
+                let step = |x, y| {
+                    let (a, b) = (raster.beside(i, -x, -y), raster.beside(i, x, y));
+                    (a != i && b != i).then(|| 0.5 * (values[b] - values[a]))
+                };
+                let (Some(right), Some(down)) = (step(1, 0), step(0, 1)) else { continue };
+                if raster.sine(i / raster.width) < LEAST_SINE {
+                    continue;
+                }
+                let d = raster.directions[i];
+                let expected = slope - d * slope.dot(d);
+                asked += 1;
+                assert!(raster.gradient(i, right, down).distance(expected) < 0.01, "cell {i}");
+            }
+            assert!(asked > 5_000);
+        }
+    }
+
+    #[test]
+    fn a_cell_s_direction_lies_in_the_cell() {
+        for raster in [Raster::sphere(64), Raster::new(256, [96, 40], 64, 48)] {
+            for (i, d) in raster.directions.iter().enumerate() {
+                let [x, y] = raster.place(*d).unwrap();
+                assert_eq!((x as usize, y as usize), (i % raster.width, i / raster.width));
+            }
+        }
+    }
+}

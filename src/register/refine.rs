@@ -241,3 +241,38 @@ pub(super) fn alone(scene: &Scene, level: &Level, pose: &LocalPose) -> (Geometry
     let residuals = Residuals::new(level, &template(&surfaces, level, &buffer.log_albedo));
     (buffer, residuals)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point's direction moves by the Jacobian's prediction when the pose does.
+    #[test]
+    fn the_jacobian_is_the_derivative_of_what_a_moving_template_shows() {
+        let pose = LocalPose { origin: Vec3::new(1.0, 2.0, 0.5), rotation: Mat3::from_rotation_z(0.4) };
+        let d = Vec3::new(0.3, 0.8, -0.52).normalize();
+        let (distance, gradient) = (3.0, Vec3::new(0.7, 0.1, 0.4));
+        let gradient = gradient - d * gradient.dot(d);
+        let point = pose.origin + pose.rotation * d * distance;
+        let j = jacobian(d, gradient, distance);
+        for k in 0..6 {
+            let step = 1e-3;
+            let change: Twist = std::array::from_fn(|i| if i == k { step } else { 0.0 });
+            let after = moved(&pose, &change);
+            let seen = (after.rotation.transpose() * (point - after.origin)).normalize();
+            // the template's value rides on the direction: the residual grows by ∇T · ḋ
+            let grown = f64::from(gradient.dot(seen - d)) / step;
+            assert!((grown - f64::from(j[k])).abs() < 2e-3, "{k}: {grown} {}", j[k]);
+        }
+    }
+
+    #[test]
+    fn equations_are_solved() {
+        let m: Matrix = std::array::from_fn(|i| std::array::from_fn(|k| if i == k { 4.0 + i as f64 } else { 0.5 }));
+        let x = [1.0, -2.0, 3.0, 0.5, -0.25, 4.0];
+        let right: Twist = std::array::from_fn(|i| (0..6).map(|k| m[i][k] * x[k]).sum());
+        let got = solve(&m, &right).unwrap();
+        assert!(got.iter().zip(x).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert!(solve(&[[0.0; 6]; 6], &right).is_none());
+    }
+}
