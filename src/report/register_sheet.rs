@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use super::audit_sheet::{picture_png, reduced};
 use super::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
 use super::{Anchor, Svg, Text, wrap};
-use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
+use crate::panorama::{Exposure, Picture, luminance};
 use crate::register::{Preview, Registered, Subject, Verdict, preview};
 use crate::scene::Scene;
 use crate::site::edit::in_site_file;
@@ -246,13 +246,14 @@ fn draw(svg: &mut Svg, about: &RegisterSheet, panel: &Panel, frame: [f64; 4]) {
     svg.rectangle(frame, &Style::line(BLACK, 0.25));
 }
 
-/// The model's surfaces in grey; white where the picture shows nothing.
+/// The model's surfaces in grey, as light as a photograph of them would be; white where the picture shows nothing.
 fn model_png(model: &Preview) -> Option<Vec<u8>> {
     let mut picture = Picture::new(model.width, model.height);
     for (p, shade) in picture.pixels.iter_mut().zip(&model.shade) {
-        *p = Vec3::splat(shade.map_or(1.0, linear_to_srgb));
+        *p = shade.map_or(Vec3::NAN, Vec3::splat);
     }
-    picture_png(&picture, |p| p)
+    let exposure = Exposure::of(&picture);
+    picture_png(&picture, |p| if Picture::valid(p) { exposure.show(p) } else { Vec3::ONE })
 }
 
 /// The model's edges on nothing, at so many pixels a millimetre.
