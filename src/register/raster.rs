@@ -134,7 +134,7 @@ mod tests {
             let values: Vec<f32> = raster.directions.iter().map(|d| d.dot(slope)).collect();
             let mut asked = 0;
             for i in 0..raster.len() {
-                let step = |x, y| {
+                let step = |x: isize, y: isize| {
                     let (a, b) = (raster.beside(i, -x, -y), raster.beside(i, x, y));
                     (a != i && b != i).then(|| 0.5 * (values[b] - values[a]))
                 };

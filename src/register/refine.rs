@@ -255,14 +255,14 @@ mod tests {
         let gradient = gradient - d * gradient.dot(d);
         let point = pose.origin + pose.rotation * d * distance;
         let j = jacobian(d, gradient, distance);
-        for k in 0..6 {
+        for (k, j) in j.into_iter().enumerate() {
             let step = 1e-3;
             let change: Twist = std::array::from_fn(|i| if i == k { step } else { 0.0 });
             let after = moved(&pose, &change);
             let seen = (after.rotation.transpose() * (point - after.origin)).normalize();
             // the template's value rides on the direction: the residual grows by ∇T · ḋ
             let grown = f64::from(gradient.dot(seen - d)) / step;
-            assert!((grown - f64::from(j[k])).abs() < 2e-3, "{k}: {grown} {}", j[k]);
+            assert!((grown - f64::from(j)).abs() < 2e-3, "{k}: {grown} {j}");
         }
     }
 
