@@ -13,7 +13,7 @@ use super::{
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
-use crate::register;
+use crate::register::{self, Misfit};
 use crate::render::{Options, prepare};
 use crate::scene::Scene;
 use crate::site::{Site, View};
@@ -97,7 +97,11 @@ fn without_misfits(
     }
     let probes = Site { views: Vec::new(), ..fitting.clone() };
     let settings = register::Settings { lighting: Some(lighting.to_owned()), ..register::Settings::default() };
-    let misfits = register::misfits(&probes, scene, &settings)?;
+    let mut misfits = register::misfits(&probes, scene, &settings)?;
+    // where nothing fits anywhere, the model shows too little to tell
+    if misfits.len() == probes.probes.len() {
+        misfits.retain(|(_, misfit)| *misfit != Misfit::Nowhere);
+    }
     let names: Vec<&str> = misfits.iter().map(|(subject, _)| subject.name(&probes)).collect();
     fitting.probes.retain(|p| !names.contains(&p.name.as_str()));
     let told = misfits.iter().map(|(subject, misfit)| {

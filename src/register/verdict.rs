@@ -15,9 +15,12 @@ pub(super) const CLEARLY: f64 = 3.0;
 /// A pose that fits less than this is no fit.
 pub(super) const LEAST_FIT: f64 = 0.25;
 
-/// What remains of a registration's error whatever the residuals say, in cells of the finest level: surfaces are sampled once a cell,
-/// and models are off by millimetres.
+/// What remains of a registration's error whatever the residuals say, in cells of the finest level, since surfaces are sampled
+/// once a cell.
 const SYSTEMATIC: f64 = 0.15;
+
+/// How far models are off where they are right, metres: a scan's noise, a modeller's rounding.
+const MODEL_OFF_M: f64 = 0.004;
 
 /// Pearson's correlation of what a picture and the model show at a pose, block by block of the picture's window: they sum up
 /// to the correlation, −1..=1.
@@ -65,9 +68,10 @@ pub(super) fn covariance(equations: &Equations, level: &Level, buffer: &Geometry
     let mut distances: Vec<f32> = buffer.distance.iter().copied().filter(|d| d.is_finite()).collect();
     let middle = distances.len() / 2;
     let distance = if distances.is_empty() { 1.0 } else { *distances.select_nth_unstable_by(middle, f32::total_cmp).1 };
-    let turn = SYSTEMATIC * f64::from(level.raster.cell_angle()) / 3f64.sqrt();
+    let distance = f64::from(distance);
+    let turn = (SYSTEMATIC * f64::from(level.raster.cell_angle())).hypot(MODEL_OFF_M / distance) / 3f64.sqrt();
     for (k, row) in c.iter_mut().enumerate() {
-        row[k] += if k < 3 { (turn * f64::from(distance)).powi(2) } else { turn * turn };
+        row[k] += if k < 3 { (turn * distance).powi(2) } else { turn * turn };
     }
     Some(c)
 }
