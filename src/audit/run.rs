@@ -98,10 +98,8 @@ fn without_misfits(
     let probes = Site { views: Vec::new(), ..fitting.clone() };
     let settings = register::Settings { lighting: Some(lighting.to_owned()), ..register::Settings::default() };
     let mut misfits = register::misfits(&probes, scene, &settings)?;
-    // where nothing fits anywhere, the model shows too little to tell
-    if misfits.len() == probes.probes.len() {
-        misfits.retain(|(_, misfit)| *misfit != Misfit::Nowhere);
-    }
+    // a picture that fits nowhere may as well speak against the model
+    misfits.retain(|(_, misfit)| *misfit != Misfit::Nowhere);
     let names: Vec<&str> = misfits.iter().map(|(subject, _)| subject.name(&probes)).collect();
     fitting.probes.retain(|p| !names.contains(&p.name.as_str()));
     let told = misfits.iter().map(|(subject, misfit)| {

@@ -79,7 +79,7 @@ const ROUND_M: f32 = 0.35;
 const MOST_EXCHANGED: usize = 9;
 
 /// Finds the pictures that do not fit where the site file has them. A picture is named only if another explanation fits
-/// clearly better, or if none fits at all.
+/// clearly better, or if none fits at all where other pictures of the site do.
 ///
 /// # Errors
 ///
@@ -109,6 +109,10 @@ pub fn misfits(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<(S
         if let Some(misfit) = misfit(scene, eye, &mirrored, home, &others, settings) {
             all.push((eye.subject, misfit));
         }
+    }
+    // where no picture fits, the model shows too little to tell
+    if all.len() == eyes.iter().filter(|e| e.wanted).count() {
+        all.retain(|(_, misfit)| *misfit != Misfit::Nowhere);
     }
     Ok(all)
 }
