@@ -7,7 +7,7 @@ use super::model::LocalPose;
 use super::picture::{Level, Optics, pyramid};
 use super::run::{Eye, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, fit_at, followed, level, tilts};
 use super::search::{Candidate, Headings, Spectra, models, search};
-use super::verdict::{CLEARLY, LEAST_FIT, better_by};
+use super::verdict::{CLEARLY, better_by};
 use super::{RegisterError, Settings, Subject, Verdict};
 use crate::panorama::{self, Picture};
 use crate::scene::Scene;
@@ -60,7 +60,8 @@ impl Misfit {
     }
 }
 
-/// A pose that fits this well may be right without a search for a better one, if no other explanation speaks louder.
+/// A pose that fits this well may be right without a search for a better one, if no other explanation speaks louder; and no other
+/// explanation is believed that fits less.
 const WELL: f64 = 0.45;
 
 /// Poses nearer than this to the one given are no mistake of a person's: metres, degrees. What is left is for `register`.
@@ -187,7 +188,7 @@ fn misfit(
     let ways: Vec<Explanation> = own.into_iter().chain(of_others).filter(|w| top(&w.found) > given).collect();
     let (_, plain) = follow(plain);
     let fits_better = |p: &Placed, than: &[f64]| better_by(&p.fit, than) > CLEARLY;
-    let fits = |p: &Placed| p.correlation() > LEAST_FIT && p.verdict != Verdict::NotFound;
+    let fits = |p: &Placed| p.correlation() > WELL && p.verdict != Verdict::NotFound;
     let best = ways
         .into_iter()
         .map(follow)
@@ -202,7 +203,7 @@ fn misfit(
     if plain.verdict == Verdict::NotFound {
         return Some(Misfit::Nowhere);
     }
-    if fits_better(&plain, &as_given) { off(&eye.given, &plain.pose) } else { None }
+    if fits(&plain) && fits_better(&plain, &as_given) { off(&eye.given, &plain.pose) } else { None }
 }
 
 /// The poses that the features speak for, best first.
