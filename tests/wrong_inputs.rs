@@ -186,7 +186,7 @@ fn pictures_that_do_not_fit_are_told_by_what_is_wrong_with_them() {
 fn an_audit_leaves_out_a_probe_that_is_turned_and_does_not_blame_the_model() {
     let site = turned(&Site::load(&chapel()).unwrap(), 90.0);
     let scene = scene::load(&site, &mut Health::default()).unwrap();
-    let settings = audit::Settings { longest_px: 128, cells: 12, ..audit::Settings::default() };
+    let settings = audit::Settings { cells: 12, ..audit::Settings::default() };
     let found = audit::audit(&site, &scene, "10:00", &["panels".to_owned()], &settings, &|_, _, _| {}).unwrap();
     assert!(found.findings.is_empty(), "{:?}", found.findings);
     let told = found.warnings.first().unwrap();

@@ -32,7 +32,7 @@ const ALIKE: f32 = 0.5;
 const REACH: f32 = 0.35;
 
 /// The photograph must fit what the probes saw on the continued surface so many times better than at these distances,
-/// in units of the surface's, must not fit there, and must show something: what fits anywhere, as the sky does, says nothing
+/// in units of the surface's, and than what the model has there, must not fit there, and must show something: what fits anywhere, as the sky does, says nothing
 /// of a surface.
 const DISTINCT: f32 = 2.0;
 const ELSEWHERE: [f32; 3] = [0.95, 1.05, 1e3];
@@ -150,7 +150,8 @@ pub(super) fn test(
             let right = RIGHT * RIGHT + LOST * LOST * contrast;
             let fits = right / rest[i].max(1e-6);
             let apart = (level[i] - level[from[i]]).abs();
-            let least = [&a, &b, &c].iter().filter(|o| o.1[i] > 0.5).map(|o| o.0[i]).reduce(f32::min);
+            let others = [&a, &b, &c].into_iter().filter(|o| o.1[i] > 0.5).map(|o| o.0[i]);
+            let least = others.chain((owned[i] > 0.3).then_some(own[i])).reduce(f32::min);
             let least = if contrast > RIGHT * RIGHT { least } else { None };
             let elsewhere = least.map_or(0.0, |e| e / (DISTINCT * rest[i]).max(right).max(1e-6));
             let better = if owned[i] > 0.3 {

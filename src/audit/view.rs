@@ -141,7 +141,17 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
-    let bridged = rim::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &geometry.rest);
+    // through an opening of the model falls the light from beyond
+    let mismatch: Vec<Option<f32>> = (0..usable.len())
+        .map(|i| match geometry.rest[i] {
+            None if surfaces.triangle[i] == NONE && Picture::valid(frame.radiance.pixels[i]) => {
+                let apart = (log_photo[i] - frame.radiance.pixels[i].map(f32::ln)).length_squared() / 3.0;
+                apart.is_finite().then_some(apart)
+            }
+            rest => rest,
+        })
+        .collect();
+    let bridged = rim::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &mismatch);
     let e = texture::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = texture::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
     Maps {
