@@ -85,6 +85,28 @@ fn a_turned_and_moved_probe_is_put_right_in_a_copy() {
 }
 
 #[test]
+fn a_probe_without_a_position_is_found_on_the_floor_and_refused_elsewhere() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path().join("site");
+    let text = disturbed(&folder).replace("position = [3.9, 1.7, 0.08]   # paced\nheading = 180.0\n", "");
+    let (file, copy, out) = (folder.join("site.toml"), folder.join("right.toml"), temporary.path().join("out"));
+    fs::write(&file, &text).unwrap();
+    let path = |p: &Path| p.to_str().unwrap().to_owned();
+    for verb in ["check", "render", "audit"] {
+        let said = run(&[verb, &path(&file)]).unwrap_err();
+        assert!(said.contains("`position` is missing") && said.contains("clerestory register"), "{said}");
+    }
+    let line = ["register", &path(&file), "--only", "west", "--alone", "--out", &path(&out), "--write", &path(&copy)];
+    let said = run(&line).unwrap();
+    assert!(said.contains("probe “west”: found, sure to ±"), "{said}");
+    let (got, want) = (Site::load(&copy).unwrap().probes[0].pose, Site::load(&chapel()).unwrap().probes[0].pose);
+    assert!(got.position.distance(want.position) < 0.03, "{}", got.position);
+    assert!(clerestory::register::turn_deg(&got, &want) < 0.3);
+    let sheet = fs::read_to_string(out.join("register-probe-west.svg")).unwrap();
+    assert!(sheet.contains("id=\"after\"") && !sheet.contains("id=\"before\""));
+}
+
+#[test]
 fn files_that_must_not_be_written_are_told_before_the_work() {
     let temporary = tempfile::tempdir().unwrap();
     let site = chapel();

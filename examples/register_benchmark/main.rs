@@ -3,10 +3,11 @@
 //!
 //! ```text
 //! cargo run --release --example register_benchmark -- SITE… [--starts 10] [--tilt 3] [--within 1] [--alone]
-//!     [--probes-only] [--jpeg] [--near] [--against SITE]
+//!     [--probes-only] [--jpeg] [--near] [--anywhere] [--against SITE]
 //! ```
 //!
 //! `--against SITE` starts from the site's own poses and holds what is found against those of another site file.
+//! `--anywhere` lets each picture be looked for on all of the site's floors.
 //! `--jpeg` gives each probe as an 8-bit JPEG, exposed up to two stops off, windows clipped; `--near` keeps headings (for
 //! sites whose own poses are only roughly known).
 #![allow(clippy::print_stdout)]
@@ -26,6 +27,7 @@ struct Options {
     probes_only: bool,
     jpeg: bool,
     near: bool,
+    anywhere: bool,
     against: Option<String>,
 }
 
@@ -47,6 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         probes_only: false,
         jpeg: false,
         near: false,
+        anywhere: false,
         against: None,
     };
     let mut sites = Vec::new();
@@ -65,6 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "--probes-only" => options.probes_only = true,
             "--jpeg" => options.jpeg = true,
             "--near" => options.near = true,
+            "--anywhere" => options.anywhere = true,
             _ => sites.push(word),
         }
     }
@@ -104,6 +108,7 @@ fn one_site(path: &str, options: &Options) -> Result<Vec<Outcome>, Box<dyn std::
             within_m: options.within_m as f32,
             tilt_deg: options.tilt_deg as f32,
             together: !options.alone,
+            anywhere: options.anywhere,
             ..Settings::default()
         };
         let before = processor_s();

@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  \
     clerestory register sites/chapel\n  \
     clerestory register sites/chapel --only west --within 0.5\n  \
+    clerestory register sites/chapel --only west --anywhere\n  \
     clerestory register my-site --write my-site/registered.toml\n  \
     clerestory register my-site --write my-site/site.toml --overwrite")]
 pub(crate) struct RegisterArgs {
@@ -32,6 +33,9 @@ pub(crate) struct RegisterArgs {
     /// Search so many metres around the place in the site file
     #[arg(long, value_name = "METRES", default_value_t = Settings::default().within_m, value_parser = within)]
     within: f32,
+    /// Search on all floors, wherever the site file has it; so it is anyway for a probe without a position
+    #[arg(long, conflicts_with = "within")]
+    anywhere: bool,
     /// Search so many degrees of tilt around the one in the site file; headings are searched all round
     #[arg(long, value_name = "DEGREES", default_value_t = Settings::default().tilt_deg, value_parser = tilt)]
     tilt: f32,
@@ -76,12 +80,12 @@ struct Told {
     heading: f64,
     pitch: f64,
     roll: f64,
-    moved_m: f64,
-    turned_deg: f64,
+    moved_m: Option<f64>,
+    turned_deg: Option<f64>,
     sigma_m: Option<f64>,
     sigma_deg: Option<f64>,
     fit: f64,
-    fit_given: f64,
+    fit_given: Option<f64>,
     rival: Option<ToldRival>,
     note: String,
     sheet: PathBuf,
@@ -102,7 +106,7 @@ struct ToldRival {
 
 /// Registers a site's pictures and tells `out` about it.
 pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let site = Site::load(&args.site)?;
+    let site = Site::load_to_register(&args.site)?;
     let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
     let lighting = known_lighting(&site, args.lighting.as_deref())?;
     let folder = args.out.clone().unwrap_or_else(|| super::render::default_folder(&site));
@@ -115,6 +119,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
         together: !args.alone,
         lighting: Some(lighting.clone()),
         only: args.only.clone(),
+        anywhere: args.anywhere,
         ..Settings::default()
     };
     let all = found(&site, &scene, &settings, !args.quiet && !args.json)?;
@@ -235,7 +240,8 @@ fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [Told]) -> a
     let edited = with_poses(&text, &site.frame, &changes).with_context(|| format!("{}", site.file.display()))?;
     write_file(target, edited.text.as_bytes())?;
     for (t, f) in told.iter_mut().zip(all).filter(|(_, f)| f.verdict != Verdict::Found) {
-        t.not_written = Some(format!("{}, so the pose given stays", verdict(f.verdict).replace('_', " ")));
+        t.not_written =
+            Some(format!("{}, so the site file stays as it is there", verdict(f.verdict).replace('_', " ")));
     }
     for (k, why) in edited.left {
         told[sure[k]].not_written = Some(why.to_string());
@@ -278,8 +284,8 @@ fn tell(site: &Site, f: &Registered, sheet: PathBuf) -> Told {
         heading,
         pitch,
         roll,
-        moved_m: f.moved_m(),
-        turned_deg: f.turned_deg(),
+        moved_m: f.moved().map(|m| m.0),
+        turned_deg: f.moved().map(|m| m.1),
         sigma_m: known.then(|| f.position_m()),
         sigma_deg: known.then(|| f.direction_deg()),
         fit: f.fit,
@@ -297,7 +303,10 @@ fn print(outcome: &Outcome, site: &Site, all: &[Registered], out: &mut impl Writ
     }
     for t in &outcome.pictures {
         writeln!(out, "{} “{}”: {}", t.kind, t.name, t.note)?;
-        write!(out, "  fit {:.2} before, {:.2} now", t.fit_given, t.fit)?;
+        match t.fit_given {
+            Some(before) => write!(out, "  fit {before:.2} before, {:.2} now", t.fit)?,
+            None => write!(out, "  fit {:.2}", t.fit)?,
+        }
         match &t.rival {
             Some(r) if t.verdict == "found" => writeln!(
                 out,

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 
 use super::model::LocalPose;
 use super::picture::{Level, Optics, pyramid};
-use super::run::{Eye, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, fit_at, followed, level, tilts};
+use super::run::{Eye, FOLLOWED, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, fit_at, followed, level, tilts};
 use super::search::{Candidate, Headings, Spectra, models, search};
 use super::verdict::{CLEARLY, better_by};
 use super::{RegisterError, Settings, Subject, Verdict};
@@ -128,7 +128,7 @@ struct Surveyed {
 
 impl Surveyed {
     fn round(scene: &Scene, eye: &Eye, radius_m: f32) -> Self {
-        let headings = Headings::of(level(&eye.levels, SEARCHED));
+        let headings = Headings::new(level(&eye.levels, SEARCHED).raster.full);
         let places = ball(eye.given.origin, radius_m);
         let models = models(scene, &headings, &places);
         Self { headings, origin: eye.given.origin, places, models }
@@ -183,7 +183,10 @@ fn misfit(
     }
     let here = Surveyed::round(scene, eye, settings.within_m);
     let (plain, own) = of_own(&here);
-    let follow = |way: Explanation| (way.what, followed(scene, way.levels, &way.given, way.found));
+    let follow = |way: Explanation| {
+        let given = Candidate { pose: way.given, score: 1.0 };
+        (way.what, followed(scene, way.levels, std::iter::once(given).chain(way.found), FOLLOWED))
+    };
     // only what speaks louder than the pose given is worth following
     let ways: Vec<Explanation> = own.into_iter().chain(of_others).filter(|w| top(&w.found) > given).collect();
     let (_, plain) = follow(plain);

@@ -3,13 +3,14 @@
 //!
 //! 1. `picture`: a picture becomes log-luminance by direction, from fine to coarse.
 //! 2. `search`: edges of shape and texture that the model shows from many places are correlated with the picture's at all
-//!    headings at once, by Fourier transforms along rows.
+//!    headings at once, by Fourier transforms along rows; around the place given, or on all of the floors (`anywhere`).
 //! 3. `refine`: the best candidates are moved by Gauss–Newton, coarse to fine. What the picture should be (`model`) is
 //!    the model's albedo under light that the picture itself shows, even over each smooth surface: it stands the difference between albedo and
 //!    radiance, needs no lamp or sun, and is blind to exposure.
 //! 4. `together`: what the other pictures saw of the same surfaces, shadows and all, then speaks as well.
 //! 5. `verdict`: the fit, its uncertainty, and the second-best place.
 
+mod anywhere;
 mod error;
 mod misfit;
 mod model;
@@ -38,6 +39,8 @@ pub struct Settings {
     pub tilt_deg: f32,
     /// Cells round the sphere of the finest level; pictures are not looked at more finely.
     pub finest: usize,
+    /// Look on all of the site's floors, not only around where the site file says. Where it says nothing this is so anyway.
+    pub anywhere: bool,
     /// Let pictures speak for each other's poses.
     pub together: bool,
     /// Whose pictures of the probes; the site's first where empty.
@@ -48,7 +51,15 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { within_m: 1.0, tilt_deg: 10.0, finest: 1024, together: true, lighting: None, only: Vec::new() }
+        Self {
+            within_m: 1.0,
+            tilt_deg: 10.0,
+            finest: 1024,
+            anywhere: false,
+            together: true,
+            lighting: None,
+            only: Vec::new(),
+        }
     }
 }
 
@@ -103,16 +114,16 @@ pub enum Verdict {
 pub struct Registered {
     /// Whose.
     pub subject: Subject,
-    /// The pose before.
-    pub given: Pose,
-    /// The pose as found; the one given where nothing was found.
+    /// The pose before; `None` where the site file has no place.
+    pub given: Option<Pose>,
+    /// The pose as found. Where nothing was found, the one given, or what fits least badly.
     pub pose: Pose,
     /// What is known of it.
     pub verdict: Verdict,
     /// Correlation of the picture's edges with the model's at the pose found, −1..=1.
     pub fit: f64,
     /// The same at the pose given.
-    pub fit_given: f64,
+    pub fit_given: Option<f64>,
     /// Covariance of shift (right, forward, up; metres) and turn about the same axes (radians), in the picture's axes.
     pub covariance: [[f64; 6]; 6],
     /// The second-best place.
@@ -143,14 +154,9 @@ impl Registered {
         (3..6).map(|k| self.covariance[k][k]).sum::<f64>().sqrt().to_degrees()
     }
 
-    /// How far the place moved, metres.
-    pub fn moved_m(&self) -> f64 {
-        self.pose.position.distance(self.given.position)
-    }
-
-    /// How far the direction turned, degrees.
-    pub fn turned_deg(&self) -> f64 {
-        turn_deg(&self.given, &self.pose)
+    /// How far the place moved, metres, and the direction turned, degrees; `None` where the site file has no place.
+    pub fn moved(&self) -> Option<(f64, f64)> {
+        self.given.map(|given| (self.pose.position.distance(given.position), turn_deg(&given, &self.pose)))
     }
 }
 
@@ -165,7 +171,7 @@ pub fn with_poses(site: &Site, found: &[Registered]) -> Site {
     let mut site = site.clone();
     for f in found {
         match f.subject {
-            Subject::Probe(i) => site.probes[i].pose = f.pose,
+            Subject::Probe(i) => (site.probes[i].pose, site.probes[i].placed) = (f.pose, true),
             Subject::View(i) => site.views[i].camera.pose = f.pose,
         }
     }

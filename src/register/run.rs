@@ -2,9 +2,10 @@
 
 use glam::{DMat3, Mat3, Vec3};
 
+use super::anywhere::on_floors;
 use super::model::{GeometryBuffer, LocalPose, template};
 use super::picture::{Level, Optics, pyramid};
-use super::refine::{Equations, Residuals, alone, moved};
+use super::refine::{Equations, Matrix, Residuals, alone, moved};
 use super::search::{Candidate, Headings, models, search};
 use super::together::{Witness, seen_by_others};
 use super::verdict::{self, CLEARLY, LEAST_FIT, agreement, better_by};
@@ -18,8 +19,11 @@ use crate::site::{Pose, Site};
 const STEP_M: f32 = 0.35;
 const STEP_DEG: f32 = 5.0;
 
+/// Candidates that are followed from a search on the whole floor.
+const FOLLOWED_ANYWHERE: usize = 64;
+
 /// Candidates that are followed from the search on; and at each level from the coarsest so many steps at most, keeping so many.
-const FOLLOWED: usize = 16;
+pub(super) const FOLLOWED: usize = 16;
 const LEVELS: [(usize, usize); 3] = [(5, 6), (10, 2), (6, 1)];
 const LAST_STEPS: usize = 4;
 
@@ -33,9 +37,22 @@ const APART: (f32, f32) = (0.15, 4.0);
 pub(super) struct Eye {
     pub(super) subject: Subject,
     pub(super) levels: Vec<Level>,
+    /// As the site file has it; the place says nothing where it is `anywhere`.
     pub(super) given: LocalPose,
+    /// Whether it may have been taken anywhere on the site's floors.
+    pub(super) anywhere: bool,
     /// Whether its pose is to be found, or only speaks for others.
     pub(super) wanted: bool,
+}
+
+impl Eye {
+    /// Whether the site file says where it was taken.
+    fn placed(&self, site: &Site) -> bool {
+        match self.subject {
+            Subject::Probe(i) => site.probes[i].placed,
+            Subject::View(_) => true,
+        }
+    }
 }
 
 /// An eye's pose as far as it is known.
@@ -43,7 +60,6 @@ pub(super) struct Placed {
     pub(super) pose: LocalPose,
     /// Agreement at the level of [`JUDGED`] cells, block by block.
     pub(super) fit: Vec<f64>,
-    fit_given: f64,
     rival: Option<(LocalPose, Vec<f64>)>,
     pub(super) verdict: Verdict,
 }
@@ -69,15 +85,26 @@ pub fn register(
 ) -> Result<Vec<Registered>, RegisterError> {
     let eyes = eyes(site, scene, settings)?;
     let all = eyes.iter().filter(|e| e.wanted).count();
+    let lost: Vec<&Eye> = eyes.iter().filter(|e| e.wanted && e.anywhere).collect();
+    if !lost.is_empty() {
+        progress("all floors", 0, all + 1);
+    }
+    let mut on_floors = if lost.is_empty() { Vec::new() } else { on_floors(site, scene, &lost) }.into_iter();
     let mut placed = Vec::new();
     for eye in &eyes {
         progress(eye.subject.name(site), placed.len(), all + 1);
-        placed.push(if eye.wanted { find(scene, eye, settings) } else { as_given(scene, eye) });
+        placed.push(match eye {
+            Eye { wanted: false, .. } => as_given(scene, eye),
+            Eye { anywhere: true, .. } => {
+                followed(scene, &eye.levels, on_floors.next().unwrap_or_default(), FOLLOWED_ANYWHERE)
+            }
+            _ => find(scene, eye, settings),
+        });
     }
     progress("together", all, all + 1);
-    let last = refine_together(scene, &eyes, &mut placed, settings.together);
-    let done = eyes.iter().zip(placed).zip(last).filter(|((eye, _), _)| eye.wanted);
-    Ok(done.map(|((eye, placed), last)| registered(site, scene, eye, placed, last)).collect())
+    let covariances = refine_together(scene, &eyes, &mut placed, settings.together);
+    let done = eyes.iter().zip(placed).zip(covariances).filter(|((eye, _), _)| eye.wanted);
+    Ok(done.map(|((eye, placed), covariance)| registered(site, scene, eye, placed, covariance)).collect())
 }
 
 /// Reads the pictures.
@@ -93,15 +120,19 @@ pub(super) fn eyes(site: &Site, scene: &Scene, settings: &Settings) -> Result<Ve
         let picture = panorama::read(&lit.path)?;
         let levels = pyramid(&picture, &|_| true, &Optics::Projection(probe.projection), settings.finest);
         let subject = Subject::Probe(i);
-        eyes.push(Eye { subject, levels, given: local(scene, &probe.pose), wanted: wanted(&probe.name) });
+        let anywhere = settings.anywhere || !probe.placed;
+        eyes.push(Eye { subject, levels, given: local(scene, &probe.pose), anywhere, wanted: wanted(&probe.name) });
     }
     for (i, view) in site.views.iter().enumerate() {
         let Some(photo) = Photograph::of(view)? else { continue };
         let usable = |k: usize| !matches!(photo.fitness[k], Fitness::Invalid | Fitness::Masked);
         let levels = pyramid(&photo.picture, &usable, &Optics::Camera(view.camera), settings.finest);
         let given = local(scene, &view.camera.pose);
-        eyes.push(Eye { subject: Subject::View(i), levels, given, wanted: wanted(&view.name) });
+        let (subject, anywhere) = (Subject::View(i), settings.anywhere);
+        eyes.push(Eye { subject, levels, given, anywhere, wanted: wanted(&view.name) });
     }
+    // what nobody placed and nobody asks for tells nothing
+    eyes.retain(|e| e.wanted || e.placed(site));
     if eyes.is_empty() {
         return Err(RegisterError::NoPicture { site: file() });
     }
@@ -131,29 +162,34 @@ pub(super) const JUDGED: usize = 1;
 
 fn as_given(scene: &Scene, eye: &Eye) -> Placed {
     let fit = fit_at(scene, level(&eye.levels, JUDGED), &eye.given);
-    let fit_given = fit.iter().sum();
-    Placed { pose: eye.given, fit, fit_given, rival: None, verdict: Verdict::Found }
+    Placed { pose: eye.given, fit, rival: None, verdict: Verdict::Found }
 }
 
 /// Searches places, headings and tilts around the pose given, and follows the best candidates from coarse to fine.
 fn find(scene: &Scene, eye: &Eye, settings: &Settings) -> Placed {
     let places = ball(eye.given.origin, settings.within_m);
     let searched = level(&eye.levels, SEARCHED);
-    let headings = Headings::of(searched);
+    let headings = Headings::new(searched.raster.full);
     let models = models(scene, &headings, &places);
     let found = search(&headings, searched, &tilts(&eye.given.rotation, settings.tilt_deg), &places, &models);
-    followed(scene, &eye.levels, &eye.given, found)
+    let given = Candidate { pose: eye.given, score: 1.0 };
+    followed(scene, &eye.levels, std::iter::once(given).chain(found), FOLLOWED)
 }
 
-/// Follows the pose given and the best candidates of a search from coarse to fine, and says which is best and how sure that is.
-pub(super) fn followed(scene: &Scene, levels: &[Level], given: &LocalPose, found: Vec<Candidate>) -> Placed {
-    let start = Candidate { pose: *given, score: 1.0 };
+/// Follows the first poses, but for those that are next to each other, from coarse to fine, and says which is best and how sure that is.
+/// There must be one.
+pub(super) fn followed(
+    scene: &Scene,
+    levels: &[Level],
+    candidates: impl IntoIterator<Item = Candidate>,
+    most: usize,
+) -> Placed {
     let mut poses: Vec<LocalPose> = Vec::new();
-    for candidate in std::iter::once(start).chain(found) {
+    for candidate in candidates {
         if poses.iter().all(|p| apart(p, &candidate.pose, (0.3, 8.0))) {
             poses.push(candidate.pose);
         }
-        if poses.len() == FOLLOWED {
+        if poses.len() == most {
             break;
         }
     }
@@ -179,7 +215,6 @@ pub(super) fn followed(scene: &Scene, levels: &[Level], given: &LocalPose, found
             judged = kept;
         }
     }
-    let fit_given = fit_at(scene, level(levels, JUDGED), given).iter().sum();
     let pose = poses[0];
     let fit = fit_at(scene, level(levels, JUDGED), &pose);
     let rival = judged.into_iter().find(|(_, p)| apart(p, &pose, APART)).map(|(f, p)| (p, f));
@@ -190,7 +225,7 @@ pub(super) fn followed(scene: &Scene, levels: &[Level], given: &LocalPose, found
     } else {
         Verdict::Found
     };
-    Placed { pose, fit, fit_given, rival, verdict }
+    Placed { pose, fit, rival, verdict }
 }
 
 /// Places around one, a step apart.
@@ -243,13 +278,8 @@ fn small(change: &[f64; 6], level: &Level) -> bool {
     length(&change[..3]) / 2.0 + length(&change[3..]) < 0.02 * f64::from(level.raster.cell_angle())
 }
 
-/// What the last step knows of an eye.
-struct Last {
-    covariance: super::refine::Matrix,
-}
-
 /// Refines all poses at the finest level, each against the model and, with `together`, against what the others saw.
-fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together: bool) -> Vec<Last> {
+fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together: bool) -> Vec<Matrix> {
     let mut witnesses: Vec<Witness> = eyes
         .iter()
         .zip(placed.iter())
@@ -259,7 +289,7 @@ fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together:
         })
         .collect();
     let rounds = if together && eyes.len() > 1 { ROUNDS } else { 0 };
-    let mut last: Vec<Last> = eyes.iter().map(|_| Last { covariance: [[0.0; 6]; 6] }).collect();
+    let mut covariances = vec![[[0.0; 6]; 6]; eyes.len()];
     for round in 0..=rounds {
         for i in 0..eyes.len() {
             if !eyes[i].wanted || placed[i].verdict == Verdict::NotFound {
@@ -277,7 +307,7 @@ fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together:
                 };
                 let equations = equations(&witnesses[i], &others);
                 if let Some(c) = verdict::covariance(&equations, witnesses[i].level, &witnesses[i].buffer) {
-                    last[i].covariance = c;
+                    covariances[i] = c;
                 }
                 let Some(change) = equations.solve(DAMPING) else { break };
                 let w = &mut witnesses[i];
@@ -290,7 +320,7 @@ fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together:
             placed[i].pose = witnesses[i].pose;
         }
     }
-    last
+    covariances
 }
 
 /// What the model says of an eye's pose, and what others saw.
@@ -308,12 +338,13 @@ fn equations(eye: &Witness, others: &[&Witness]) -> Equations {
     all
 }
 
-fn registered(site: &Site, scene: &Scene, eye: &Eye, placed: Placed, last: Last) -> Registered {
+fn registered(site: &Site, scene: &Scene, eye: &Eye, placed: Placed, covariance: Matrix) -> Registered {
     let pose = |p: &LocalPose| Pose {
         position: p.origin.as_dvec3() + scene.origin,
         rotation: DMat3::from_quat(glam::DQuat::from_mat3(&p.rotation.as_dmat3()).normalize()),
     };
-    let given = eye.subject.pose(site);
+    let given = eye.placed(site).then(|| eye.subject.pose(site));
+    let fit_given = given.map(|_| fit_at(scene, level(&eye.levels, JUDGED), &eye.given).iter().sum());
     let rival = placed.rival.as_ref().map(|(p, fit)| Rival {
         pose: pose(p),
         fit: fit.iter().sum(),
@@ -323,11 +354,11 @@ fn registered(site: &Site, scene: &Scene, eye: &Eye, placed: Placed, last: Last)
     Registered {
         subject: eye.subject,
         given,
-        pose: if placed.verdict == Verdict::NotFound { given } else { pose(&placed.pose) },
+        pose: given.filter(|_| placed.verdict == Verdict::NotFound).unwrap_or_else(|| pose(&placed.pose)),
         verdict: placed.verdict,
         fit: placed.fit.iter().sum(),
-        fit_given: placed.fit_given,
-        covariance: last.covariance,
+        fit_given,
+        covariance,
         rival,
     }
 }

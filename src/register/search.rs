@@ -134,9 +134,8 @@ pub(super) struct Headings {
 }
 
 impl Headings {
-    /// For a picture's level.
-    pub(super) fn of(level: &Level) -> Self {
-        let full = level.raster.full;
+    /// For a sphere that is so many cells round.
+    pub(super) fn new(full: usize) -> Self {
         let mut planner = FftPlanner::new();
         Self {
             raster: Raster::sphere(full),
@@ -240,6 +239,26 @@ pub(super) struct Candidate {
     pub(super) score: f32,
 }
 
+impl Headings {
+    /// The headings at which an upright picture is most like the model from a place.
+    pub(super) fn peaks(&self, picture: &Masked, upright: Mat3, place: Vec3, model: &Spectra) -> Vec<Candidate> {
+        /// Headings kept.
+        const PEAKS: usize = 3;
+        let w = self.raster.width;
+        let scores = self.compare(picture, model);
+        let peak = |s: &usize| scores[*s] >= scores[(*s + 1) % w] && scores[*s] >= scores[(*s + w - 1) % w];
+        let mut peaks: Vec<usize> = (0..w).filter(peak).collect();
+        peaks.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]).then(a.cmp(b)));
+        peaks.truncate(PEAKS);
+        let candidate = |s: usize| {
+            // the model's column x + s shows what the upright picture's column x does: turned right by s columns
+            let turn = Mat3::from_rotation_z(-(s as f32) * self.raster.cell_angle());
+            Candidate { pose: LocalPose { origin: place, rotation: turn * upright }, score: scores[s] }
+        };
+        peaks.into_iter().map(candidate).collect()
+    }
+}
+
 /// Compares a picture with the model's features from many places (local metres), at all headings and the tilts given as
 /// rotations from the picture's axes to level ones. The best headings of each place and tilt, best first.
 pub(super) fn search(
@@ -249,26 +268,10 @@ pub(super) fn search(
     places: &[Vec3],
     models: &[Spectra],
 ) -> Vec<Candidate> {
-    /// Headings kept of a place and tilt.
-    const PEAKS: usize = 3;
-    let raster = headings.raster();
-    let w = raster.width;
-    let pictures: Vec<Masked> = tilts.par_iter().map(|t| headings.masked(&of_picture(raster, level, *t))).collect();
+    let pictures: Vec<Masked> =
+        tilts.par_iter().map(|t| headings.masked(&of_picture(headings.raster(), level, *t))).collect();
     let at = |place: &Vec3, model: &Spectra| -> Vec<Candidate> {
-        let of_tilt = |(picture, tilt): (&Masked, &Mat3)| {
-            let scores = headings.compare(picture, model);
-            let peak = |s: &usize| scores[*s] >= scores[(*s + 1) % w] && scores[*s] >= scores[(*s + w - 1) % w];
-            let mut peaks: Vec<usize> = (0..w).filter(peak).collect();
-            peaks.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]).then(a.cmp(b)));
-            peaks.truncate(PEAKS);
-            let candidate = |s: usize| {
-                // the model's column x + s shows what the upright picture's column x does: turned right by s columns
-                let turn = Mat3::from_rotation_z(-(s as f32) * raster.cell_angle());
-                Candidate { pose: LocalPose { origin: *place, rotation: turn * *tilt }, score: scores[s] }
-            };
-            peaks.into_iter().map(candidate).collect::<Vec<_>>()
-        };
-        pictures.iter().zip(tilts).flat_map(of_tilt).collect()
+        pictures.iter().zip(tilts).flat_map(|(picture, t)| headings.peaks(picture, *t, *place, model)).collect()
     };
     let mut all: Vec<Candidate> = places.par_iter().zip(models).flat_map_iter(|(p, m)| at(p, m)).collect();
     // stable: equals stay in the order of places

@@ -56,14 +56,13 @@ fn kind(subject: Subject) -> &'static str {
 pub fn register_words(found: &Registered) -> String {
     let sure = format!("sure to \u{b1} {} and \u{b1} {}", metres(found.position_m()), degrees(found.direction_deg()));
     match found.verdict {
-        Verdict::Found
-            if found.moved_m() < 2.0 * found.position_m() && found.turned_deg() < 2.0 * found.direction_deg() =>
-        {
-            format!("found where the site file has it, {sure}")
-        }
-        Verdict::Found => {
-            format!("found {} away, turned by {}; {sure}", metres(found.moved_m()), degrees(found.turned_deg()))
-        }
+        Verdict::Found => match found.moved() {
+            None => format!("found, {sure}"),
+            Some((m, deg)) if m < 2.0 * found.position_m() && deg < 2.0 * found.direction_deg() => {
+                format!("found where the site file has it, {sure}")
+            }
+            Some((m, deg)) => format!("found {} away, turned by {}; {sure}", metres(m), degrees(deg)),
+        },
         Verdict::Ambiguous => {
             let other = found.rival.as_ref().map_or_else(String::new, |r| {
                 let (away, turn) =
@@ -77,13 +76,13 @@ pub fn register_words(found: &Registered) -> String {
                 )
             });
             format!(
-                "ambiguous{other}. The pose given stays. Compare them on the sheet (clerestory register), set the right one in the site file, and \
+                "ambiguous{other}. The site file stays as it is. Compare them on the sheet (clerestory register), set the right one in the site file, and \
                  search --within less"
             )
         }
         Verdict::NotFound => {
-            "not found: no place within reach fits. The pose given stays. See whether the picture shows this \
-                              room and is not mirrored or upside down; then search farther, with --within and --tilt"
+            "not found: no place within reach fits. The site file stays as it is. See whether the picture shows this \
+                              room and is not mirrored or upside down; then search farther, with --within, --tilt or --anywhere"
                 .to_owned()
         }
     }
@@ -195,26 +194,26 @@ fn panels(found: &Registered) -> Vec<Panel<'_>> {
     let model =
         |title: &str| Panel { class: "model", title: title.to_owned(), pose: Some((&found.pose, AFTER)), model: true };
     let mut panels = vec![Panel { class: "picture", title: "The picture".to_owned(), pose: None, model: false }];
-    let before = over("before", "BEFORE: edges from the pose given (broken)", &found.given, BEFORE);
+    let before =
+        found.given.as_ref().map(|given| over("before", "BEFORE: edges from the pose given (broken)", given, BEFORE));
     let after = |title: &str| over("after", title, &found.pose, AFTER);
     match found.verdict {
         Verdict::Found => {
-            panels.extend([
-                model("The model from the pose found"),
-                before,
-                after("AFTER: edges from the pose found (full)"),
-            ]);
+            panels.push(model("The model from the pose found"));
+            panels.extend(before);
+            panels.push(after("AFTER: edges from the pose found (full)"));
         }
         Verdict::Ambiguous => {
-            panels.extend([
-                model("The model from where it fits best"),
-                before,
-                after("Edges from where it fits best (full)"),
-            ]);
+            panels.push(model("The model from where it fits best"));
+            panels.extend(before);
+            panels.push(after("Edges from where it fits best (full)"));
             let other = |r| over("rival", "Edges from the other place (broken)", r, BEFORE);
             panels.extend(found.rival.as_ref().map(|r| other(&r.pose)));
         }
-        Verdict::NotFound => panels.extend([model("The model from the pose given"), before]),
+        Verdict::NotFound => {
+            panels.push(model(if before.is_some() { "The model from the pose given" } else { "The nearest to a fit" }));
+            panels.extend(before);
+        }
     }
     panels
 }
@@ -301,7 +300,7 @@ fn numbers(svg: &mut Svg, about: &RegisterSheet, top: f64) {
     for (title, x) in COLUMNS {
         svg.text([MARGIN + x, top], title, &Text::new(SMALL).bold());
     }
-    let mut rows = vec![("before", &found.given, found.fit_given)];
+    let mut rows: Vec<_> = found.given.iter().zip(found.fit_given).map(|(given, fit)| ("before", given, fit)).collect();
     match (found.verdict, &found.rival) {
         (Verdict::Found, _) => rows.push(("found", &found.pose, found.fit)),
         (Verdict::Ambiguous, rival) => {
@@ -325,10 +324,12 @@ fn numbers(svg: &mut Svg, about: &RegisterSheet, top: f64) {
     let mut y = top;
     let mut lines = Vec::new();
     if found.verdict != Verdict::NotFound {
+        let moved = found.moved().map_or_else(
+            || "The site file had no place.".to_owned(),
+            |(m, deg)| format!("Moved by {}, turned by {}.", metres(m), degrees(deg)),
+        );
         lines.push(format!(
-            "Moved by {}, turned by {}. Standard deviation: place {}, direction {}.",
-            metres(found.moved_m()),
-            degrees(found.turned_deg()),
+            "{moved} Standard deviation: place {}, direction {}.",
             metres(found.position_m()),
             degrees(found.direction_deg())
         ));

@@ -99,7 +99,7 @@ pub(super) enum ProbesKey {
 #[serde(deny_unknown_fields)]
 pub(super) struct ProbeTable {
     pub(super) name: Text,
-    pub(super) position: Vector,
+    pub(super) position: Option<Vector>,
     pub(super) heading: Option<Number>,
     pub(super) pitch: Option<Number>,
     pub(super) roll: Option<Number>,

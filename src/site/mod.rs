@@ -94,6 +94,19 @@ impl Site {
     ///
     /// As [`Site::load`].
     pub fn load_with(path: &Path, pictures: Pictures) -> Result<Self, SiteError> {
+        Self::read(path, pictures, Places::MustBeGiven)
+    }
+
+    /// The same as [`Site::load`], for a site whose probes may lack a position: see [`Probe::placed`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Site::load`].
+    pub fn load_to_register(path: &Path) -> Result<Self, SiteError> {
+        Self::read(path, Pictures::MustExist, Places::MayBeMissing)
+    }
+
+    fn read(path: &Path, pictures: Pictures, places: Places) -> Result<Self, SiteError> {
         let unreadable = |path: &Path, why: String, help: &str| SiteError::Unreadable {
             path: path.to_owned(),
             why,
@@ -108,7 +121,7 @@ impl Site {
         })?;
         let text = String::from_utf8(bytes)
             .map_err(|_| unreadable(&file, "the file is not UTF-8 text".to_owned(), "Save it as UTF-8"))?;
-        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text), pictures)
+        resolve::site(&file, text.strip_prefix('\u{feff}').unwrap_or(&text), pictures, places)
     }
 
     /// All files that the site file names, and itself; a model's materials and textures are in
@@ -162,6 +175,13 @@ pub enum Pictures {
     MayBeMissing,
 }
 
+/// Whether probes must have a position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Places {
+    MustBeGiven,
+    MayBeMissing,
+}
+
 /// Where the light outside comes from.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "a site has one")]
@@ -196,6 +216,8 @@ pub struct Probe {
     pub name: String,
     /// Where it was taken.
     pub pose: Pose,
+    /// Whether the site file says where; without a place, [`Site::load_to_register`] gives the model's origin.
+    pub placed: bool,
     /// One picture per lighting, in the file's order; a lone picture has the lighting `""`.
     pub pictures: Vec<LitPicture>,
     /// How pixels map to directions.

@@ -99,6 +99,7 @@ impl Resolver<'_> {
                 probes.push(Probe {
                     name: name.clone(),
                     pose: camera.pose,
+                    placed: true,
                     pictures: vec![LitPicture { lighting: lighting.to_owned(), path: photo.clone() }],
                     projection: Projection::Camera(camera.model()),
                     gain: Vec3::ONE,

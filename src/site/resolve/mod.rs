@@ -17,18 +17,18 @@ use super::fault::{SiteError, Source};
 use super::file::SiteFile;
 use super::frame::{Frame, Up};
 use super::pose::finite_number;
-use super::{Pictures, Site};
+use super::{Pictures, Places, Site};
 use names::unique;
 use probe::{with_exif_gains, with_lighting_warnings};
 
 /// Reads and checks a site file's text. `path` is the file itself.
-pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures) -> Result<Site, SiteError> {
+pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places: Places) -> Result<Site, SiteError> {
     let source = Source { path, text };
     let file: SiteFile = toml::from_str(text).map_err(|e| source.parse_fault(&e))?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut warnings = Vec::new();
     let frame = frame(&source, &file, &mut warnings)?;
-    let resolver = Resolver { source, folder: folder.clone(), frame, pictures };
+    let resolver = Resolver { source, folder: folder.clone(), frame, pictures, places };
     let s = &resolver.source;
 
     let mut probes = file.probe.iter().map(|p| resolver.probe(p)).collect::<Result<Vec<_>, _>>()?;
@@ -103,6 +103,7 @@ struct Resolver<'a> {
     folder: PathBuf,
     frame: Frame,
     pictures: Pictures,
+    places: Places,
 }
 
 impl Resolver<'_> {

@@ -7,7 +7,7 @@ use toml::Spanned;
 use super::super::fault::SiteError;
 use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey};
 use super::super::pose::{Orientation, finite};
-use super::super::{LitPicture, Probe, Site};
+use super::super::{LitPicture, Places, Probe, Site};
 use super::Resolver;
 use super::lens::{LensKeys, lens_keys};
 use super::names::{lighting_name, safe_name};
@@ -25,7 +25,18 @@ impl Resolver<'_> {
             matrix: &t.matrix,
             look_at: &t.look_at,
         };
-        let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, &t.position)?)?;
+        let position = match &t.position {
+            Some(position) => finite(&self.source, position)?,
+            None if self.places == Places::MayBeMissing && t.look_at.is_none() => DVec3::ZERO,
+            None => {
+                return Err(self.source.fault(
+                    table.span(),
+                    "the key `position` is missing",
+                    "Add position = [x, y, z]; or let `clerestory register` find it from the picture: see its --write",
+                ));
+            }
+        };
+        let pose = orientation.pose(&self.source, &self.frame, position)?;
         let projection = self.probe_projection(table)?;
         let picture = |lighting: &str, name: &str, at: Range<usize>| {
             let path = self.to_be_made(name).map_or_else(|| self.panorama(name, at, &projection), Ok)?;
@@ -67,7 +78,8 @@ impl Resolver<'_> {
                 "Give [a, b] with 1 + a x + 2 b x² above zero for all x from 0 to 1",
             ));
         }
-        Ok(Probe { name: t.name.get_ref().clone(), pose, pictures, projection, gain, vignetting, response })
+        let (name, placed) = (t.name.get_ref().clone(), t.position.is_some());
+        Ok(Probe { name, pose, placed, pictures, projection, gain, vignetting, response })
     }
 
     fn gain(&self, key: &Spanned<GainKey>) -> Result<Vec3, SiteError> {
