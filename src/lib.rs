@@ -13,6 +13,7 @@
 
 pub mod audit;
 pub mod check;
+pub(crate) mod cholesky;
 pub(crate) mod edge_aware;
 pub mod panorama;
 pub mod paper;
@@ -26,6 +27,7 @@ pub mod report;
 pub mod scene;
 pub mod shoot;
 pub mod site;
+pub(crate) mod statistics;
 pub mod study;
 pub mod volume;
 pub mod whole;

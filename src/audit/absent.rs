@@ -11,8 +11,9 @@ use super::probe_view::ProbeView;
 use super::regions::{Region, closed, components, opened};
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{EdgeAware, log_luminance, median};
+use super::{EdgeAware, log_luminance};
 use crate::panorama::Picture;
+use crate::statistics::median;
 
 /// Differences are averaged over windows of this standard deviation, pixels.
 const WINDOW: f32 = 1.5;
@@ -106,12 +107,12 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
     let over = |prediction: &(dyn Fn(usize) -> Option<f32> + Sync)| -> Vec<Option<f32>> {
         let of = |i: usize| Some(photo[i]? - prediction(i)?).filter(|d| d.is_finite());
         let mut all: Vec<Option<f32>> = (0..n).into_par_iter().map(of).collect();
-        let middle = median(&mut all.iter().flatten().copied().collect::<Vec<_>>());
+        let middle = median(all.iter().flatten().copied()).unwrap_or(0.0);
         all.iter_mut().flatten().for_each(|d| *d -= middle);
         all
     };
     let rendered = over(&|i| Some(maps.render.pixels[i]).filter(|p| Picture::valid(*p)).map(log_luminance));
-    let usual = median(&mut rendered.iter().flatten().map(|d| d.abs()).collect::<Vec<_>>());
+    let usual = median(rendered.iter().flatten().map(|d| d.abs())).unwrap_or(0.0);
     let smooth = over(&|i| {
         let e = maps.irradiance[i];
         (e.min_element() > 0.0).then(|| log_luminance(maps.albedo[i] * e / std::f32::consts::PI))

@@ -8,9 +8,11 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::surfaces::{NONE, Surfaces};
-use super::{EdgeAware, PoseCorrection, median};
+use super::{EdgeAware, PoseCorrection};
+use crate::cholesky::{inverse, solve};
 use crate::scene::Scene;
 use crate::site::{Camera, Lens};
+use crate::statistics::median;
 
 /// Unknowns: shift of the camera (right, forward, up; metres), turn about the same axes (radians), radial distortion.
 const UNKNOWNS: usize = 7;
@@ -143,8 +145,8 @@ fn step(scene: &Scene, surfaces: &Surfaces, camera: &Camera, a: &Band, b: &Band,
     if count < 300 {
         return None;
     }
-    let mut sizes: Vec<f32> = observations.iter().flatten().map(|o| o.0.abs() as f32).collect();
-    let scale = (1.48 * f64::from(median(&mut sizes))).max(1e-3);
+    let sizes = observations.iter().flatten().map(|o| o.0.abs() as f32);
+    let scale = (1.48 * f64::from(median(sizes).unwrap_or(0.0))).max(1e-3);
     let mut normal = [[0.0f64; UNKNOWNS]; UNKNOWNS];
     let mut right = [0.0f64; UNKNOWNS];
     let mut variance = (0.0, 0.0);
@@ -163,8 +165,8 @@ fn step(scene: &Scene, surfaces: &Surfaces, camera: &Camera, a: &Band, b: &Band,
     // pixels within a blur are not independent
     let correlated = (4.0 * std::f64::consts::PI * f64::from(blur * blur)).max(4.0) / (stride * stride) as f64;
     let noise = variance.0 / variance.1.max(1e-9) * correlated.max(1.0);
-    let mut depths: Vec<f32> = surfaces.distance.iter().copied().filter(|d| d.is_finite()).collect();
-    let depth = f64::from(median(&mut depths)).max(0.1);
+    let depths = surfaces.distance.iter().copied().filter(|d| d.is_finite());
+    let depth = f64::from(median(depths).unwrap_or(0.0)).max(0.1);
     for (p, row) in normal.iter_mut().enumerate() {
         let believed: f64 = match p {
             0..=2 => LOOSE * depth,
@@ -273,16 +275,13 @@ fn mean_shift_spread(
     normal: &[[f64; UNKNOWNS]; UNKNOWNS],
     noise: f64,
 ) -> f64 {
+    let Some(covariance) = inverse(normal) else { return 0.0 };
     mean_over(surfaces, scene, |p| {
         let d = derivatives(camera, p)?;
-        // variance of the shift along x and along y: d C dᵀ
-        let of = |j: [f64; UNKNOWNS]| -> Option<f64> {
-            let c = solve(normal, &j)?;
-            Some(c.iter().zip(j).map(|(c, j)| c * j).sum::<f64>() * noise)
-        };
-        let x = of(std::array::from_fn(|k| d[k].x))?;
-        let y = of(std::array::from_fn(|k| d[k].y))?;
-        Some((x + y).max(0.0).sqrt())
+        // the variances of the shift along x and along y, summed: d C dᵀ
+        let of_pair = |(i, j): (usize, usize)| covariance[i][j] * d[i].dot(d[j]);
+        let pairs = (0..UNKNOWNS).flat_map(|i| (0..UNKNOWNS).map(move |j| (i, j)));
+        Some((pairs.map(of_pair).sum::<f64>() * noise).max(0.0).sqrt())
     })
     .0
 }
@@ -306,33 +305,4 @@ fn shift(
         rotation_deg: turn.normalize().to_axis_angle().1.to_degrees(),
         translation_m: camera.pose.position.distance(first.pose.position),
     }
-}
-
-/// Solves a symmetric positive definite system by Cholesky's method; `None` where it is not.
-fn solve(matrix: &[[f64; UNKNOWNS]; UNKNOWNS], right: &[f64; UNKNOWNS]) -> Option<[f64; UNKNOWNS]> {
-    let mut l = [[0.0; UNKNOWNS]; UNKNOWNS];
-    for i in 0..UNKNOWNS {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-            let v = matrix[i][j] - sum;
-            l[i][j] = if i == j {
-                if v.is_nan() || v <= 0.0 {
-                    return None;
-                }
-                v.sqrt()
-            } else {
-                v / l[j][j]
-            };
-        }
-    }
-    let mut x = *right;
-    for i in 0..UNKNOWNS {
-        let sum: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
-        x[i] = (x[i] - sum) / l[i][i];
-    }
-    for i in (0..UNKNOWNS).rev() {
-        let sum: f64 = (i + 1..UNKNOWNS).map(|k| l[k][i] * x[k]).sum();
-        x[i] = (x[i] - sum) / l[i][i];
-    }
-    x.iter().all(|v| v.is_finite()).then_some(x)
 }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::statistics::quantile;
+
 /// Bins of brightness.
 pub(super) const BINS: usize = 8;
 
@@ -25,15 +27,12 @@ impl Bins {
     }
 
     /// Per bin, the value that this share (0..1) of those that count stay below; 0 where none does.
-    pub(super) fn quantile(&self, values: &[f32], share: f32, counts: impl Fn(usize) -> bool) -> [f32; BINS] {
+    pub(super) fn quantile(&self, values: &[f32], share: f64, counts: impl Fn(usize) -> bool) -> [f32; BINS] {
         let mut all: [Vec<f32>; BINS] = Default::default();
         for (i, v) in values.iter().enumerate().filter(|(i, _)| counts(*i)) {
             all[self.of[i]].push(*v);
         }
-        all.map(|mut v| {
-            let at = ((v.len() as f32 * share) as usize).min(v.len().saturating_sub(1));
-            if v.is_empty() { 0.0 } else { *v.select_nth_unstable_by(at, f32::total_cmp).1 }
-        })
+        all.map(|mut values| quantile(&mut values, share).unwrap_or(0.0))
     }
 }
 

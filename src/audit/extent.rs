@@ -11,8 +11,9 @@ use super::surfaces::NONE;
 use super::sweep::sweep;
 use super::verdict::verdicts;
 use super::view::{Maps, Prepared};
-use super::{Displacement, EdgeAware, Judged, Kind, Verdict, What, median};
+use super::{Displacement, EdgeAware, Judged, Kind, Verdict, What};
 use crate::panorama::{Picture, luminance};
+use crate::statistics::median;
 
 /// Differences are averaged over windows of this standard deviation, pixels.
 const WINDOW: f32 = 1.2;
@@ -134,14 +135,13 @@ fn differs(maps: &Maps, right: &[Verdict]) -> Vec<bool> {
             ln(luminance(maps.log_photo[i].map(f32::exp))) - ln(luminance(maps.render.pixels[i]))
         })
         .collect();
-    let mut all: Vec<f32> = difference.iter().zip(&known).filter(|d| *d.1).map(|d| *d.0).collect();
-    let middle = median(&mut all);
+    let of_known = |values: &[f32]| median(values.iter().zip(&known).filter(|v| *v.1).map(|v| *v.0)).unwrap_or(0.0);
+    let middle = of_known(&difference);
     let square: Vec<f32> = difference.iter().map(|d| (d - middle).clamp(-MOST, MOST).powi(2)).collect();
     let weight: Vec<f32> = known.iter().map(|k| if *k { 1.0 } else { 0.0 }).collect();
     let local: Vec<f32> =
         EdgeAware::open(w, h).mean(&square, &weight, WINDOW).iter().map(|s| s.max(0.0).sqrt()).collect();
-    let mut all: Vec<f32> = local.iter().zip(&known).filter(|l| *l.1).map(|l| *l.0).collect();
-    let least = (TIMES * median(&mut all)).max(LEAST);
+    let least = (TIMES * of_known(&local)).max(LEAST);
     let same: Vec<bool> = (0..w * h).map(|i| !known[i] || local[i] <= least || right[i] == Verdict::Ok).collect();
     // edges go, and the window's reach with them
     let core = dilated(&same, w, h, 2 * EDGE_PX);

@@ -6,6 +6,7 @@ use super::scores::{LOW, Scores};
 use super::structure::odds_of;
 use super::sweep::{Swept, sweep};
 use super::view::{Maps, Prepared};
+use crate::statistics::quantile;
 
 /// Odds from which on a region's structure is another than the model's.
 pub(super) const REGION_ODDS: f32 = 6.0;
@@ -103,6 +104,5 @@ fn share(region: &Region, holds: impl Fn(usize) -> bool) -> f32 {
 
 fn upper(region: &Region, values: &[f32]) -> f32 {
     let mut all: Vec<f32> = region.pixels.iter().map(|i| values[*i]).collect();
-    let at = (all.len() * 3 / 4).min(all.len().saturating_sub(1));
-    *all.select_nth_unstable_by(at, f32::total_cmp).1
+    quantile(&mut all, 0.75).unwrap_or(0.0)
 }

@@ -61,12 +61,6 @@ use glam::Vec3;
 use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
 
-/// The middle value; 0 of nothing.
-fn median(values: &mut [f32]) -> f32 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
-}
-
 /// Logarithm of a brightness; black counts as 10⁻⁴.
 fn log_luminance(rgb: Vec3) -> f32 {
     luminance(rgb).max(1e-4).ln()

@@ -11,8 +11,9 @@ use super::regions::dilated;
 use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
 use super::witness::witnesses;
-use super::{EdgeAware, Evidence, Shift, correlation, median};
+use super::{EdgeAware, Evidence, Shift, correlation};
 use crate::panorama::luminance;
+use crate::statistics::median;
 
 /// The test works on pictures of about this size.
 const SIDE: usize = 256;
@@ -128,9 +129,9 @@ pub(super) fn registration(shifts: &[[f32; 2]]) -> ([f32; 2], f32) {
     if shifts.len() < ENOUGH {
         return ([0.0; 2], ALONE_PX);
     }
-    let common = [0, 1].map(|c| median(&mut shifts.iter().map(|s| s[c]).collect::<Vec<_>>()));
+    let common = [0, 1].map(|c| median(shifts.iter().map(|s| s[c])).unwrap_or(0.0));
     let off = |s: &[f32; 2]| (s[0] - common[0]).hypot(s[1] - common[1]);
-    (common, LEAST_PX.max(TIMES * median(&mut shifts.iter().map(off).collect::<Vec<_>>())))
+    (common, LEAST_PX.max(TIMES * median(shifts.iter().map(off)).unwrap_or(0.0)))
 }
 
 /// Where a part's outline fits best.

@@ -7,6 +7,7 @@ use super::coding::Coding;
 use super::{EdgeAware, Reason};
 use crate::panorama::{Picture, luminance};
 use crate::photograph::{Fitness, Photograph};
+use crate::statistics::{median, quantile};
 
 /// The linear photograph and what cannot be used of it.
 pub struct Photo {
@@ -92,8 +93,7 @@ impl Photo {
 const DARK: f32 = 2e-3;
 
 fn mark_dark(pixels: &[Vec3], unusable: &mut [Reason]) {
-    let mut all: Vec<f32> = pixels.iter().map(|p| luminance(*p)).collect();
-    let median = super::median(&mut all);
+    let median = median(pixels.iter().map(|p| luminance(*p))).unwrap_or(0.0);
     for (p, reason) in pixels.iter().zip(unusable) {
         if *reason == Reason::None && p.min_element() <= DARK * median {
             *reason = Reason::Dark;
@@ -118,8 +118,7 @@ fn noise(width: usize, height: usize, pixels: &[Vec3], unusable: &[Reason]) -> f
         }
     }
     // the lower quartile: texture only adds
-    let at = all.len() / 4;
-    if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(at, f32::total_cmp).1 / 0.3186 }
+    quantile(&mut all, 0.25).unwrap_or(0.0) / 0.3186
 }
 
 /// Standard deviations of the blurred photographs, pixels.

@@ -3,9 +3,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::median;
 use super::probe_view::{ProbeView, Sight};
 use super::surfaces::{NONE, Surfaces};
+use crate::statistics::median;
 
 /// How each probe sees each pixel of a view.
 pub(super) struct Sights {
@@ -78,8 +78,7 @@ pub(super) fn fit(surfaces: &Surfaces, sights: &Sights, probes: &[ProbeView], so
     for _ in 0..8 {
         for (offset, samples) in offsets.iter_mut().zip(&differences) {
             *offset = (samples.len() >= FEWEST).then(|| {
-                let channel =
-                    |c: usize| median(&mut samples.iter().map(|(r, d)| d[c] - vignetting * r).collect::<Vec<f32>>());
+                let channel = |c: usize| median(samples.iter().map(|(r, d)| d[c] - vignetting * r)).unwrap_or(0.0);
                 Vec3::new(channel(0), channel(1), channel(2))
             });
         }
@@ -107,9 +106,8 @@ pub(super) fn fit(surfaces: &Surfaces, sights: &Sights, probes: &[ProbeView], so
         .zip(&differences)
         .map(|(o, samples)| {
             let o = (*o)?;
-            let mut rest: Vec<f32> =
-                samples.iter().map(|(r, d)| ((*d - o).element_sum() / 3.0 - vignetting * r).abs()).collect();
-            Some(1.48 * median(&mut rest))
+            let rest = samples.iter().map(|(r, d)| ((*d - o).element_sum() / 3.0 - vignetting * r).abs());
+            Some(1.48 * median(rest).unwrap_or(0.0))
         })
         .collect();
     Radiometry { offset, vignetting, gains, spread }

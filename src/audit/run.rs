@@ -17,6 +17,7 @@ use crate::register::{self, Misfit};
 use crate::render::{Options, prepare};
 use crate::scene::Scene;
 use crate::site::{Site, View};
+use crate::statistics::median;
 use crate::volume::{self, Volume};
 
 /// How far an audit has come: what is being done, steps done, steps in all.
@@ -276,8 +277,7 @@ fn note(f: &Finding) -> String {
 fn gains(prepared: &Prepared, maps: &Maps) -> Vec<ProbeGain> {
     let r = &maps.radiometry;
     let surfaces = maps.surfaces.triangle.iter().filter(|t| **t != u32::MAX).count().max(1);
-    let spreads: Vec<f32> = r.spread.iter().flatten().copied().collect();
-    let usual = super::median(&mut spreads.clone());
+    let usual = median(r.spread.iter().flatten().copied()).unwrap_or(0.0);
     prepared
         .probes
         .iter()

@@ -6,13 +6,14 @@
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::EdgeAware;
 use super::colour::{colour_difference, colour_of};
 use super::regions::Pieces;
 use super::structure::{Structure, structure};
 use super::surfaces::{NONE, Surfaces};
-use super::{EdgeAware, median};
 use crate::scene::Scene;
 use crate::shoot::Light;
+use crate::statistics::median;
 use crate::volume::{Nearby, Volume};
 
 /// Darker albedo cannot be compared with.
@@ -126,10 +127,8 @@ pub(super) fn test(
     let mut ratio: Vec<Vec3> =
         (0..n).map(|i| if tested[i] { log_photo[i] - ln(albedo[i]) - ln(irradiance[i]) } else { Vec3::ZERO }).collect();
     // what is left of exposure and white balance
-    let middle = Vec3::from([0, 1, 2].map(|c| {
-        let mut all: Vec<f32> = (0..n).filter(|i| tested[*i]).map(|i| ratio[i][c]).collect();
-        median(&mut all)
-    }));
+    let channel = |c: usize| median((0..n).filter(|i| tested[*i]).map(|i| ratio[i][c])).unwrap_or(0.0);
+    let middle = Vec3::from([0, 1, 2].map(channel));
     for (r, t) in ratio.iter_mut().zip(&tested) {
         *r = if *t { *r - middle } else { Vec3::ZERO };
     }

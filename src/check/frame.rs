@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 use super::cause::{Cause, CauseKind};
 use crate::scene::{Ray, Scene};
 use crate::site::{Frame, Site, Up};
+use crate::statistics::median;
 
 /// By how much another unit or axis must explain the site better than the site file's, in natural logarithms.
 const BELIEF: f64 = 5.0;
@@ -158,7 +159,7 @@ impl Standing {
     fn evenness(&self, other: &Self) -> f64 {
         let both = self.heights.iter().zip(&other.heights).filter(|(_, other)| other.is_some());
         let heights: Vec<f64> = both.filter_map(|(own, _)| *own).collect();
-        let Some(median) = median(heights.clone()) else { return 0.0 };
+        let Some(median) = median(heights.iter().copied()) else { return 0.0 };
         let stray = STRAY_SHARE / STRAY_RANGE;
         let peak = (1.0 - STRAY_SHARE) / (HEIGHTS_SD * (2.0 * std::f64::consts::PI).sqrt());
         let near = |h: &f64| {
@@ -177,7 +178,7 @@ fn cues(site: &Site, scene: &Scene, nearest_m: &[f32]) -> Cues {
     Cues {
         axes,
         breadth: f64::from((high - low).length()),
-        elbow_room: median(nearest_m.iter().filter(|d| d.is_finite()).map(|d| f64::from(d.max(1e-6))).collect()),
+        elbow_room: median(nearest_m.iter().filter(|d| d.is_finite()).map(|d| f64::from(d.max(1e-6)))),
         eyes: eyes.len(),
     }
 }
@@ -208,14 +209,14 @@ fn standing(scene: &Scene, eyes: &[Vec3], ups: &[Vec3], up: Vec3) -> Standing {
     };
     let beneath: Vec<Option<f64>> = eyes.iter().map(|eye| along(*eye, -1.0)).collect();
     let above = eyes.iter().map(|eye| along(*eye, 1.0));
-    let headrooms = beneath.iter().zip(above).filter_map(|(below, above)| Some((*below)? + above?)).collect();
+    let headrooms = beneath.iter().zip(above).filter_map(|(below, above)| Some((*below)? + above?));
+    let headroom = median(headrooms);
     let lowest = lowest_level(scene, up);
     let above_lowest = |eye: Vec3| Some(f64::from(eye.dot(up) - lowest?)).filter(|h| *h > 1e-6);
-    let height =
-        median(beneath.iter().zip(eyes).filter_map(|(below, eye)| below.or_else(|| above_lowest(*eye))).collect());
+    let height = median(beneath.iter().zip(eyes).filter_map(|(below, eye)| below.or_else(|| above_lowest(*eye))));
     let mean = ups.iter().sum::<Vec3>() / ups.len().max(1) as f32;
     let weight = UPRIGHT * (ups.len() as f64 / (FEW + 1) as f64).min(1.0);
-    Standing { up, heights: beneath, height, headroom: median(headrooms), held: weight * f64::from(mean.dot(up)) }
+    Standing { up, heights: beneath, height, headroom, held: weight * f64::from(mean.dot(up)) }
 }
 
 /// The height along `up` below which a twentieth of the level area lies; `None` without any.
@@ -239,11 +240,6 @@ fn lowest_level(scene: &Scene, up: Vec3) -> Option<f32> {
             sum >= 0.05 * all
         })
         .map(|(height, _)| height)
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 fn sentences(frame: &Frame, cues: &Cues, likely: &Hypothesis) -> Vec<Cause> {

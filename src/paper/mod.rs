@@ -29,6 +29,7 @@ use shoot::Shot;
 use crate::render::Source;
 use crate::scene::Scene;
 use crate::shoot::KdTree;
+use crate::statistics::median;
 use crate::volume::Grid;
 
 /// How many times the records' median spacing the radius is, where none is given. Of the radii tried on a cathedral from
@@ -134,10 +135,5 @@ impl Plain {
 
 /// The median over all records of the distance between neighbouring rays where they hit, metres; 0 without records.
 fn median_spacing(shots: &[Shot]) -> f32 {
-    let mut all: Vec<f32> = shots.iter().map(|s| s.spacing_m).collect();
-    if all.is_empty() {
-        return 0.0;
-    }
-    let middle = all.len() / 2;
-    *all.select_nth_unstable_by(middle, f32::total_cmp).1
+    median(shots.iter().map(|s| s.spacing_m)).unwrap_or(0.0)
 }

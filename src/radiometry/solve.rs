@@ -11,7 +11,9 @@ use rayon::prelude::*;
 use super::overlap::Comparison;
 use super::shot::{Shot, Stored};
 use super::{Fit, Fitted, Settings};
+use crate::cholesky::Cholesky;
 use crate::panorama::{Coding, response_rises};
+use crate::statistics::median;
 
 /// Two pictures with fewer common patches do not tie each other.
 const FEWEST: usize = 24;
@@ -250,9 +252,7 @@ impl Row {
 /// 1.48 × the median of what is left: a standard deviation that half of the rows may contradict.
 fn spread(rows: &[Row], theta: &[f64], chosen: impl Fn(&Row) -> bool) -> f64 {
     let two_sided = rows.iter().filter(|r| r.bound == 0 && chosen(r));
-    let mut left: Vec<f64> = two_sided.map(|r| r.value(theta).abs()).collect();
-    let middle = left.len() / 2;
-    if left.is_empty() { 0.0 } else { 1.48 * *left.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    median(two_sided.map(|r| r.value(theta).abs())).map_or(0.0, |m| 1.48 * m)
 }
 
 /// Reweighted least squares over `n` unknowns, the first `gains` of which are logarithms of gains, three a picture. Of the
@@ -292,7 +292,9 @@ pub(super) fn solve(rows: &[Row], n: usize, gains: usize, tied: &[bool]) -> Solu
                 right[picture + a] -= share * theta[picture + b];
             }
         }
-        let Some(step) = cholesky_solve(matrix, right, n) else { break };
+        let Some(factor) = Cholesky::new(matrix, n) else { break };
+        factor.solve(&mut right);
+        let step = right;
         theta.iter_mut().zip(&step).for_each(|(t, s)| *t += s);
         if step.iter().all(|s| s.abs() < SETTLED) && scale <= (SCALE * sd).max(LEAST_SCALE) {
             break;
@@ -327,26 +329,4 @@ fn normal_equations(rows: &[Row], theta: &[f64], n: usize, scale: f64) -> (Vec<f
         sum.1.iter_mut().zip(part.1).for_each(|(s, p)| *s += p);
         sum
     })
-}
-
-/// Solves a x = b for a symmetric positive definite matrix, rows one after the other; `None` where it is not.
-fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>, n: usize) -> Option<Vec<f64>> {
-    for i in 0..n {
-        for j in 0..=i {
-            let sum = (0..j).fold(a[i * n + j], |s, k| s - a[i * n + k] * a[j * n + k]);
-            if i == j {
-                if !(sum > 0.0 && sum.is_finite()) {
-                    return None;
-                }
-                a[i * n + i] = sum.sqrt();
-            } else {
-                a[i * n + j] = sum / a[j * n + j];
-            }
-        }
-        b[i] = (0..i).fold(b[i], |s, k| s - a[i * n + k] * b[k]) / a[i * n + i];
-    }
-    for i in (0..n).rev() {
-        b[i] = (i + 1..n).fold(b[i], |s, k| s - a[k * n + i] * b[k]) / a[i * n + i];
-    }
-    Some(b)
 }

@@ -4,12 +4,11 @@ use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 
 use super::model::LocalPose;
-use super::picture::{Level, Optics, pyramid};
+use super::picture::Level;
 use super::run::{Eye, FOLLOWED, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, fit_at, followed, level, tilts};
 use super::search::{Candidate, Headings, Spectra, models, search};
 use super::verdict::{CLEARLY, better_by};
 use super::{RegisterError, Settings, Subject, Verdict};
-use crate::panorama::{self, Picture};
 use crate::scene::Scene;
 use crate::site::Site;
 
@@ -106,7 +105,7 @@ pub fn misfits(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<(S
             .filter(|&k| eyes[k].levels[eyes[k].levels.len() - 1].raster.full == home.headings.raster().full)
             .map(|k| (eyes[k].subject.name(site), &exchanged[k]))
             .collect();
-        let mirrored = pyramid_mirrored(site, eye, settings)?;
+        let mirrored: Vec<Level> = eye.levels.iter().map(Level::mirrored).collect();
         if let Some(misfit) = misfit(scene, eye, &mirrored, home, &others, settings) {
             all.push((eye.subject, misfit));
         }
@@ -224,22 +223,4 @@ fn off(given: &LocalPose, found: &LocalPose) -> Option<Misfit> {
     let turn = glam::Quat::from_mat3(&(found.rotation.transpose() * given.rotation));
     let off_deg = f64::from((2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees());
     Some(if off_m < SAME_PLACE_M { Misfit::Turned(off_deg) } else { Misfit::Displaced(f64::from(off_m), off_deg) })
-}
-
-/// The levels of an eye's picture with left and right exchanged.
-fn pyramid_mirrored(site: &Site, eye: &Eye, settings: &Settings) -> Result<Vec<Level>, RegisterError> {
-    let (picture, optics) = match eye.subject {
-        Subject::Probe(i) => {
-            let probe = &site.probes[i];
-            (panorama::read(&probe.pictures[0].path)?, Optics::Projection(probe.projection))
-        }
-        Subject::View(i) => {
-            let view = &site.views[i];
-            let Some(photo) = crate::photograph::Photograph::of(view)? else { return Ok(Vec::new()) };
-            (photo.picture, Optics::Camera(view.camera))
-        }
-    };
-    let (width, height) = (picture.width, picture.height);
-    let pixels: Vec<Vec3> = picture.pixels.chunks(width.max(1)).flat_map(|row| row.iter().rev().copied()).collect();
-    Ok(pyramid(&Picture { width, height, pixels }, &|_| true, &optics, settings.finest))
 }

@@ -109,8 +109,7 @@ impl GeometryBuffer {
 
     /// The distance of what stands in front at a cell and its neighbours: what an edge moves with.
     pub(super) fn front(&self, raster: &Raster, i: usize) -> f32 {
-        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| self.distance[raster.beside(i, x, y)]);
-        around.into_iter().fold(self.distance[i], f32::min)
+        raster.around(i).iter().fold(self.distance[i], |d, &j| d.min(self.distance[j]))
     }
 }
 
@@ -135,10 +134,7 @@ pub(super) fn template(surfaces: &EdgeAware, level: &Level, detail: &[f32]) -> T
     let n = raster.len();
     let known: Vec<f32> = detail.iter().zip(&level.weight).map(|(d, w)| if d.is_finite() { *w } else { 0.0 }).collect();
     // cells at an edge mix the light of both sides
-    let inside = |i: usize| {
-        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
-        around.iter().all(|&j| i == j || surfaces.joined(i, j) || raster.seam(i, j))
-    };
+    let inside = |i: usize| raster.around(i).iter().all(|&j| i == j || surfaces.joined(i, j) || raster.seam(i, j));
     let trusted: Vec<f32> = (0..n).map(|i| if inside(i) { known[i] } else { RIM * known[i] }).collect();
     let light: Vec<f32> =
         level.sharp.iter().zip(detail).map(|(l, a)| if a.is_finite() { l - a } else { 0.0 }).collect();
@@ -154,9 +150,12 @@ pub(super) fn template(surfaces: &EdgeAware, level: &Level, detail: &[f32]) -> T
         }
     };
     let soft = raster.soften(&raw, &known);
-    let slope = [(1, 0), (0, 1)].map(|(x, y)| {
-        let change: Vec<f32> =
-            (0..n).map(|i| 0.5 * (step(raster.beside(i, -x, -y), i) + step(i, raster.beside(i, x, y)))).collect();
+    let slope = [0, 2].map(|axis| {
+        let of = |i: usize| {
+            let around = raster.around(i);
+            0.5 * (step(around[axis], i) + step(i, around[axis + 1]))
+        };
+        let change: Vec<f32> = (0..n).map(of).collect();
         raster.soften(&change, &known)
     });
     Template { value: soft, slope }

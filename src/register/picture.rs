@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::raster::{Raster, direction};
 use crate::panorama::{Picture, Projection, luminance};
 use crate::site::Camera;
+use crate::statistics::median;
 
 /// How a picture's pixels follow from directions in its own axes.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +49,20 @@ pub(super) struct Level {
     pub(super) log: Vec<f32>,
     /// Solid angle in cells at the equator where the picture tells something, else 0.
     pub(super) weight: Vec<f32>,
+}
+
+impl Level {
+    /// The level with left and right exchanged.
+    pub(super) fn mirrored(&self) -> Self {
+        let Raster { full, corner: [left, top], width, height, .. } = self.raster;
+        let turned = |values: &[f32]| values.chunks(width).flat_map(|row| row.iter().rev().copied()).collect();
+        Self {
+            raster: Raster::new(full, [full - left - width, top], width, height),
+            sharp: turned(&self.sharp),
+            log: turned(&self.log),
+            weight: turned(&self.weight),
+        }
+    }
 }
 
 /// Luminance below this share of the picture's median counts as this much: the logarithm must not run away.
@@ -98,13 +113,8 @@ pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics:
             if count > 0.0 { (sum / count, count / (fine * fine) as f32) } else { (0.0, 0.0) }
         })
         .collect();
-    let mut brightness: Vec<f32> = cells.iter().filter(|c| c.1 > 0.0).map(|c| c.0).collect();
-    let middle = brightness.len() / 2;
-    let floor = if brightness.is_empty() {
-        1.0
-    } else {
-        (DARKEST * *brightness.select_nth_unstable_by(middle, f32::total_cmp).1).max(1e-30)
-    };
+    let brightness = cells.iter().filter(|c| c.1 > 0.0).map(|c| c.0);
+    let floor = median(brightness).map_or(1.0, |middle| (DARKEST * middle).max(1e-30));
     let mut levels = Vec::new();
     loop {
         let weight: Vec<f32> = cells

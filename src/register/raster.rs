@@ -60,12 +60,16 @@ impl Raster {
         (PI * (self.corner[1] as f32 + row as f32 + 0.5) / (self.full / 2) as f32).sin()
     }
 
-    /// The neighbour of a cell in its row or column by one step; the cell itself at a border.
-    pub(super) fn beside(&self, i: usize, right: isize, down: isize) -> usize {
-        let (x, y) = ((i % self.width) as isize + right, (i / self.width) as isize + down);
-        let w = self.width as isize;
-        let x = if self.wraps() { x.rem_euclid(w) } else { x.clamp(0, w - 1) };
-        y.clamp(0, self.height as isize - 1) as usize * self.width + x as usize
+    /// A cell's neighbours to the left, right, above and below; the cell itself at a border.
+    pub(super) fn around(&self, i: usize) -> [usize; 4] {
+        let (w, x) = (self.width, i % self.width);
+        let seam = if self.wraps() { w - 1 } else { 0 };
+        [
+            if x > 0 { i - 1 } else { i + seam },
+            if x + 1 < w { i + 1 } else { i - seam },
+            if i >= w { i - w } else { i },
+            if i + w < self.len() { i + w } else { i },
+        ]
     }
 
     /// Whether two neighbours lie on either side of the seam, where a filter over the window ends.
@@ -97,19 +101,30 @@ impl Raster {
 
     /// Smooths with the kernel 1 2 1 along rows and columns; cells without weight take no part and stay as they are.
     pub(super) fn soften(&self, values: &[f32], weight: &[f32]) -> Vec<f32> {
-        let pass = |values: &[f32], right: isize, down: isize| -> Vec<f32> {
-            (0..values.len())
-                .map(|i| {
-                    if weight[i] == 0.0 {
-                        return values[i];
-                    }
-                    let part = |j: usize, k: f32| if weight[j] > 0.0 { (values[j] * k, k) } else { (0.0, 0.0) };
-                    let (a, b) = (part(self.beside(i, -right, -down), 0.25), part(self.beside(i, right, down), 0.25));
-                    (values[i] * 0.5 + a.0 + b.0) / (0.5 + a.1 + b.1)
-                })
-                .collect()
+        let mean = |of: &[f32], i: usize, beside: [usize; 2]| {
+            if weight[i] == 0.0 {
+                return of[i];
+            }
+            let part = |j: usize| if weight[j] > 0.0 { (of[j] * 0.25, 0.25) } else { (0.0, 0.0) };
+            let (a, b) = (part(beside[0]), part(beside[1]));
+            (of[i] * 0.5 + a.0 + b.0) / (0.5 + a.1 + b.1)
         };
-        pass(&pass(values, 1, 0), 0, 1)
+        let (w, h) = (self.width, self.height);
+        let ends = |x: usize| match (self.wraps(), x) {
+            (true, 0) => [w - 1, 1 % w],
+            (true, _) if x + 1 == w => [x - 1, 0],
+            _ => [x.saturating_sub(1), (x + 1).min(w - 1)],
+        };
+        let mut rows = Vec::with_capacity(values.len());
+        for first in (0..h).map(|y| y * w) {
+            rows.extend((0..w).map(|x| mean(values, first + x, ends(x).map(|x| first + x))));
+        }
+        let mut all = Vec::with_capacity(values.len());
+        for y in 0..h {
+            let (above, below) = (y.saturating_sub(1) * w, (y + 1).min(h - 1) * w);
+            all.extend((0..w).map(|x| mean(&rows, y * w + x, [above + x, below + x])));
+        }
+        all
     }
 }
 
@@ -134,11 +149,9 @@ mod tests {
             let values: Vec<f32> = raster.directions.iter().map(|d| d.dot(slope)).collect();
             let mut asked = 0;
             for i in 0..raster.len() {
-                let step = |x: isize, y: isize| {
-                    let (a, b) = (raster.beside(i, -x, -y), raster.beside(i, x, y));
-                    (a != i && b != i).then(|| 0.5 * (values[b] - values[a]))
-                };
-                let (Some(right), Some(down)) = (step(1, 0), step(0, 1)) else { continue };
+                let step = |a: usize, b: usize| (a != i && b != i).then(|| 0.5 * (values[b] - values[a]));
+                let [left, right, up, down] = raster.around(i);
+                let (Some(right), Some(down)) = (step(left, right), step(up, down)) else { continue };
                 if raster.sine(i / raster.width) < LEAST_SINE {
                     continue;
                 }

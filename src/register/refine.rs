@@ -9,7 +9,9 @@ use rayon::prelude::*;
 
 use super::model::{GeometryBuffer, LocalPose, Template, template};
 use super::picture::Level;
+use crate::cholesky::{inverse, solve};
 use crate::scene::Scene;
+use crate::statistics::median;
 
 /// Shift (right, forward, up; metres) and turn about the same axes (radians), in the picture's own axes.
 pub(super) type Twist = [f64; 6];
@@ -63,7 +65,7 @@ impl Residuals {
             (0..raster.len()).map(|i| if told(i) { level.log[i] - template.value[i] } else { f32::NAN }).collect();
         let gradient: Vec<Vec3> = (0..raster.len())
             .map(|i| {
-                let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
+                let around = raster.around(i);
                 if told(i) && around.iter().all(|&j| told(j)) {
                     raster.gradient(i, template.slope[0][i], template.slope[1][i])
                 } else {
@@ -71,14 +73,12 @@ impl Residuals {
                 }
             })
             .collect();
-        let mut sizes: Vec<f32> = value
+        let sizes = value
             .iter()
             .zip(&gradient)
             .filter(|(v, g)| v.is_finite() && g.length() * raster.cell_angle() > 0.02)
-            .map(|(v, _)| v.abs())
-            .collect();
-        let middle = sizes.len() / 2;
-        let scale = if sizes.is_empty() { 1.0 } else { *sizes.select_nth_unstable_by(middle, f32::total_cmp).1 };
+            .map(|(v, _)| v.abs());
+        let scale = median(sizes).unwrap_or(1.0);
         Self { value, gradient, scale: (1.48 * scale).max(0.01) }
     }
 
@@ -178,9 +178,7 @@ impl Equations {
                 }
             }
         }
-        let inverse: Vec<Twist> = (0..6)
-            .map(|k| solve(&self.normal, &std::array::from_fn(|i| f64::from(u8::from(i == k)))))
-            .collect::<Option<_>>()?;
+        let inverse = inverse(&self.normal)?;
         let few = told / (told - 6.0).max(1.0);
         let mut out = [[0.0; 6]; 6];
         for p in 0..6 {
@@ -204,34 +202,6 @@ pub(super) fn moved(pose: &LocalPose, change: &Twist) -> LocalPose {
         origin: pose.origin + pose.rotation * Vec3::new(x, y, z),
         rotation: Mat3::from_quat(turned.normalize()),
     }
-}
-
-/// Solves a symmetric positive definite system by Cholesky's method; `None` where it is not.
-pub(super) fn solve(matrix: &Matrix, right: &Twist) -> Option<Twist> {
-    let mut l = [[0.0; 6]; 6];
-    for i in 0..6 {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-            let v = matrix[i][j] - sum;
-            l[i][j] = if i == j {
-                if v.is_nan() || v <= 0.0 {
-                    return None;
-                }
-                v.sqrt()
-            } else {
-                v / l[j][j]
-            };
-        }
-    }
-    let mut y = [0.0; 6];
-    for i in 0..6 {
-        y[i] = (right[i] - (0..i).map(|k| l[i][k] * y[k]).sum::<f64>()) / l[i][i];
-    }
-    let mut x = [0.0; 6];
-    for i in (0..6).rev() {
-        x[i] = (y[i] - (i + 1..6).map(|k| l[k][i] * x[k]).sum::<f64>()) / l[i][i];
-    }
-    Some(x)
 }
 
 /// What a pose says of a picture at one level, from the model and the picture's own light alone.
@@ -264,15 +234,5 @@ mod tests {
             let grown = f64::from(gradient.dot(seen - d)) / step;
             assert!((grown - f64::from(j)).abs() < 2e-3, "{k}: {grown} {j}");
         }
-    }
-
-    #[test]
-    fn equations_are_solved() {
-        let m: Matrix = std::array::from_fn(|i| std::array::from_fn(|k| if i == k { 4.0 + i as f64 } else { 0.5 }));
-        let x = [1.0, -2.0, 3.0, 0.5, -0.25, 4.0];
-        let right: Twist = std::array::from_fn(|i| (0..6).map(|k| m[i][k] * x[k]).sum());
-        let got = solve(&m, &right).unwrap();
-        assert!(got.iter().zip(x).all(|(a, b)| (a - b).abs() < 1e-12));
-        assert!(solve(&[[0.0; 6]; 6], &right).is_none());
     }
 }

@@ -52,7 +52,7 @@ fn slopes(raster: &Raster, values: &[f32], i: usize) -> (f32, f32) {
     if sine < super::raster::LEAST_SINE {
         return (0.0, 0.0);
     }
-    let [l, r, u, d] = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| values[raster.beside(i, x, y)]);
+    let [l, r, u, d] = raster.around(i).map(|j| values[j]);
     (0.5 * (r - l) / sine, 0.5 * (d - u))
 }
 
@@ -104,11 +104,19 @@ pub(super) fn of_picture(raster: &Raster, level: &Level, upright: Mat3) -> Featu
     let weight: Vec<f32> =
         found.iter().enumerate().map(|(i, v)| if v.is_some() { raster.sine(i / raster.width) } else { 0.0 }).collect();
     let log: Vec<f32> = found.iter().map(|v| v.unwrap_or(0.0)).collect();
+    of_log(raster, &log, weight)
+}
+
+/// What a picture shows, in its own cells.
+pub(super) fn of_own(level: &Level) -> Features {
+    of_log(&level.raster, &level.log, level.weight.clone())
+}
+
+fn of_log(raster: &Raster, log: &[f32], weight: Vec<f32>) -> Features {
     let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; raster.len()]);
     for i in 0..raster.len() {
-        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
-        if weight[i] > 0.0 && around.iter().all(|&j| weight[j] > 0.0) {
-            let (x, y) = slopes(raster, &log, i);
+        if weight[i] > 0.0 && raster.around(i).iter().all(|&j| weight[j] > 0.0) {
+            let (x, y) = slopes(raster, log, i);
             add(&mut tensor, i, x, y);
         }
     }
@@ -170,10 +178,14 @@ impl Headings {
         let mut sum = vec![Complex::default(); w];
         for (a, b) in pairs {
             for (a, b) in a.chunks_exact(w).zip(b.chunks_exact(w)) {
-                for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+                for ((s, a), b) in sum.iter_mut().zip(a).zip(b).take(w / 2 + 1) {
                     *s += a.conj() * b;
                 }
             }
+        }
+        // both are of real numbers: frequencies above the half are conjugates of those below
+        for k in 1..w.div_ceil(2) {
+            sum[w - k] = sum[k].conj();
         }
         self.back.process(&mut sum);
         sum.iter().map(|v| v.re / w as f32).collect()
@@ -289,18 +301,4 @@ pub(super) fn models(scene: &Scene, headings: &Headings, places: &[Vec3]) -> Vec
             headings.spectra(&of_model(headings.raster(), &buffer))
         })
         .collect()
-}
-
-/// What a picture shows, in its own cells.
-pub(super) fn of_own(level: &Level) -> Features {
-    let raster = &level.raster;
-    let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; raster.len()]);
-    for i in 0..raster.len() {
-        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(x, y)| raster.beside(i, x, y));
-        if level.weight[i] > 0.0 && around.iter().all(|&j| level.weight[j] > 0.0) {
-            let (x, y) = slopes(raster, &level.log, i);
-            add(&mut tensor, i, x, y);
-        }
-    }
-    finished(raster, tensor, level.weight.clone(), 4.0 * USUAL)
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::model::{GeometryBuffer, LocalPose};
 use super::picture::{Level, log_at};
+use crate::statistics::median;
 
 /// A picture at a pose, ready to be asked what it saw of a place.
 pub(super) struct Witness<'a> {
@@ -72,13 +73,8 @@ pub(super) fn seen_by_others(
     // each in this picture's exposure, by the median over what both saw
     let offsets: Vec<f32> = (0..others.len())
         .map(|k| {
-            let mut off: Vec<f32> = asked
-                .iter()
-                .enumerate()
-                .filter_map(|(i, a)| a.filter(|a| a.0 == k).map(|a| level.log[i] - a.1))
-                .collect();
-            let middle = off.len() / 2;
-            if off.is_empty() { 0.0 } else { *off.select_nth_unstable_by(middle, f32::total_cmp).1 }
+            let of_k = |(i, a): (usize, &Option<(usize, f32)>)| a.filter(|a| a.0 == k).map(|a| level.log[i] - a.1);
+            median(asked.iter().enumerate().filter_map(of_k)).unwrap_or(0.0)
         })
         .collect();
     asked.into_iter().map(|a| a.map_or(f32::NAN, |(k, log)| log + offsets[k])).collect()

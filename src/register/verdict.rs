@@ -5,6 +5,7 @@ use super::picture::Level;
 use super::raster::Raster;
 use super::refine::{Equations, Matrix};
 use super::search::{self, Features};
+use crate::statistics::median;
 
 /// Blocks along a window's sides that are taken as independent.
 const BLOCKS: [usize; 2] = [12, 8];
@@ -65,10 +66,7 @@ pub(super) fn better_by(first: &[f64], second: &[f64]) -> f64 {
 /// The covariance of a pose: what the residuals say, and what remains whatever they say.
 pub(super) fn covariance(equations: &Equations, level: &Level, buffer: &GeometryBuffer) -> Option<Matrix> {
     let mut c = equations.covariance()?;
-    let mut distances: Vec<f32> = buffer.distance.iter().copied().filter(|d| d.is_finite()).collect();
-    let middle = distances.len() / 2;
-    let distance = if distances.is_empty() { 1.0 } else { *distances.select_nth_unstable_by(middle, f32::total_cmp).1 };
-    let distance = f64::from(distance);
+    let distance = f64::from(median(buffer.distance.iter().copied().filter(|d| d.is_finite())).unwrap_or(1.0));
     let turn = (SYSTEMATIC * f64::from(level.raster.cell_angle())).hypot(MODEL_OFF_M / distance) / 3f64.sqrt();
     for (k, row) in c.iter_mut().enumerate() {
         row[k] += if k < 3 { (turn * distance).powi(2) } else { turn * turn };

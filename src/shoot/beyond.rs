@@ -8,9 +8,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
-use super::light::median;
 use super::{Light, Records};
 use crate::scene::{Ray, Scene};
+use crate::statistics::median;
 
 /// Records asked, at most, and rays from each.
 const PLACES: usize = 384;
@@ -34,8 +34,7 @@ pub(super) fn radiance(scene: &Scene, light: &Light) -> Vec3 {
     if told.len() < FEWEST {
         return Vec3::ZERO;
     }
-    let channel =
-        |c: usize| median(&mut told.iter().map(|t| t[c]).collect::<Vec<f32>>()).unwrap_or(0.0).clamp(0.0, f32::MAX);
+    let channel = |c: usize| median(told.iter().map(|t| t[c])).unwrap_or(0.0).clamp(0.0, f32::MAX);
     Vec3::new(channel(0), channel(1), channel(2))
 }
 

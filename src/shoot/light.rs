@@ -9,6 +9,7 @@ use super::{Hits, Observation, Records, beyond, sunlight};
 use crate::panorama::{Panorama, Picture, Radiometry, luminance};
 use crate::scene::Scene;
 use crate::site::Sun;
+use crate::statistics::median;
 
 /// The records of all probes under one lighting, and the light from outside.
 pub struct Light {
@@ -276,16 +277,11 @@ fn measured_sun(records: &[Records], sun: Sun) -> Option<Sun> {
         // no probe shows a sun patch: nothing to measure, and nothing to keep apart
         return Some(sun);
     }
-    let base = Vec3::from(shade.map(|mut all| median(&mut all).unwrap_or(0.0)));
+    let base = Vec3::from(shade.map(|all| median(all).unwrap_or(0.0)));
     let channel = |c: usize| {
-        let mut all: Vec<f32> = lit.iter().map(|(e, cos)| (e[c] - base[c]) / cos).collect();
-        median(&mut all).unwrap_or(0.0).max(0.0)
+        let all = lit.iter().map(|(e, cos)| (e[c] - base[c]) / cos);
+        median(all).unwrap_or(0.0).max(0.0)
     };
     let irradiance = Vec3::new(channel(0), channel(1), channel(2));
     (irradiance.element_sum() > 0.05 * sun.irradiance.element_sum()).then_some(Sun { irradiance, ..sun })
-}
-
-pub(super) fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::{Resection, ResectionError};
+use crate::cholesky::Cholesky;
 use crate::site::{Camera, Match};
 
 /// Turn (3), move (3), logarithm of the focal length.
@@ -41,8 +42,12 @@ pub(super) fn refine(start: &Camera, matches: &[Match], focal: bool) -> Option<F
             for (i, row) in damped.iter_mut().enumerate().take(used) {
                 row[i] += lambda * row[i].max(1e-12);
             }
-            let step = cholesky(&damped, used).map(|l| solve(&l, &gradient, used));
-            let next = step.map(|s| moved(&camera, &s.map(|v| -v), distance));
+            let step = factor(&damped, used).map(|f| {
+                let mut step = gradient.map(|v| -v);
+                f.solve(&mut step[..used]);
+                step
+            });
+            let next = step.map(|s| moved(&camera, &s, distance));
             if let Some(next) = next
                 && let Some(after) = misses(&next, matches)
                 && sum(&after) < before
@@ -167,46 +172,18 @@ fn normal_equations(jacobian: &[[Vector; 2]], residuals: &[[f64; 2]], used: usiz
     (normal, gradient)
 }
 
-/// The lower factor of a positive definite matrix; `None` where it is not, to rounding.
-fn cholesky(a: &Matrix, n: usize) -> Option<Matrix> {
-    let mut l = [[0.0; MOST]; MOST];
-    for i in 0..n {
-        for j in 0..=i {
-            let rest = a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
-            if i == j {
-                if rest.is_nan() || rest <= 1e-13 * a[i][i] {
-                    return None;
-                }
-                l[i][i] = rest.sqrt();
-            } else {
-                l[i][j] = rest / l[j][j];
-            }
-        }
-    }
-    Some(l)
+/// The factor of the block over the first `n` parameters.
+fn factor(a: &Matrix, n: usize) -> Option<Cholesky> {
+    Cholesky::new(a[..n].iter().flat_map(|row| &row[..n]).copied().collect(), n)
 }
 
-fn solve(l: &Matrix, b: &Vector, n: usize) -> Vector {
-    let mut x = *b;
-    for i in 0..n {
-        x[i] = (x[i] - (0..i).map(|k| l[i][k] * x[k]).sum::<f64>()) / l[i][i];
-    }
-    for i in (0..n).rev() {
-        x[i] = (x[i] - (i + 1..n).map(|k| l[k][i] * x[k]).sum::<f64>()) / l[i][i];
-    }
-    x
-}
-
+/// The inverse over the first `n` parameters; 0 beyond.
 fn inverse(a: &Matrix, n: usize) -> Option<Matrix> {
-    let l = cholesky(a, n)?;
+    let factor = factor(a, n)?;
     let mut out = [[0.0; MOST]; MOST];
-    for j in 0..n {
-        let mut unit = [0.0; MOST];
-        unit[j] = 1.0;
-        let column = solve(&l, &unit, n);
-        for i in 0..n {
-            out[i][j] = column[i];
-        }
+    for (i, row) in out.iter_mut().enumerate().take(n) {
+        row[i] = 1.0;
+        factor.solve(&mut row[..n]);
     }
     Some(out)
 }

@@ -1,0 +1,48 @@
+//! Order statistics.
+
+use std::cmp::Ordering;
+
+/// A number with a total order.
+pub(crate) trait Number: Copy {
+    /// IEEE 754's total order.
+    fn order(&self, other: &Self) -> Ordering;
+}
+
+impl Number for f32 {
+    fn order(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
+    }
+}
+
+impl Number for f64 {
+    fn order(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
+    }
+}
+
+/// The value that `share` (0..=1) of all stay below, and one of them; `None` of nothing. Orders the values partly.
+pub(crate) fn quantile<T: Number>(values: &mut [T], share: f64) -> Option<T> {
+    let at = ((values.len() as f64 * share) as usize).min(values.len().checked_sub(1)?);
+    Some(*values.select_nth_unstable_by(at, T::order).1)
+}
+
+/// The middle value, the upper one of two; `None` of nothing.
+pub(crate) fn median<T: Number>(values: impl IntoIterator<Item = T>) -> Option<T> {
+    quantile(&mut values.into_iter().collect::<Vec<T>>(), 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_stand_where_so_many_are_below() {
+        let values = [5.0, -1.0, 3.0, 9.0, 7.0f32];
+        assert_eq!(
+            [0.0, 0.2, 0.5, 0.99, 1.0].map(|q| quantile(&mut values.to_vec(), q).unwrap()),
+            [-1.0, 3.0, 5.0, 9.0, 9.0]
+        );
+        assert_eq!(median([4.0, 1.0, 3.0, 2.0f64]), Some(3.0));
+        assert_eq!(median(Vec::<f64>::new()), None);
+    }
+}
