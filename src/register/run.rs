@@ -24,8 +24,8 @@ const FOLLOWED_ANYWHERE: usize = 64;
 
 /// Candidates that are followed from the search on; and at each level from the coarsest so many steps at most, keeping so many.
 pub(super) const FOLLOWED: usize = 16;
-const LEVELS: [(usize, usize); 3] = [(5, 6), (10, 2), (6, 1)];
-const LAST_STEPS: usize = 4;
+const LEVELS: [(usize, usize); 3] = [(5, 6), (10, 2), (12, 1)];
+const LAST_STEPS: usize = 12;
 
 /// Rounds in which pictures speak for each other.
 const ROUNDS: usize = 3;
