@@ -4,6 +4,7 @@
 
 use clerestory::audit;
 use clerestory::check::{CauseKind, check};
+use clerestory::panorama::{self, Layer, Picture};
 use clerestory::register::{self, Misfit};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
@@ -152,34 +153,83 @@ fn turned(site: &Site, degrees: f64) -> Site {
     site
 }
 
+/// The first probe's picture with left and right exchanged.
+fn mirrored(site: &Site, folder: &Path) -> Site {
+    let mut site = site.clone();
+    for lit in &mut site.probes[0].pictures {
+        let picture = panorama::read(&lit.path).unwrap();
+        let (width, height) = (picture.width, picture.height);
+        let pixels = picture.pixels.chunks(width).flat_map(|row| row.iter().rev().copied()).collect();
+        lit.path = folder.join(lit.path.file_name().unwrap());
+        let layers = [Layer::rgb("", &Picture { width, height, pixels })];
+        panorama::write_exr(&lit.path, width, height, &layers, None).unwrap();
+    }
+    site
+}
+
 #[test]
 fn pictures_that_do_not_fit_are_told_by_what_is_wrong_with_them() {
     let right = two_probes();
     let scene = scene::load(&right, &mut Health::default()).unwrap();
-    // places near by, so that the test is quick
-    let settings = register::Settings { within_m: 0.3, tilt_deg: 0.0, finest: 256, ..register::Settings::default() };
-    let misfits = |site: &Site| {
-        let found = register::misfits(site, &scene, &settings).unwrap();
-        found.into_iter().map(|(s, m)| (s.name(site).to_owned(), m)).collect::<Vec<_>>()
+    let folder = tempfile::tempdir().unwrap();
+    let moved = |metres: f64| {
+        let mut site = right.clone();
+        site.probes[0].pose.position.y += metres;
+        site
     };
-    assert_eq!(misfits(&right), []);
-    for degrees in [90.0, 7.0] {
-        match &misfits(&turned(&right, degrees))[..] {
-            [(name, Misfit::Turned(off))] if name == "west" && (off - degrees).abs() < 0.5 => {}
-            other => panic!("turned by {degrees}°: {other:?}"),
-        }
-    }
-    let mut moved = right.clone();
-    moved.probes[0].pose.position.y += 0.2;
-    match &misfits(&moved)[..] {
-        [(name, Misfit::Displaced(off, _))] if name == "west" && (off - 0.2).abs() < 0.03 => {}
-        other => panic!("moved by 20 cm: {other:?}"),
-    }
     let mut exchanged = right.clone();
     exchanged.probes[0].pictures = right.probes[1].pictures.clone();
     exchanged.probes[1].pictures = right.probes[0].pictures.clone();
-    let at = |name: &str| Misfit::TakenAt(name.to_owned());
-    assert_eq!(misfits(&exchanged), [("west".to_owned(), at("east")), ("east".to_owned(), at("west"))]);
+    let mut on_its_head = right.clone();
+    on_its_head.probes[0].pose.rotation *= glam::DMat3::from_rotation_y(std::f64::consts::PI);
+    type Told = fn(&[(String, Misfit)]) -> bool;
+    let table: [(&str, Site, Told); 9] = [
+        ("nothing", right.clone(), |told| told.is_empty()),
+        (
+            "turned by 90°",
+            turned(&right, 90.0),
+            |told| matches!(told, [(w, Misfit::Turned(d))] if w == "west" && (d - 90.0).abs() < 0.5),
+        ),
+        (
+            "turned by 180°",
+            turned(&right, 180.0),
+            |told| matches!(told, [(w, Misfit::Turned(d))] if w == "west" && (d - 180.0).abs() < 0.5),
+        ),
+        (
+            "turned by 7°",
+            turned(&right, 7.0),
+            |told| matches!(told, [(w, Misfit::Turned(d))] if w == "west" && (d - 7.0).abs() < 0.5),
+        ),
+        (
+            "20 cm off",
+            moved(0.2),
+            |told| matches!(told, [(w, Misfit::Displaced(m, _))] if w == "west" && (m - 0.2).abs() < 0.03),
+        ),
+        (
+            "1 m off",
+            moved(1.0),
+            |told| matches!(told, [(w, Misfit::Displaced(m, _))] if w == "west" && (m - 1.0).abs() < 0.03),
+        ),
+        ("mirrored", mirrored(&right, folder.path()), |told| matches!(told, [(w, Misfit::Mirrored)] if w == "west")),
+        ("upside down", on_its_head, |told| matches!(told, [(w, Misfit::UpsideDown)] if w == "west")),
+        (
+            "exchanged",
+            exchanged,
+            |told| matches!(told, [(a, Misfit::TakenAt(b)), (c, Misfit::TakenAt(d))] if a == d && b == c && a != b),
+        ),
+    ];
+    let mut wrong = Vec::new();
+    for (mistake, site, expected) in &table {
+        // no farther than it needs, so that the test is quick
+        let within_m = if *mistake == "1 m off" { 1.1 } else { 0.3 };
+        let settings = register::Settings { within_m, tilt_deg: 0.0, finest: 256, ..register::Settings::default() };
+        let found = register::misfits(site, &scene, &settings).unwrap();
+        let told: Vec<(String, Misfit)> = found.into_iter().map(|(s, m)| (s.name(site).to_owned(), m)).collect();
+        if !expected(&told) {
+            wrong.push(format!("{mistake}: {told:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

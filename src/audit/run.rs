@@ -97,7 +97,11 @@ fn without_misfits(
         return Ok((fitting, Vec::new()));
     }
     let probes = Site { views: Vec::new(), ..fitting.clone() };
-    let settings = register::Settings { lighting: Some(lighting.to_owned()), ..register::Settings::default() };
+    let settings = register::Settings {
+        lighting: Some(lighting.to_owned()),
+        tilt_deg: register::TRIPOD_TILT_DEG,
+        ..register::Settings::default()
+    };
     let mut misfits = register::misfits(&probes, scene, &settings)?;
     // a picture that fits nowhere may as well speak against the model
     misfits.retain(|(_, misfit)| *misfit != Misfit::Nowhere);

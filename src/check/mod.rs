@@ -86,7 +86,8 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
     causes.extend(of_views.into_iter().flatten());
     // in another unit or with another axis up no picture fits
     if !causes.iter().any(|c| c.kind <= CauseKind::Units) {
-        causes.extend(pictures::causes(site, &scene)?);
+        let of_pictures = pictures::causes(site, &scene, &causes)?;
+        causes.extend(of_pictures);
     }
     let causes = cause::ordered(causes);
     let unseen_share = stages::unseen_share(site, &scene);

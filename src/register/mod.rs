@@ -49,6 +49,9 @@ pub struct Settings {
     pub only: Vec<String>,
 }
 
+/// People set tripods up level within this, degrees.
+pub const TRIPOD_TILT_DEG: f32 = 3.0;
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

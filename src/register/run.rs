@@ -27,6 +27,10 @@ pub(super) const FOLLOWED: usize = 16;
 const LEVELS: [(usize, usize); 3] = [(5, 6), (10, 2), (12, 1)];
 const LAST_STEPS: usize = 12;
 
+/// So many second-best places are compared with the best, each after so many steps more.
+const RIVALS: usize = 3;
+const SETTLING: usize = 15;
+
 /// Rounds in which pictures speak for each other.
 const ROUNDS: usize = 3;
 
@@ -206,7 +210,7 @@ pub(super) fn followed(
         fits.sort_by(|a, b| b.0.iter().sum::<f64>().total_cmp(&a.0.iter().sum()));
         let mut kept: Vec<(Vec<f64>, LocalPose)> = Vec::new();
         for fit in fits {
-            if kept.len() < keep.max(2) && kept.iter().all(|k| apart(&k.1, &fit.1, APART)) {
+            if kept.len() < keep.max(RIVALS) && kept.iter().all(|k| apart(&k.1, &fit.1, APART)) {
                 kept.push(fit);
             }
         }
@@ -217,7 +221,13 @@ pub(super) fn followed(
     }
     let pose = poses[0];
     let fit = fit_at(scene, level(levels, JUDGED), &pose);
-    let rival = judged.into_iter().find(|(_, p)| apart(p, &pose, APART)).map(|(f, p)| (p, f));
+    // what has not stood still yet may be on its way to the same place
+    let stands = |p: &LocalPose| climbed(scene, level(levels, JUDGED), p, SETTLING);
+    let others = judged.iter().filter(|(_, p)| apart(p, &pose, APART)).map(|(_, p)| stands(p));
+    let rival = others
+        .filter(|p| apart(p, &pose, APART))
+        .map(|p| (p, fit_at(scene, level(levels, JUDGED), &p)))
+        .reduce(|a, b| if b.1.iter().sum::<f64>() > a.1.iter().sum() { b } else { a });
     let verdict = if fit.iter().sum::<f64>() < LEAST_FIT {
         Verdict::NotFound
     } else if rival.as_ref().is_some_and(|(_, other)| better_by(&fit, other) < CLEARLY) {
