@@ -24,6 +24,7 @@ use super::{command, in_words, own_command};
 #[command(after_help = "Examples:\n  \
     clerestory report sites/chapel\n  \
     clerestory report sites/chapel --out archive/chapel-2026 --budget 300\n  \
+    clerestory report sites/chapel --register\n  \
     clerestory report sites/chapel --without study,plan")]
 pub(crate) struct ReportArgs {
     /// The site file, or the folder that holds its site.toml
@@ -38,6 +39,9 @@ pub(crate) struct ReportArgs {
     /// Leave these parts out: plan, render, audit, study
     #[arg(long, value_name = "PART,…", value_delimiter = ',', value_parser = ["plan", "render", "audit", "study"])]
     without: Vec<String>,
+    /// Find the poses of probes and photographs first, as `register` does, and render and audit with those that are sure
+    #[arg(long)]
+    register: bool,
     /// Print the manifest as JSON
     #[arg(long)]
     json: bool,
@@ -147,14 +151,15 @@ fn parts(site: &Site, args: &ReportArgs) -> Vec<(&'static str, Option<String>, V
             _ => None,
         }
     };
+    let register: &[&str] = if args.register { &["--register"] } else { &[] };
     let compare: &[&str] = if photos { &["--compare"] } else { &[] };
     let budget = args.budget.to_string();
     let part = |verb, options: &[&str]| (verb, why_not(verb).map(str::to_owned), words(options));
     vec![
         part("check", &[]),
         part("plan", &[]),
-        part("render", compare),
-        part("audit", &[]),
+        part("render", &[register, compare].concat()),
+        part("audit", register),
         part("study", &["--budget", &budget]),
     ]
 }
