@@ -389,8 +389,8 @@ fn check_exits_with_the_designs_codes() {
     assert!(err.starts_with("error: ") && err.contains("site.toml:7:"));
     assert_eq!(clerestory(&["check"]).0, 2);
     assert_eq!(clerestory(&["check", "--no-such-option", "."]).0, 2);
-    let ply = folder("[model]\npath = \"m.ply\"\n");
-    fs::write(ply.path().join("m.ply"), "ply\nformat ascii 1.0\n").unwrap();
-    let (code, _, err) = clerestory(&["check", &ply.path().to_string_lossy()]);
-    assert!(code == 1 && err.contains("expected a Wavefront OBJ model, found a PLY file"), "{err}");
+    let stl = folder("[model]\npath = \"m.stl\"\n");
+    fs::write(stl.path().join("m.stl"), "solid room\nfacet normal 0 0 1\n").unwrap();
+    let (code, _, err) = clerestory(&["check", &stl.path().to_string_lossy()]);
+    assert!(code == 1 && err.contains("expected an OBJ, PLY or glTF model, found an STL file"), "{err}");
 }

@@ -1,17 +1,18 @@
 //! From a site's model files to a scene that rays can be cast at.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::health::{self, Health};
-use super::mtl::{self, Map, MtlMaterial};
-use super::{Material, Mesh, Scene, Texture, Tracer, obj};
+use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO};
+use super::pictures::{self, Decoded};
+use super::{Material, Mesh, Scene, Tracer, gltf, mtl, obj, ply};
 use crate::panorama::srgb_to_linear;
 use crate::site::files::find_loosely;
-use crate::site::{Site, VertexColours};
+use crate::site::{Frame, Site, VertexColours};
 
 /// Why a model could not be loaded.
 #[derive(Debug, thiserror::Error)]
@@ -25,18 +26,18 @@ pub enum SceneError {
         why: String,
     },
     /// A line of the model makes no sense.
-    #[error("{}:{line}: {problem}. Export the model again, or correct the line", path.display())]
+    #[error("{}{}: {problem}. Export the model again, or correct it", path.display(), if *line > 0 { format!(":{line}") } else { String::new() })]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Line, from 1.
+        /// Line, from 1; 0 where the file has no lines.
         line: usize,
         /// What was found and what was expected.
         problem: String,
     },
     /// The file is not a model this program reads.
-    #[error("{}: expected a Wavefront OBJ model, found {found}. Export the model as OBJ with its MTL file", path.display())]
-    NotObj {
+    #[error("{}: expected an OBJ, PLY or glTF model, found {found}. Export it as glTF (.glb), as PLY, or as OBJ with its MTL file", path.display())]
+    NotAModel {
         /// The file.
         path: PathBuf,
         /// What it seems to be.
@@ -101,7 +102,8 @@ pub fn load_without(
     health: &mut Health,
     marks: impl FnOnce(&Mesh, DVec3) -> Option<Vec<bool>>,
 ) -> Result<(Scene, Option<Spared>), SceneError> {
-    let mut model = obj::read(&site.model, &site.frame)?;
+    let mut model = read(&site.model, &site.frame)?;
+    health.files.append(&mut model.files);
     if site.vertex_colours == VertexColours::Srgb {
         model.colours.iter_mut().for_each(|c| *c = c.map(srgb_to_linear));
     }
@@ -109,7 +111,7 @@ pub fn load_without(
     let folder = site.model.parent().unwrap_or(Path::new(""));
     let library = library(&site.model, folder, &model, health);
     let used = used(&model.materials, model.material_names.len());
-    let (mut materials, maps) = materials(&model.material_names, &used, &library, health);
+    let (mut materials, maps) = materials(&model, &used, &library, health);
     let mut mesh = Mesh {
         positions: model.positions,
         uvs: model.uvs,
@@ -130,7 +132,7 @@ pub fn load_without(
             self::used(&kept, materials.len())
         },
     );
-    let Decoded { textures, indices, mut spared } = textures(folder, &maps, &reached, health)?;
+    let Decoded { textures, indices, mut spared } = pictures::decoded(folder, &maps, &reached, health)?;
     for (material, map) in materials.iter_mut().zip(&maps) {
         material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
         if let (Some(map), None) = (map, material.texture) {
@@ -164,8 +166,22 @@ pub fn load_without(
     Ok((scene, Some(spared)))
 }
 
-fn warn_of_oddities(model: &obj::Model, health: &mut Health) {
-    let o = model.oddities;
+/// Reads a model file, whatever its format: by its first bytes, else by its name.
+fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+    let mut head = [0; 4];
+    let begun =
+        std::fs::File::open(path).and_then(|mut file| file.read(&mut head)).map_err(|e| SceneError::io(path, &e))?;
+    let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
+    match (&head[..begun], ending.as_str()) {
+        ([b'p', b'l', b'y', b'\n' | b'\r'], _) => ply::read(path, frame),
+        (b"glTF", _) | (_, "gltf" | "glb") => gltf::read(path, frame),
+        _ => obj::read(path, frame),
+    }
+}
+
+fn warn_of_oddities(model: &Model, health: &mut Health) {
+    let o = &model.oddities;
+    health.warnings.extend(o.others.iter().cloned());
     let mut warn = |count: u64, what: &str| {
         if count > 0 {
             health.warnings.push(format!("{what}: {count}."));
@@ -184,8 +200,8 @@ fn warn_of_oddities(model: &obj::Model, health: &mut Health) {
 }
 
 /// All materials of all MTL files the model names, by name.
-fn library(model_file: &Path, folder: &Path, model: &obj::Model, health: &mut Health) -> BTreeMap<String, MtlMaterial> {
-    let mut all = BTreeMap::new();
+fn library(model_file: &Path, folder: &Path, model: &Model, health: &mut Health) -> BTreeMap<String, ModelMaterial> {
+    let mut all: BTreeMap<_, _> = model.own.iter().map(|m| (m.name.clone(), m.clone())).collect();
     for path in library_files(model_file, folder, model, health) {
         match std::fs::read(&path) {
             Ok(bytes) => {
@@ -206,7 +222,7 @@ fn library(model_file: &Path, folder: &Path, model: &obj::Model, health: &mut He
 }
 
 /// The MTL files that exist, in order, each once.
-fn library_files(model_file: &Path, folder: &Path, model: &obj::Model, health: &mut Health) -> Vec<PathBuf> {
+fn library_files(model_file: &Path, folder: &Path, model: &Model, health: &mut Health) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for names in &model.libraries {
         let (found, missing) = split_names(folder, names);
@@ -215,7 +231,7 @@ fn library_files(model_file: &Path, folder: &Path, model: &obj::Model, health: &
         }
         files.extend(found);
     }
-    if model.libraries.is_empty() && model.material_names.len() > 1 {
+    if model.libraries.is_empty() && model.own.is_empty() && model.material_names.len() > 1 {
         let beside = model_file.with_extension("mtl");
         if beside.is_file() {
             health.warnings.push(format!("The model names no material file: “{}” is taken.", beside.display()));
@@ -266,98 +282,26 @@ fn used(materials: &[u32], count: usize) -> Vec<bool> {
 
 /// The materials in the model's order; and which picture each wants.
 fn materials(
-    names: &[Option<String>],
+    model: &Model,
     used: &[bool],
-    library: &BTreeMap<String, MtlMaterial>,
+    library: &BTreeMap<String, ModelMaterial>,
     health: &mut Health,
 ) -> (Vec<Material>, Vec<Option<Map>>) {
+    // what has colours of its own and no material is as bright as they say
+    let nameless = if model.colours.is_empty() { Vec3::splat(UNKNOWN_ALBEDO) } else { Vec3::ONE };
     let one = |(name, used): (&Option<String>, &bool)| {
+        let unknown = if name.is_some() { Vec3::splat(UNKNOWN_ALBEDO) } else { nameless };
         let found = name.as_ref().and_then(|n| library.get(n));
         if let (Some(name), None, true) = (name, found, used) {
             health.warnings.push(format!("No material file holds material “{name}”: grey 0.5 is taken."));
         }
         let material = Material {
             name: name.clone().unwrap_or_default(),
-            albedo: found.map_or(Vec3::splat(mtl::UNKNOWN_ALBEDO), |m| m.albedo),
+            albedo: found.map_or(unknown, |m| m.albedo),
             texture: None,
             emission: found.map_or(Vec3::ZERO, |m| m.emission),
         };
         (material, found.filter(|_| *used).and_then(|m| m.map.clone()))
     };
-    names.iter().zip(used).map(one).unzip()
-}
-
-/// Pictures, which of them a name became, and what was not decoded.
-struct Decoded {
-    textures: Vec<Texture>,
-    indices: BTreeMap<String, u32>,
-    spared: Spared,
-}
-
-/// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have
-/// is not decoded: one white texel stands for it.
-fn textures(folder: &Path, maps: &[Option<Map>], reached: &[bool], health: &mut Health) -> Result<Decoded, SceneError> {
-    let mut paths: Vec<PathBuf> = Vec::new();
-    let mut seen: Vec<bool> = Vec::new();
-    let mut wanted: BTreeMap<String, usize> = BTreeMap::new();
-    for (map, reached) in maps.iter().zip(reached).filter_map(|(m, r)| Some((m.as_ref()?, *r))) {
-        if let Some(&index) = wanted.get(&map.name) {
-            seen[index] |= reached;
-            continue;
-        }
-        if let Some(path) = texture_file(folder, map, health) {
-            let index = paths.iter().position(|p| *p == path).unwrap_or_else(|| {
-                paths.push(path);
-                seen.push(false);
-                paths.len() - 1
-            });
-            seen[index] |= reached;
-            wanted.insert(map.name.clone(), index);
-        }
-    }
-    let start = Instant::now();
-    let load = |(path, seen): (&PathBuf, &bool)| if *seen { Texture::load(path) } else { Ok(Some(Texture::blank())) };
-    let decoded = paths.par_iter().zip(&seen).map(load).collect::<Vec<_>>();
-    let seconds = start.elapsed().as_secs_f64();
-    let spared = Spared {
-        textures: seen.iter().filter(|s| !**s).count(),
-        bytes: paths.iter().zip(&seen).filter(|(_, seen)| !**seen).map(|(p, _)| Texture::bytes_of(p)).sum(),
-        ..Spared::default()
-    };
-    let mut textures = Vec::new();
-    let mut places = Vec::new();
-    for (path, texture) in paths.iter().zip(decoded) {
-        let texture = texture?;
-        places.push(texture.is_some().then_some(textures.len() as u32));
-        if texture.is_none() {
-            health.warnings.push(format!(
-                "{}: not a PNG, JPEG or TIFF picture: the plain colour is taken. Save it again as PNG.",
-                path.display()
-            ));
-        }
-        textures.extend(texture);
-    }
-    health.files.extend(paths);
-    let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
-    let read = textures.iter().map(Texture::bytes).sum::<usize>();
-    let rate = if spared.textures < seen.len() { seconds / read.max(1) as f64 } else { 0.0 };
-    Ok(Decoded { textures, indices, spared: Spared { seconds: rate * spared.bytes as f64, ..spared } })
-}
-
-/// The file a material means: beside its MTL file or the model, as written, in other letters, or by its last name.
-fn texture_file(folder: &Path, map: &Map, health: &mut Health) -> Option<PathBuf> {
-    let place = format!("{}:{}", map.file.display(), map.line);
-    let folders = [map.file.parent().unwrap_or(folder), folder];
-    if let Some(exact) = folders.iter().map(|f| f.join(&map.name)).find(|p| p.is_file()) {
-        return Some(exact);
-    }
-    let last = map.name.rsplit(['/', '\\']).next().unwrap_or(&map.name);
-    let names = [map.name.as_str(), last].into_iter().filter(|n| !n.is_empty());
-    let near = names.flat_map(|n| folders.iter().map(move |f| (f, n))).find_map(|(f, n)| find_loosely(f, n));
-    let fate = match &near {
-        Some(near) => format!("“{}” is taken", near.display()),
-        None => "the plain colour is taken".to_owned(),
-    };
-    health.warnings.push(format!("{place}: there is no picture “{}”: {fate}.", map.name));
-    near
+    model.material_names.iter().zip(used).map(one).unzip()
 }

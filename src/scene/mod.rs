@@ -1,11 +1,16 @@
 //! The model: mesh, materials, textures and ray casting.
 
 mod face;
+mod gltf;
 mod health;
 mod load;
 mod mesh;
+mod model;
 mod mtl;
 mod obj;
+mod pictures;
+mod ply;
+mod polygon;
 mod texture;
 mod tracer;
 

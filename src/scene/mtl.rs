@@ -1,41 +1,14 @@
 //! Materials from MTL files, forgiving where exporters differ; what is odd becomes a warning with its line.
 
 use glam::Vec3;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// The grey of a surface whose material is not known.
-pub(super) const UNKNOWN_ALBEDO: f32 = 0.5;
-
-/// A material as its MTL file tells it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct MtlMaterial {
-    /// The name after `newmtl`, blanks inside kept.
-    pub(super) name: String,
-    /// Linear diffuse reflectance, 0..=1.
-    pub(super) albedo: Vec3,
-    /// Radiance sent out.
-    pub(super) emission: Vec3,
-    /// The picture that multiplies the albedo.
-    pub(super) map: Option<Map>,
-}
-
-/// A texture as a material names it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
-    /// The name as written, options taken off.
-    pub(super) name: String,
-    /// The MTL file, and the line in it.
-    pub(super) file: PathBuf,
-    /// Line, from 1.
-    pub(super) line: usize,
-    /// The material's albedo where the picture cannot be had.
-    pub(super) plain_albedo: Vec3,
-}
+use super::model::{Map, ModelMaterial, UNKNOWN_ALBEDO};
 
 /// Reads the text of an MTL file. `warnings` gets a sentence for each oddity.
-pub(super) fn read(path: &Path, text: &str, warnings: &mut Vec<String>) -> Vec<MtlMaterial> {
+pub(super) fn read(path: &Path, text: &str, warnings: &mut Vec<String>) -> Vec<ModelMaterial> {
     let mut reader = Reader { path, line: 0, kd_given: false, warnings };
-    let mut materials: Vec<MtlMaterial> = Vec::new();
+    let mut materials: Vec<ModelMaterial> = Vec::new();
     for (line, statement) in statements(text) {
         reader.line = line;
         let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((&statement, ""));
@@ -80,17 +53,17 @@ impl Reader<'_> {
         self.warnings.push(format!("{}:{}: {what}.", self.path.display(), self.line));
     }
 
-    fn start(&mut self, name: &str) -> MtlMaterial {
+    fn start(&mut self, name: &str) -> ModelMaterial {
         self.kd_given = false;
         if name.is_empty() {
             self.warn("newmtl without a name");
         }
         let albedo = Vec3::splat(UNKNOWN_ALBEDO);
-        MtlMaterial { name: name.to_owned(), albedo, emission: Vec3::ZERO, map: None }
+        ModelMaterial { name: name.to_owned(), albedo, emission: Vec3::ZERO, map: None }
     }
 
     /// Settles what needs the whole material.
-    fn finish(&mut self, material: Option<&mut MtlMaterial>) {
+    fn finish(&mut self, material: Option<&mut ModelMaterial>) {
         let Some(material) = material else { return };
         let Some(map) = &mut material.map else { return };
         map.plain_albedo = material.albedo;
@@ -107,7 +80,7 @@ impl Reader<'_> {
         }
     }
 
-    fn statement(&mut self, material: &mut MtlMaterial, keyword: &str, rest: &str) {
+    fn statement(&mut self, material: &mut ModelMaterial, keyword: &str, rest: &str) {
         match keyword {
             "kd" => {
                 if let Some(kd) = self.colour(&material.name, "Kd", rest) {
@@ -192,7 +165,13 @@ impl Reader<'_> {
             self.warn(&format!("material “{material}” has a map_Kd without a file name"));
             return None;
         }
-        Some(Map { name: name.to_owned(), file: self.path.to_owned(), line: self.line, plain_albedo: Vec3::ZERO })
+        Some(Map {
+            name: name.to_owned(),
+            file: self.path.to_owned(),
+            line: self.line,
+            plain_albedo: Vec3::ZERO,
+            embedded: None,
+        })
     }
 }
 

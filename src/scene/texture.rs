@@ -1,6 +1,8 @@
 //! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
 
 use glam::{Vec2, Vec3, Vec4};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
@@ -56,9 +58,18 @@ impl Texture {
     ///
     /// A picture that is damaged, or larger than what may be decoded.
     pub fn load(path: &Path) -> Result<Option<Self>, SceneError> {
+        let file = File::open(path).map_err(|e| SceneError::Texture { path: path.to_owned(), why: e.to_string() })?;
+        Self::decode(path, BufReader::new(file))
+    }
+
+    /// The same from the bytes of a file; `path` is for messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`Texture::load`].
+    pub(super) fn decode(path: &Path, bytes: impl BufRead + Seek) -> Result<Option<Self>, SceneError> {
         let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
-        let reader = image::ImageReader::open(path).and_then(|r| r.with_guessed_format());
-        let mut reader = reader.map_err(|e| fault(e.to_string()))?;
+        let mut reader = image::ImageReader::new(bytes).with_guessed_format().map_err(|e| fault(e.to_string()))?;
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(MAX_SIDE);
         limits.max_image_height = Some(MAX_SIDE);

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, BufRead, BufReader, Read};
 
-use super::Oddities;
+use super::super::model::Oddities;
 
 /// Longer lines are not text.
 const LONGEST_LINE: usize = 64 << 20;
@@ -133,10 +133,8 @@ impl<R: Read> Cure<R> {
         if line.starts_with(b"\xef\xbb\xbf") {
             line.drain(..3);
         }
-        let kinds: [(&[u8], &str); 8] = [
-            (b"ply", "a PLY file"),
+        let kinds: [(&[u8], &str); 6] = [
             (b"solid ", "an STL file"),
-            (b"glTF", "a glTF file"),
             (b"Kaydara FBX", "an FBX file"),
             (b"<?xml", "an XML file, such as COLLADA"),
             (b"PK\x03\x04", "a ZIP archive"),

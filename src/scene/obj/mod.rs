@@ -4,57 +4,16 @@
 //! becomes a tobj model whose name carries the run's material, so that runs stay short and memory small.
 
 mod cure;
-mod polygon;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 use std::fs::File;
 use std::path::Path;
 
 use super::load::SceneError;
+use super::model::{Model, centre};
+use super::polygon;
 use crate::site::Frame;
 use cure::Cure;
-
-/// An OBJ file's triangles, not yet cleaned.
-#[derive(Default)]
-pub(super) struct Model {
-    /// What positions are relative to: metres in the program's axes.
-    pub(super) origin: DVec3,
-    /// Metres in the program's axes; not finite where the file's numbers are not.
-    pub(super) positions: Vec<Vec3>,
-    /// Per vertex, NaN where a vertex has none; or empty.
-    pub(super) uvs: Vec<Vec2>,
-    /// Per vertex, white where a vertex has none; or empty.
-    pub(super) colours: Vec<Vec3>,
-    /// Corners, polygons already cut into triangles.
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Index into the names, per triangle.
-    pub(super) materials: Vec<u32>,
-    /// Names after `usemtl`; the first is for faces before any.
-    pub(super) material_names: Vec<Option<String>>,
-    /// What stands after each `mtllib`.
-    pub(super) libraries: Vec<String>,
-    /// What was passed over.
-    pub(super) oddities: Oddities,
-}
-
-/// Counts of what an OBJ file holds and import passes over or mends.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Oddities {
-    pub(super) points: u64,
-    pub(super) lines: u64,
-    /// Faces of fewer than three corners.
-    pub(super) short_faces: u64,
-    /// Statements of curves and free-form surfaces.
-    pub(super) free_form: u64,
-    /// Vertices with a colour.
-    pub(super) coloured: u64,
-    /// All vertices.
-    pub(super) vertices: u64,
-    /// Faces with more corners than can be cut properly, cut as a fan.
-    pub(super) fans: u64,
-    /// Colours were 0..=255 and were scaled.
-    pub(super) byte_colours: bool,
-}
 
 /// Reads an OBJ file, brings it into metres and the program's axes, and centres it.
 pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
@@ -64,7 +23,7 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
         None => parse(path, true)?.ok_or_else(|| malformed(path, 0, "vertex colours cannot be told".to_owned()))?,
     };
     let mut model = Model {
-        origin: centre(&models, frame),
+        origin: centre(models.iter().flat_map(|m| m.mesh.positions.chunks_exact(3)).map(DVec3::from_slice), frame),
         material_names: cure.materials,
         libraries: cure.libraries,
         oddities: cure.oddities,
@@ -74,7 +33,7 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     for part in models {
         append(&mut model, frame, part).map_err(|problem| malformed(path, 0, problem))?;
     }
-    scale_byte_colours(&mut model);
+    model.settle_colours();
     Ok(model)
 }
 
@@ -90,7 +49,7 @@ fn parse(path: &Path, colours: bool) -> Result<Option<Parsed>, SceneError> {
     match (tobj::load_obj_buf(&mut cure, &options, no_materials), cure.fault.take()) {
         (_, Some(cure::Fault::NeedsColours)) => Ok(None),
         (_, Some(cure::Fault::Io(e))) => Err(SceneError::io(path, &e)),
-        (_, Some(cure::Fault::NotObj(found))) => Err(SceneError::NotObj { path: path.to_owned(), found }),
+        (_, Some(cure::Fault::NotObj(found))) => Err(SceneError::NotAModel { path: path.to_owned(), found }),
         (_, Some(cure::Fault::Line(problem))) => Err(malformed(path, cure.line, problem)),
         (Ok((models, _)), None) => Ok(Some((models, cure))),
         (Err(error), None) => Err(malformed(path, cure.line, explain(&error, &cure.statement()))),
@@ -109,21 +68,6 @@ fn explain(error: &tobj::LoadError, statement: &str) -> String {
         _ => return format!("“{statement}” cannot be read ({error})"),
     };
     format!("{expected}, found “{statement}”")
-}
-
-/// The middle of all finite vertices in whole metres, in the program's axes.
-fn centre(models: &[tobj::Model], frame: &Frame) -> DVec3 {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    for p in models.iter().flat_map(|m| m.mesh.positions.chunks_exact(3)) {
-        let p = DVec3::from_slice(p);
-        if p.is_finite() {
-            low = low.min(p);
-            high = high.max(p);
-        }
-    }
-    let middle = frame.point_in(0.5 * low + 0.5 * high).round();
-    if middle.is_finite() { middle } else { DVec3::ZERO }
 }
 
 fn reserve(model: &mut Model, parts: &[tobj::Model]) {
@@ -175,15 +119,4 @@ fn append(model: &mut Model, frame: &Frame, part: tobj::Model) -> Result<(), Str
         }
     }
     Ok(())
-}
-
-/// Some scanners' programs write colours as 0..=255.
-fn scale_byte_colours(model: &mut Model) {
-    if model.colours.iter().any(|c| c.max_element() > 1.0) {
-        model.oddities.byte_colours = true;
-        model.colours.iter_mut().for_each(|c| *c /= 255.0);
-    }
-    for c in &mut model.colours {
-        *c = if c.is_finite() { c.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE };
-    }
 }

@@ -1,0 +1,311 @@
+//! Geometry and materials from glTF 2.0, text and binary (Khronos Group, *glTF 2.0 Specification*), the one door to the crate
+//! gltf.
+//!
+//! Taken: triangles, strips and fans under all nodes' transforms, colours of vertices, the base colour's factor and
+//! picture with its set of texture coordinates and `KHR_texture_transform`, and light sent out. What else a file holds says nothing of
+//! a diffuse surface, or is named in a warning.
+
+use base64::Engine;
+use glam::{DMat4, DVec3, Mat4, Vec2, Vec3, Vec4};
+use gltf::mesh::Mode;
+use gltf::{Document, Gltf};
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::load::SceneError;
+use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO, centre};
+use crate::site::Frame;
+use crate::site::files::find_loosely;
+
+/// Extensions that a file may not be read without, and that are known here.
+const KNOWN: [&str; 3] = ["KHR_texture_transform", "KHR_materials_unlit", "KHR_materials_emissive_strength"];
+
+/// Reads a glTF file and its buffers, brings it into metres and the program's axes, and centres it.
+///
+/// # Errors
+///
+/// A file that cannot be read, is not valid glTF 2.0, or needs an extension that is not known here.
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+    let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
+    let bytes = std::fs::read(path).map_err(|e| SceneError::io(path, &e))?;
+    // the crate checks most, but not all that a damaged file may hold
+    let read = catch_unwind(AssertUnwindSafe(|| {
+        let unchecked = Gltf::from_slice_without_validation(&bytes).map_err(|e| e.to_string())?;
+        let unknown: Vec<&str> = unchecked.extensions_required().filter(|e| !KNOWN.contains(e)).collect();
+        if !unknown.is_empty() {
+            return Err(format!("it cannot be read without {}. Export it without", unknown.join(", ")));
+        }
+        let Gltf { document, blob } = Gltf::from_slice(&bytes).map_err(|e| e.to_string())?;
+        File::open(path, document, blob)?.model(frame)
+    }));
+    read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)
+}
+
+/// A file with its buffers.
+struct File<'a> {
+    path: &'a Path,
+    document: Document,
+    buffers: Vec<Vec<u8>>,
+    files: Vec<PathBuf>,
+}
+
+/// A primitive where a node puts it.
+struct Placed<'a> {
+    primitive: gltf::Primitive<'a>,
+    to_scene: DMat4,
+}
+
+impl<'a> File<'a> {
+    fn open(path: &'a Path, document: Document, mut blob: Option<Vec<u8>>) -> Result<Self, String> {
+        let (mut buffers, mut files) = (Vec::new(), Vec::new());
+        for buffer in document.buffers() {
+            let bytes = match buffer.source() {
+                gltf::buffer::Source::Bin => blob.take().ok_or("its binary part is missing")?,
+                gltf::buffer::Source::Uri(uri) => fetched(path, uri, &mut files)?,
+            };
+            if bytes.len() < buffer.length() {
+                return Err(format!("buffer {} holds {} bytes of {}", buffer.index(), bytes.len(), buffer.length()));
+            }
+            buffers.push(bytes);
+        }
+        let held: usize = buffers.iter().map(Vec::len).sum();
+        let lies = document.accessors().find(|a| {
+            let view = a.view().map_or(usize::MAX, |v| v.offset().saturating_add(v.length()));
+            a.count() > held || (a.view().is_some() && view > held)
+        });
+        if let Some(accessor) = lies {
+            return Err(format!("accessor {} counts more than its buffer holds", accessor.index()));
+        }
+        Ok(Self { path, document, buffers, files })
+    }
+
+    fn model(self, frame: &Frame) -> Result<Model, String> {
+        let mut model = Model::default();
+        let placed = self.placed();
+        let points = placed.iter().flat_map(|p| self.points(p));
+        model.origin = centre(points, frame);
+        // faces without a material come first
+        model.material_names.push(None);
+        for material in self.document.materials() {
+            let own = self.material(&material, &mut model.oddities.others);
+            model.material_names.push(Some(own.name.clone()));
+            model.own.push(own);
+        }
+        let some_uv = placed.iter().any(|p| uv_set(&p.primitive).is_some());
+        let some_colour = placed.iter().any(|p| p.primitive.get(&gltf::Semantic::Colors(0)).is_some());
+        for placed in &placed {
+            self.add(&mut model, placed, frame, some_uv, some_colour)?;
+        }
+        model.settle_colours();
+        let mut passed = BTreeSet::new();
+        if self.document.skins().len() > 0 {
+            passed.insert("skins (bodies stand as they are modelled)");
+        }
+        if self.document.materials().any(|m| m.alpha_mode() != gltf::material::AlphaMode::Opaque) {
+            passed.insert("transparency (surfaces are taken as closed)");
+        }
+        let passed = passed.into_iter().map(|what| format!("The model has {what}, which is passed over."));
+        model.oddities.others.extend(passed);
+        model.files = self.files;
+        Ok(model)
+    }
+
+    /// All primitives of the default scene, or of all nodes where there is none. Each node is taken once, as a tree has it.
+    fn placed(&self) -> Vec<Placed<'_>> {
+        let scene = self.document.default_scene().or_else(|| self.document.scenes().next());
+        let roots: Vec<gltf::Node> = match scene {
+            Some(scene) => scene.nodes().collect(),
+            None => {
+                let children: BTreeSet<usize> =
+                    self.document.nodes().flat_map(|n| n.children().map(|c| c.index()).collect::<Vec<_>>()).collect();
+                self.document.nodes().filter(|n| !children.contains(&n.index())).collect()
+            }
+        };
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<(gltf::Node, DMat4)> = roots.into_iter().rev().map(|n| (n, DMat4::IDENTITY)).collect();
+        let mut all = Vec::new();
+        while let Some((node, parent)) = open.pop() {
+            if !seen.insert(node.index()) {
+                continue;
+            }
+            let to_scene = parent * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
+            if let Some(mesh) = node.mesh() {
+                all.extend(mesh.primitives().map(|primitive| Placed { primitive, to_scene }));
+            }
+            let mut children: Vec<gltf::Node> = node.children().collect();
+            children.reverse();
+            open.extend(children.into_iter().map(|c| (c, to_scene)));
+        }
+        all
+    }
+
+    fn points<'s>(&'s self, placed: &Placed<'s>) -> impl Iterator<Item = DVec3> + use<'s> {
+        let to_scene = placed.to_scene;
+        let reader = placed.primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
+        reader.read_positions().into_iter().flatten().map(move |p| to_scene.transform_point3(Vec3::from(p).as_dvec3()))
+    }
+
+    /// Adds a primitive's triangles.
+    fn add(
+        &self,
+        model: &mut Model,
+        placed: &Placed,
+        frame: &Frame,
+        some_uv: bool,
+        some_colour: bool,
+    ) -> Result<(), String> {
+        let primitive = &placed.primitive;
+        let reader = primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
+        let first = model.add_vertices(self.points(placed), frame)?;
+        let (from, count) = (first as usize, model.positions.len() - first as usize);
+        if some_uv {
+            let (set, transform) = uv_set(primitive).unwrap_or((0, UvTransform::default()));
+            let uvs = reader.read_tex_coords(set).map(|uvs| uvs.into_f32());
+            // v runs downwards in glTF
+            let upright = |uv: [f32; 2]| transform.of(Vec2::from(uv)) * Vec2::new(1.0, -1.0) + Vec2::Y;
+            model.uvs.extend(uvs.into_iter().flatten().take(count).map(upright));
+            model.uvs.resize(from + count, Vec2::NAN);
+        }
+        model.oddities.vertices += count as u64;
+        if some_colour {
+            let colours = reader.read_colors(0).map(|c| c.into_rgba_f32());
+            model.colours.extend(colours.into_iter().flatten().take(count).map(|c| Vec4::from(c).truncate()));
+            model.oddities.coloured += (model.colours.len() - from) as u64;
+            model.colours.resize(from + count, Vec3::NAN);
+        }
+        let corners: Vec<u32> = match reader.read_indices() {
+            Some(indices) => indices.into_u32().collect(),
+            None => (0..count as u32).collect(),
+        };
+        if let Some(wrong) = corners.iter().find(|i| **i as usize >= count) {
+            return Err(format!("a face names vertex {wrong} of {count}"));
+        }
+        let material = primitive.material().index().map_or(0, |i| i as u32 + 1);
+        let mut triangle = |a: u32, b: u32, c: u32| {
+            model.triangles.push([a, b, c].map(|i| first + i));
+            model.materials.push(material);
+        };
+        match primitive.mode() {
+            Mode::Triangles => corners.chunks_exact(3).for_each(|t| triangle(t[0], t[1], t[2])),
+            Mode::TriangleStrip => {
+                for (i, t) in corners.windows(3).enumerate() {
+                    // every other one is wound the other way
+                    if i % 2 == 0 { triangle(t[0], t[1], t[2]) } else { triangle(t[1], t[0], t[2]) }
+                }
+            }
+            Mode::TriangleFan => {
+                corners.windows(2).skip(1).for_each(|t| triangle(corners[0], t[0], t[1]));
+            }
+            Mode::Points => model.oddities.points += corners.len() as u64,
+            Mode::Lines | Mode::LineLoop | Mode::LineStrip => model.oddities.lines += 1,
+        }
+        Ok(())
+    }
+
+    fn material(&self, material: &gltf::Material, warnings: &mut Vec<String>) -> ModelMaterial {
+        let index = material.index().unwrap_or(0);
+        let name = material.name().filter(|n| !n.is_empty()).map_or_else(|| format!("material {index}"), str::to_owned);
+        // names need not differ
+        let taken = self.document.materials().take(index).any(|m| m.name() == Some(&name));
+        let name = if taken { format!("{name} ({index})") } else { name };
+        let pbr = material.pbr_metallic_roughness();
+        let factor = Vec4::from(pbr.base_color_factor()).truncate();
+        let albedo = if factor.is_finite() { factor.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::splat(UNKNOWN_ALBEDO) };
+        let map = pbr.base_color_texture().and_then(|t| self.picture(&t.texture().source(), &name, warnings));
+        let map = map.map(|(name, embedded)| Map {
+            name,
+            file: self.path.to_owned(),
+            line: 0,
+            plain_albedo: albedo,
+            embedded,
+        });
+        let glow = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
+        if material.emissive_texture().is_some() && glow != Vec3::ZERO {
+            warnings
+                .push(format!("Material “{name}” glows by a picture, which is passed over: it sends out no light."));
+        }
+        let lamp = material.emissive_texture().is_none() && glow.is_finite();
+        ModelMaterial { name, albedo, emission: if lamp { glow.max(Vec3::ZERO) } else { Vec3::ZERO }, map }
+    }
+
+    /// A picture's name and, where it stands in the file, its bytes.
+    fn picture(
+        &self,
+        image: &gltf::Image,
+        material: &str,
+        warnings: &mut Vec<String>,
+    ) -> Option<(String, Option<Arc<[u8]>>)> {
+        let name = || image.name().map_or_else(|| format!("image {}", image.index()), str::to_owned);
+        match image.source() {
+            gltf::image::Source::View { view, .. } => {
+                let bytes = self.buffers.get(view.buffer().index());
+                let bytes = bytes.and_then(|b| b.get(view.offset()..view.offset().checked_add(view.length())?));
+                bytes.map(|bytes| (name(), Some(bytes.into())))
+            }
+            gltf::image::Source::Uri { uri, .. } if uri.starts_with("data:") => match embedded(uri) {
+                Ok(bytes) => Some((name(), Some(bytes.into()))),
+                Err(why) => {
+                    warnings.push(format!("Material “{material}”: its picture cannot be used: {why}."));
+                    None
+                }
+            },
+            gltf::image::Source::Uri { uri, .. } => Some((unescaped(uri), None)),
+        }
+    }
+}
+
+/// `KHR_texture_transform`: offset + rotation · scale · uv.
+#[derive(Clone, Copy)]
+struct UvTransform {
+    offset: Vec2,
+    rotation: f32,
+    scale: Vec2,
+}
+
+impl Default for UvTransform {
+    fn default() -> Self {
+        Self { offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE }
+    }
+}
+
+impl UvTransform {
+    fn of(self, uv: Vec2) -> Vec2 {
+        let (sin, cos) = self.rotation.sin_cos();
+        let uv = uv * self.scale;
+        self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
+    }
+}
+
+/// The set of texture coordinates that the base colour's picture takes, and how they are moved; `None` without a picture.
+fn uv_set(primitive: &gltf::Primitive) -> Option<(u32, UvTransform)> {
+    let info = primitive.material().pbr_metallic_roughness().base_color_texture()?;
+    let Some(t) = info.texture_transform() else { return Some((info.tex_coord(), UvTransform::default())) };
+    let transform = UvTransform { offset: t.offset().into(), rotation: t.rotation(), scale: t.scale().into() };
+    Some((t.tex_coord().unwrap_or_else(|| info.tex_coord()), transform))
+}
+
+/// A buffer's bytes: from the address itself, or from a file beside the model's.
+fn fetched(path: &Path, uri: &str, files: &mut Vec<PathBuf>) -> Result<Vec<u8>, String> {
+    if uri.starts_with("data:") {
+        return embedded(uri);
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = unescaped(uri);
+    let file = find_loosely(folder, &name).ok_or_else(|| format!("there is no file “{name}” beside it"))?;
+    let bytes = std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    files.push(file);
+    Ok(bytes)
+}
+
+/// The bytes of an address that holds them (RFC 2397).
+fn embedded(uri: &str) -> Result<Vec<u8>, String> {
+    let (_, text) = uri.split_once(";base64,").ok_or("an address “data:” that is not base64")?;
+    base64::engine::general_purpose::STANDARD.decode(text).map_err(|e| format!("broken base64 ({e})"))
+}
+
+/// An address's `%20` and the like as the characters they stand for.
+fn unescaped(uri: &str) -> String {
+    percent_encoding::percent_decode_str(uri).decode_utf8_lossy().into_owned()
+}

@@ -1,0 +1,115 @@
+//! The pictures that materials name: found, decoded once each, and spared where nothing shows them.
+
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::health::Health;
+use super::load::{SceneError, Spared};
+use super::model::Map;
+use super::texture::Texture;
+use crate::site::files::find_loosely;
+
+/// Pictures, which of them a name became, and what was not decoded.
+pub(super) struct Decoded {
+    pub(super) textures: Vec<Texture>,
+    pub(super) indices: BTreeMap<String, u32>,
+    pub(super) spared: Spared,
+}
+
+/// A picture that materials want.
+#[derive(PartialEq)]
+struct Picture {
+    /// Its file; a name beside the model's where it stands in that.
+    path: PathBuf,
+    embedded: Option<Arc<[u8]>>,
+}
+
+impl Picture {
+    fn load(&self) -> Result<Option<Texture>, SceneError> {
+        match &self.embedded {
+            Some(bytes) => Texture::decode(&self.path, Cursor::new(bytes)),
+            None => Texture::load(&self.path),
+        }
+    }
+}
+
+/// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have
+/// is not decoded: one white texel stands for it.
+pub(super) fn decoded(
+    folder: &Path,
+    maps: &[Option<Map>],
+    reached: &[bool],
+    health: &mut Health,
+) -> Result<Decoded, SceneError> {
+    let mut paths: Vec<Picture> = Vec::new();
+    let mut seen: Vec<bool> = Vec::new();
+    let mut wanted: BTreeMap<String, usize> = BTreeMap::new();
+    for (map, reached) in maps.iter().zip(reached).filter_map(|(m, r)| Some((m.as_ref()?, *r))) {
+        if let Some(&index) = wanted.get(&map.name) {
+            seen[index] |= reached;
+            continue;
+        }
+        let picture = match &map.embedded {
+            Some(bytes) => Some(Picture { path: map.file.with_file_name(&map.name), embedded: Some(bytes.clone()) }),
+            None => texture_file(folder, map, health).map(|path| Picture { path, embedded: None }),
+        };
+        if let Some(picture) = picture {
+            let index = paths.iter().position(|p| *p == picture).unwrap_or_else(|| {
+                paths.push(picture);
+                seen.push(false);
+                paths.len() - 1
+            });
+            seen[index] |= reached;
+            wanted.insert(map.name.clone(), index);
+        }
+    }
+    let start = Instant::now();
+    let load = |(p, seen): (&Picture, &bool)| if *seen { p.load() } else { Ok(Some(Texture::blank())) };
+    let decoded = paths.par_iter().zip(&seen).map(load).collect::<Vec<_>>();
+    let seconds = start.elapsed().as_secs_f64();
+    let spared = Spared {
+        textures: seen.iter().filter(|s| !**s).count(),
+        bytes: paths.iter().zip(&seen).filter(|(_, seen)| !**seen).map(|(p, _)| Texture::bytes_of(&p.path)).sum(),
+        ..Spared::default()
+    };
+    let mut textures = Vec::new();
+    let mut places = Vec::new();
+    for (Picture { path, .. }, texture) in paths.iter().zip(decoded) {
+        let texture = texture?;
+        places.push(texture.is_some().then_some(textures.len() as u32));
+        if texture.is_none() {
+            health.warnings.push(format!(
+                "{}: not a PNG, JPEG or TIFF picture: the plain colour is taken. Save it again as PNG.",
+                path.display()
+            ));
+        }
+        textures.extend(texture);
+    }
+    health.files.extend(paths.into_iter().filter(|p| p.embedded.is_none()).map(|p| p.path));
+    let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
+    let read = textures.iter().map(Texture::bytes).sum::<usize>();
+    let rate = if spared.textures < seen.len() { seconds / read.max(1) as f64 } else { 0.0 };
+    Ok(Decoded { textures, indices, spared: Spared { seconds: rate * spared.bytes as f64, ..spared } })
+}
+
+/// The file a material means: beside its MTL file or the model, as written, in other letters, or by its last name.
+fn texture_file(folder: &Path, map: &Map, health: &mut Health) -> Option<PathBuf> {
+    let place = format!("{}:{}", map.file.display(), map.line);
+    let folders = [map.file.parent().unwrap_or(folder), folder];
+    if let Some(exact) = folders.iter().map(|f| f.join(&map.name)).find(|p| p.is_file()) {
+        return Some(exact);
+    }
+    let last = map.name.rsplit(['/', '\\']).next().unwrap_or(&map.name);
+    let names = [map.name.as_str(), last].into_iter().filter(|n| !n.is_empty());
+    let near = names.flat_map(|n| folders.iter().map(move |f| (f, n))).find_map(|(f, n)| find_loosely(f, n));
+    let fate = match &near {
+        Some(near) => format!("“{}” is taken", near.display()),
+        None => "the plain colour is taken".to_owned(),
+    };
+    health.warnings.push(format!("{place}: there is no picture “{}”: {fate}.", map.name));
+    near
+}

@@ -1,0 +1,238 @@
+//! Geometry from PLY files (Turk, *The PLY Polygon File Format*, 1994), the one door to ply-rs-bw: ASCII and binary of both
+//! byte orders, colours of vertices, texture coordinates of vertices or of faces, faces of any number of corners.
+
+use glam::{DVec3, Vec2, Vec3};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult as Access};
+use smallvec::SmallVec;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use super::load::SceneError;
+use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO, centre};
+use super::polygon;
+use crate::site::Frame;
+
+/// A vertex as the file has it.
+struct Vertex {
+    position: DVec3,
+    /// 0..=1; NaN without a colour.
+    colour: Vec3,
+    /// NaN without.
+    uv: Vec2,
+}
+
+/// A face as the file has it.
+#[derive(Default)]
+struct Face {
+    corners: SmallVec<[i64; 4]>,
+    /// Two numbers a corner, or none.
+    uvs: Vec<f32>,
+    /// Which of the texture files.
+    picture: usize,
+}
+
+/// An element of no use here.
+struct Ignored;
+
+/// A property's value as a number, and its greatest where it is a share stored as a whole number.
+fn scalar(property: &Property) -> Option<(f64, f64)> {
+    Some(match *property {
+        Property::Char(v) => (f64::from(v), 127.0),
+        Property::UChar(v) => (f64::from(v), 255.0),
+        Property::Short(v) => (f64::from(v), 32_767.0),
+        Property::UShort(v) => (f64::from(v), 65_535.0),
+        Property::Int(v) => (f64::from(v), 255.0),
+        Property::UInt(v) => (f64::from(v), 255.0),
+        Property::Float(v) => (f64::from(v), 1.0),
+        Property::Double(v) => (v, 1.0),
+        _ => return None,
+    })
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Self { position: DVec3::NAN, colour: Vec3::NAN, uv: Vec2::NAN }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> Access {
+        let Some((value, most)) = scalar(&property) else { return Access::Ignored };
+        let share = (value / most) as f32;
+        match name {
+            "x" => self.position.x = value,
+            "y" => self.position.y = value,
+            "z" => self.position.z = value,
+            "red" | "r" | "diffuse_red" => self.colour.x = share,
+            "green" | "g" | "diffuse_green" => self.colour.y = share,
+            "blue" | "b" | "diffuse_blue" => self.colour.z = share,
+            "u" | "s" | "texture_u" | "texture_s" => self.uv.x = value as f32,
+            "v" | "t" | "texture_v" | "texture_t" => self.uv.y = value as f32,
+            _ => return Access::Ignored,
+        }
+        Access::Set
+    }
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> Access {
+        match (name, property) {
+            ("vertex_indices" | "vertex_index", Property::ListChar(v)) => self.corners = from(v),
+            ("vertex_indices" | "vertex_index", Property::ListUChar(v)) => self.corners = from(v),
+            ("vertex_indices" | "vertex_index", Property::ListShort(v)) => self.corners = from(v),
+            ("vertex_indices" | "vertex_index", Property::ListUShort(v)) => self.corners = from(v),
+            ("vertex_indices" | "vertex_index", Property::ListInt(v)) => self.corners = from(v),
+            ("vertex_indices" | "vertex_index", Property::ListUInt(v)) => self.corners = from(v),
+            ("texcoord", Property::ListFloat(v)) => self.uvs = v,
+            ("texcoord", Property::ListDouble(v)) => self.uvs = v.into_iter().map(|v| v as f32).collect(),
+            ("texnumber", property) => self.picture = scalar(&property).map_or(0, |(value, _)| value.max(0.0) as usize),
+            _ => return Access::Ignored,
+        }
+        Access::Set
+    }
+}
+
+fn from<T: Into<i64>>(list: Vec<T>) -> SmallVec<[i64; 4]> {
+    list.into_iter().map(Into::into).collect()
+}
+
+impl PropertyAccess for Ignored {
+    fn new() -> Self {
+        Self
+    }
+}
+
+/// Reads a PLY file, brings it into metres and the program's axes, and centres it.
+///
+/// # Errors
+///
+/// A file that cannot be read, is damaged, or has points but no faces.
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+    let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
+    let fault = |e: ParseError| SceneError::Malformed {
+        path: path.to_owned(),
+        line: e.line().unwrap_or(0),
+        problem: e.to_string().lines().next().unwrap_or_default().to_owned(),
+    };
+    let file = File::open(path).map_err(|e| SceneError::io(path, &e))?;
+    let bytes = file.metadata().map_err(|e| SceneError::io(path, &e))?.len();
+    let mut reader = Reader::new(BufReader::new(file));
+    let header = Parser::<Ignored>::new().read_header(&mut reader).map_err(fault)?;
+    let (mut vertices, mut faces, mut others) = (Vec::new(), Vec::new(), Vec::new());
+    for element in header.elements.values() {
+        // each takes a byte at least: a header alone must not eat the machine
+        if element.count as u64 > bytes || (element.properties.is_empty() && element.count > 0) {
+            return Err(malformed(format!(
+                "{} “{}” are announced, more than the file holds",
+                element.count, element.name
+            )));
+        }
+        match element.name.as_str() {
+            "vertex" => vertices = elements::<Vertex>(&mut reader, element, &header).map_err(fault)?,
+            "face" => faces = elements::<Face>(&mut reader, element, &header).map_err(fault)?,
+            name => {
+                elements::<Ignored>(&mut reader, element, &header).map_err(fault)?;
+                others.push(format!("Elements “{name}” ignored: {}.", element.count));
+            }
+        }
+    }
+    if faces.is_empty() && !vertices.is_empty() {
+        let problem = format!(
+            "it is a cloud of {} points without faces, and light needs surfaces. Mesh it first, as MeshLab's screened \
+             Poisson reconstruction or CloudCompare's Poisson plugin does",
+            vertices.len()
+        );
+        return Err(malformed(problem));
+    }
+    let mut model = meshed(&vertices, &faces, frame).map_err(malformed)?;
+    name_materials(&mut model, path, &header);
+    model.oddities.others = others;
+    Ok(model)
+}
+
+fn elements<E: PropertyAccess>(
+    reader: &mut Reader<BufReader<File>>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, ParseError> {
+    Parser::<E>::new().read_payload_for_element(reader, element, header)
+}
+
+/// Cuts faces into triangles. Texture coordinates of a face give its corners vertices of their own.
+fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Model, String> {
+    let mut model = Model { origin: centre(vertices.iter().map(|v| v.position), frame), ..Model::default() };
+    let mapped = faces.iter().any(|f| !f.uvs.is_empty());
+    let some_uv = mapped || vertices.iter().any(|v| v.uv.is_finite());
+    let some_colour = vertices.iter().any(|v| v.colour.is_finite());
+    let add = |model: &mut Model, vertex: &Vertex, uv: Vec2| -> Result<u32, String> {
+        let index = model.add_vertices(std::iter::once(vertex.position), frame)?;
+        if some_uv {
+            model.uvs.push(uv);
+        }
+        if some_colour {
+            model.colours.push(vertex.colour);
+        }
+        Ok(index)
+    };
+    if !mapped {
+        for vertex in vertices {
+            add(&mut model, vertex, vertex.uv)?;
+        }
+    }
+    model.oddities.vertices = vertices.len() as u64;
+    model.oddities.coloured = vertices.iter().filter(|v| v.colour.is_finite()).count() as u64;
+    let mut corners: Vec<u32> = Vec::new();
+    for (number, face) in faces.iter().enumerate() {
+        if face.corners.len() < 3 {
+            model.oddities.short_faces += 1;
+            continue;
+        }
+        corners.clear();
+        for (k, &i) in face.corners.iter().enumerate() {
+            let vertex = usize::try_from(i)
+                .ok()
+                .and_then(|i| vertices.get(i))
+                .ok_or_else(|| format!("face {number} names vertex {i} of {}", vertices.len()))?;
+            let uv = face.uvs.get(2 * k..2 * k + 2).map(Vec2::from_slice);
+            corners.push(if mapped { add(&mut model, vertex, uv.unwrap_or(Vec2::NAN))? } else { i as u32 });
+        }
+        if let [a, b, c] = corners[..] {
+            model.triangles.push([a, b, c]);
+            model.materials.push(face.picture as u32);
+            continue;
+        }
+        let points: Vec<DVec3> = corners.iter().map(|&i| model.positions[i as usize].as_dvec3()).collect();
+        let order: Vec<u32> = (0..corners.len() as u32).collect();
+        let picture = face.picture as u32;
+        let mut triangle = |t: [u32; 3]| {
+            model.triangles.push(t.map(|k| corners[k as usize]));
+            model.materials.push(picture);
+        };
+        if !polygon::triangulate(&order, &points, &mut triangle) {
+            model.oddities.fans += 1;
+        }
+    }
+    model.settle_colours();
+    Ok(model)
+}
+
+/// A material for each picture that a comment `TextureFile` names, or none.
+fn name_materials(model: &mut Model, path: &Path, header: &Header) {
+    let pictures = header.comments.iter().filter_map(|c| c.trim().strip_prefix("TextureFile").map(str::trim));
+    for name in pictures {
+        let plain_albedo = Vec3::splat(UNKNOWN_ALBEDO);
+        let map = Map { name: name.to_owned(), file: path.to_owned(), line: 0, plain_albedo, embedded: None };
+        let name = name.to_owned();
+        model.material_names.push(Some(name.clone()));
+        model.own.push(ModelMaterial { name, albedo: Vec3::ONE, emission: Vec3::ZERO, map: Some(map) });
+    }
+    if model.material_names.is_empty() {
+        model.material_names.push(None);
+    }
+    let last = model.material_names.len() as u32 - 1;
+    model.materials.iter_mut().for_each(|m| *m = (*m).min(last));
+}
