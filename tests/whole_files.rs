@@ -29,6 +29,27 @@ fn what_is_stopped_leaves_nothing() {
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
 }
 
+/// `render`'s picture of the view “floor” is called floor.exr, as the photograph is.
+#[test]
+fn no_verb_writes_where_the_sites_own_files_lie() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let photo = root.join("sites/chapel/photos/floor.exr");
+    let before = fs::read(&photo).unwrap();
+    for verb in ["render", "audit", "plan", "study", "report", "register"] {
+        for folder in ["sites/chapel/photos", "sites/chapel/model/../probes"] {
+            let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
+                .args([verb, "sites/chapel", "--out", folder])
+                .current_dir(root)
+                .output()
+                .unwrap();
+            let error = String::from_utf8(said.stderr).unwrap();
+            assert_eq!(said.status.code(), Some(1), "{verb} {folder}: {error}");
+            assert!(error.contains("the site's own files lie there") && error.contains("--out"), "{error}");
+        }
+    }
+    assert_eq!(fs::read(&photo).unwrap(), before);
+}
+
 /// Stops long work at several moments: the exit code is a shell's own, and what lies in the folder is whole.
 #[cfg(unix)]
 #[test]

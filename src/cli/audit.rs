@@ -1,6 +1,6 @@
 //! `clerestory audit SITE`.
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
 use clerestory::report::write_audit_sheets;
@@ -71,8 +71,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
             super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
     }
     let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
-    let folder = args.out.clone().unwrap_or_else(|| super::render::default_folder(&site));
-    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
     let settings = Settings {

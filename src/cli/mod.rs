@@ -7,6 +7,7 @@ pub(crate) mod audit;
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod gallery;
+mod out;
 pub(crate) mod plan;
 mod progress;
 pub(crate) mod register;

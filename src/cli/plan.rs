@@ -11,8 +11,6 @@ use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::render::default_folder;
-
 /// Plan where to put the tripod: floors, stations, what they see and what nothing will.
 ///
 /// Writes plan-FLOOR and coverage-FLOOR (SVG and PNG, A4), plan.json, plan.csv and coverage.ply into --out, and prints the
@@ -53,7 +51,7 @@ pub(crate) struct PlanArgs {
 /// Plans a site and tells `out` what came of it.
 pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
     let spinner = super::progress::bar(!args.quiet && !args.json, "{spinner} {msg}");
     spinner.set_message("reading the model");
     let mut health = Health::default();

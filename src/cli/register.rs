@@ -109,8 +109,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     let site = Site::load_to_register(&args.site)?;
     let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
     let lighting = known_lighting(&site, args.lighting.as_deref())?;
-    let folder = args.out.clone().unwrap_or_else(|| super::render::default_folder(&site));
-    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
     let settings = Settings {

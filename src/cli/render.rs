@@ -3,7 +3,7 @@
 mod compared;
 mod print;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, ValueEnum, ValueHint};
 use clerestory::check::{self, Saving};
 use clerestory::panorama::{self, Exposure, write_exr, write_png};
@@ -126,8 +126,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
-    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
 
     let mut health = Health::default();
     let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
@@ -314,18 +313,6 @@ fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
         }
     }
     Ok(all)
-}
-
-/// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.
-pub(crate) fn default_folder(site: &Site) -> PathBuf {
-    let stem = site.file.file_stem().filter(|s| *s != "site").map(|s| s.to_owned());
-    let folder = site.file.canonicalize().ok().and_then(|f| Some(f.parent()?.file_name()?.to_owned()));
-    let folder = folder.unwrap_or_else(|| "site".into());
-    let name = match stem {
-        Some(stem) => PathBuf::from(format!("{}-{}", folder.to_string_lossy(), stem.to_string_lossy())),
-        None => PathBuf::from(folder),
-    };
-    Path::new("reports").join(name)
 }
 
 /// The paper's method, one per lighting; its timings and records take the place of ours.

@@ -12,7 +12,6 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use super::render::default_folder;
 use super::{command, in_words, own_command};
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
@@ -53,8 +52,7 @@ pub(crate) struct ReportArgs {
 /// Makes the report and tells `out` where it is.
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
-    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
     let parts = parts(&site, args);
     let bar =
         super::progress::bar(!args.quiet && !args.json, "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");

@@ -9,8 +9,6 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use super::render::default_folder;
-
 /// Weigh error against run time: image-based shooting over its settings beside path tracing.
 ///
 /// Writes study.svg, study.png, study.csv and study.json into --out. A study that the budget cuts short goes on when the
@@ -70,7 +68,7 @@ pub(crate) struct StudyArgs {
 /// Studies a site and tells `out` what came of it.
 pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&site));
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
     let names: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
     let outside = match &args.outside {
         Some(path) => study::read_outside(path, &names)?,

@@ -1,0 +1,42 @@
+//! The folder that a verb writes into.
+
+use anyhow::{Context, bail};
+use clerestory::site::Site;
+use std::path::{Path, PathBuf};
+
+/// The folder asked for, else the site's own under `reports`; made where it is not there yet.
+///
+/// # Errors
+///
+/// A folder in which the site's model or pictures lie: a result may have the name of one.
+pub(crate) fn folder(asked: Option<&Path>, site: &Site) -> anyhow::Result<PathBuf> {
+    let folder = asked.map_or_else(|| by_default(site), Path::to_owned);
+    let home = |file: &PathBuf| match file.parent()? {
+        here if here.as_os_str().is_empty() => Path::new(".").canonicalize().ok(),
+        folder => folder.canonicalize().ok(),
+    };
+    if let Ok(known) = folder.canonicalize()
+        && let Some(own) = site.files().iter().find(|f| **f != site.file && home(f).as_ref() == Some(&known))
+    {
+        bail!(
+            "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another \
+             folder",
+            folder.display(),
+            own.display()
+        );
+    }
+    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    Ok(folder)
+}
+
+/// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.
+fn by_default(site: &Site) -> PathBuf {
+    let stem = site.file.file_stem().filter(|s| *s != "site").map(|s| s.to_owned());
+    let folder = site.file.canonicalize().ok().and_then(|f| Some(f.parent()?.file_name()?.to_owned()));
+    let folder = folder.unwrap_or_else(|| "site".into());
+    let name = match stem {
+        Some(stem) => PathBuf::from(format!("{}-{}", folder.to_string_lossy(), stem.to_string_lossy())),
+        None => PathBuf::from(folder),
+    };
+    Path::new("reports").join(name)
+}
