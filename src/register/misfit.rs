@@ -184,7 +184,7 @@ fn misfit(
     let (plain, own) = of_own(&here);
     let follow = |way: Explanation| {
         let given = Candidate { pose: way.given, score: 1.0 };
-        (way.what, followed(scene, way.levels, std::iter::once(given).chain(way.found), FOLLOWED))
+        (way.what, followed(scene, way.levels, std::iter::once(given).chain(way.found), FOLLOWED, JUDGED))
     };
     // only what speaks louder than the pose given is worth following
     let ways: Vec<Explanation> = own.into_iter().chain(of_others).filter(|w| top(&w.found) > given).collect();
@@ -205,7 +205,11 @@ fn misfit(
     if plain.verdict == Verdict::NotFound {
         return Some(Misfit::Nowhere);
     }
-    if fits(&plain) && fits_better(&plain, &as_given) { off(&eye.given, &plain.pose) } else { None }
+    if fits(&plain) && fits_better(&plain, &as_given) {
+        let finer = level(&eye.levels, JUDGED + 1);
+        return off(&eye.given, &climbed(scene, finer, &plain.pose, 12));
+    }
+    None
 }
 
 /// The poses that the features speak for, best first.

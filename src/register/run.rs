@@ -99,9 +99,10 @@ pub fn register(
         progress(eye.subject.name(site), placed.len(), all + 1);
         placed.push(match eye {
             Eye { wanted: false, .. } => as_given(scene, eye),
-            Eye { anywhere: true, .. } => {
-                followed(scene, &eye.levels, on_floors.next().unwrap_or_default(), FOLLOWED_ANYWHERE)
-            }
+            Eye { anywhere: true, .. } => match on_floors.next().filter(|found| !found.is_empty()) {
+                Some(found) => followed(scene, &eye.levels, found, FOLLOWED_ANYWHERE, FOLLOWED_TO),
+                None => Placed { verdict: Verdict::NotFound, ..as_given(scene, eye) },
+            },
             _ => find(scene, eye, settings),
         });
     }
@@ -160,9 +161,11 @@ pub(super) fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64>
     agreement(level, &GeometryBuffer::cast(scene, &level.raster, pose))
 }
 
-/// Levels, counted from the coarsest: where places and headings are searched, and where fits are judged and rivals compared.
+/// Levels, counted from the coarsest: where places and headings are searched, where fits are judged and rivals compared, and
+/// down to where a pose is followed before pictures speak for each other.
 pub(super) const SEARCHED: usize = 0;
 pub(super) const JUDGED: usize = 1;
+const FOLLOWED_TO: usize = 2;
 
 fn as_given(scene: &Scene, eye: &Eye) -> Placed {
     let fit = fit_at(scene, level(&eye.levels, JUDGED), &eye.given);
@@ -177,16 +180,17 @@ fn find(scene: &Scene, eye: &Eye, settings: &Settings) -> Placed {
     let models = models(scene, &headings, &places);
     let found = search(&headings, searched, &tilts(&eye.given.rotation, settings.tilt_deg), &places, &models);
     let given = Candidate { pose: eye.given, score: 1.0 };
-    followed(scene, &eye.levels, std::iter::once(given).chain(found), FOLLOWED)
+    followed(scene, &eye.levels, std::iter::once(given).chain(found), FOLLOWED, FOLLOWED_TO)
 }
 
-/// Follows the first poses, but for those that are next to each other, from coarse to fine, and says which is best and how sure that is.
-/// There must be one.
+/// Follows the first poses, but for those that are next to each other, from coarse to fine down to level `last`, and says which
+/// is best and how sure that is. There must be one.
 pub(super) fn followed(
     scene: &Scene,
     levels: &[Level],
     candidates: impl IntoIterator<Item = Candidate>,
     most: usize,
+    last: usize,
 ) -> Placed {
     let mut poses: Vec<LocalPose> = Vec::new();
     for candidate in candidates {
@@ -198,7 +202,7 @@ pub(super) fn followed(
         }
     }
     let mut judged: Vec<(Vec<f64>, LocalPose)> = Vec::new();
-    for (finer, (steps, keep)) in LEVELS.into_iter().enumerate() {
+    for (finer, (steps, keep)) in LEVELS.into_iter().enumerate().take(last + 1) {
         let level = level(levels, finer);
         let mut fits: Vec<(Vec<f64>, LocalPose)> = poses
             .iter()
