@@ -11,12 +11,9 @@ use std::path::{Path, PathBuf};
 /// A folder in which the site's model or pictures lie: a result may have the name of one.
 pub(crate) fn folder(asked: Option<&Path>, site: &Site) -> anyhow::Result<PathBuf> {
     let folder = asked.map_or_else(|| by_default(site), Path::to_owned);
-    let home = |file: &PathBuf| match file.parent()? {
-        here if here.as_os_str().is_empty() => Path::new(".").canonicalize().ok(),
-        folder => folder.canonicalize().ok(),
-    };
     if let Ok(known) = folder.canonicalize()
-        && let Some(own) = site.files().iter().find(|f| **f != site.file && home(f).as_ref() == Some(&known))
+        && let Some(own) =
+            site.files().iter().find(|f| **f != site.file && folder_of(f).canonicalize().ok().as_ref() == Some(&known))
     {
         bail!(
             "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another \
@@ -27,6 +24,11 @@ pub(crate) fn folder(asked: Option<&Path>, site: &Site) -> anyhow::Result<PathBu
     }
     std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     Ok(folder)
+}
+
+/// The folder that a file lies in.
+pub(crate) fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.

@@ -11,6 +11,8 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::out::folder_of;
+
 /// Find where probes and photographs were taken, against the model and each other.
 ///
 /// Says for each picture how far its pose was off, how sure the one found is, and whether another place fits as well;
@@ -187,7 +189,7 @@ pub(crate) fn in_passing(
         Subject::View(i) => views.is_empty() || views.contains(&site.views[i].name),
     };
     all.retain(asked);
-    let line = |f: &Registered| format!("{} “{}”: {}", kind(f.subject), f.subject.name(site), register_words(f));
+    let line = |f: &Registered| format!("{} “{}”: {}", f.subject.kind(), f.subject.name(site), register_words(f));
     let lines = all.iter().map(line).collect();
     all.retain(|f| f.verdict == Verdict::Found);
     Ok((register::with_poses(site, &all), lines))
@@ -206,7 +208,7 @@ fn sheet(site: &Site, scene: &Scene, found: &Registered, lighting: &str, folder:
 /// The file to write, if it may be written: beside the site file, whose paths are relative, and new unless `overwrite`.
 fn writable(file: &Path, site: &Site, overwrite: bool) -> anyhow::Result<PathBuf> {
     let folder = |path: &Path| {
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let parent = folder_of(path);
         parent.canonicalize().with_context(|| format!("{}: there is no such folder", parent.display()))
     };
     let home = folder(&site.file)?;
@@ -218,7 +220,7 @@ fn writable(file: &Path, site: &Site, overwrite: bool) -> anyhow::Result<PathBuf
             "{}: the site file's paths are relative to its folder, so a copy elsewhere would not find its files. Write \
              it into {}",
             file.display(),
-            site.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")).display()
+            folder_of(&site.file).display()
         );
     }
     if file.exists() && !overwrite {
@@ -255,10 +257,6 @@ fn list(subject: Subject) -> Listed {
     }
 }
 
-fn kind(subject: Subject) -> &'static str {
-    list(subject).key()
-}
-
 fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Found => "found",
@@ -277,7 +275,7 @@ fn tell(site: &Site, f: &Registered, sheet: PathBuf) -> Told {
     };
     Told {
         name: f.subject.name(site).to_owned(),
-        kind: kind(f.subject),
+        kind: f.subject.kind(),
         verdict: verdict(f.verdict),
         position: site.frame.point_out(f.pose.position).to_array(),
         heading,
@@ -355,7 +353,7 @@ fn block(site: &Site, f: &Registered) -> String {
     let note = if elsewhere { "   # with the lens and the photo of this view" } else { "" };
     format!(
         "[[{}]]{note}\nname = {:?}\nposition = [{}]\nheading = {heading}\npitch = {pitch}\nroll = {roll}",
-        kind(f.subject),
+        f.subject.kind(),
         f.subject.name(site),
         position.join(", ")
     )

@@ -84,12 +84,17 @@ impl Subject {
         }
     }
 
+    /// `probe` or `view`.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::Probe(_) => "probe",
+            Self::View(_) => "view",
+        }
+    }
+
     /// The key of its table in the site file, such as `probe.nave`.
     pub fn key(self, site: &Site) -> String {
-        match self {
-            Self::Probe(_) => format!("probe.{}", self.name(site)),
-            Self::View(_) => format!("view.{}", self.name(site)),
-        }
+        format!("{}.{}", self.kind(), self.name(site))
     }
 
     /// Its pose as the site has it.

@@ -42,14 +42,7 @@ pub struct RegisterSheet<'a> {
 
 /// The file name of a sheet without its ending: probes and views may share a name.
 pub fn register_stem(site: &Site, subject: Subject) -> String {
-    format!("register-{}-{}", kind(subject), subject.name(site))
-}
-
-fn kind(subject: Subject) -> &'static str {
-    match subject {
-        Subject::Probe(_) => "probe",
-        Subject::View(_) => "view",
-    }
+    format!("register-{}-{}", subject.kind(), subject.name(site))
 }
 
 /// The verdict in plain words: what was found, how sure it is, and what to do where it is not.
@@ -131,7 +124,7 @@ pub fn register_sheet(about: &RegisterSheet) -> Svg {
     let RegisterSheet { site, found, picture, .. } = *about;
     let name = found.subject.name(site);
     let says = register_words(found);
-    let title = format!("{}: pose of the {} {name}", site.name, kind(found.subject));
+    let title = format!("{}: pose of the {} {name}", site.name, found.subject.kind());
     let headline = wrap(&sentence(&says), SIZE[0] - 2.0 * MARGIN, HEADLINE, true);
     let top = 22.0 + LINE * headline.len() as f64;
     let panels = panels(found);
@@ -176,7 +169,7 @@ fn sentence(words: &str) -> String {
 fn header(svg: &mut Svg, about: &RegisterSheet, headline: &[String]) {
     let RegisterSheet { site, found, command, .. } = *about;
     let name = found.subject.name(site);
-    let title = format!("{} \u{2014} pose of the {} \u{201c}{name}\u{201d}", site.name, kind(found.subject));
+    let title = format!("{} \u{2014} pose of the {} \u{201c}{name}\u{201d}", site.name, found.subject.kind());
     svg.text([MARGIN, 16.0], &title, &Text::new(6.0).bold());
     let made = format!("clerestory {}: {command}", env!("CARGO_PKG_VERSION"));
     svg.text([SIZE[0] - MARGIN, 9.0], &made, &Text::new(2.2).colour(GREY).anchor(Anchor::End));

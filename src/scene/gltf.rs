@@ -32,12 +32,12 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| SceneError::io(path, &e))?;
     // the crate checks most, but not all that a damaged file may hold
     let read = catch_unwind(AssertUnwindSafe(|| {
-        let unchecked = Gltf::from_slice_without_validation(&bytes).map_err(|e| e.to_string())?;
-        let unknown: Vec<&str> = unchecked.extensions_required().filter(|e| !KNOWN.contains(e)).collect();
+        let Gltf { document, blob } = Gltf::from_slice_without_validation(&bytes).map_err(|e| e.to_string())?;
+        let unknown: Vec<&str> = document.extensions_required().filter(|e| !KNOWN.contains(e)).collect();
         if !unknown.is_empty() {
             return Err(format!("it cannot be read without {}. Export it without", unknown.join(", ")));
         }
-        let Gltf { document, blob } = Gltf::from_slice(&bytes).map_err(|e| e.to_string())?;
+        let document = Document::from_json(document.into_json()).map_err(|e| e.to_string())?;
         File::open(path, document, blob)?.model(frame)
     }));
     read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)

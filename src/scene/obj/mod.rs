@@ -90,12 +90,8 @@ fn append(model: &mut Model, frame: &Frame, part: tobj::Model) -> Result<(), Str
     let mesh = part.mesh;
     // the name is ours: see `cure`
     let material = part.name.parse().unwrap_or(0);
-    let base = u32::try_from(model.positions.len() + mesh.positions.len() / 3)
-        .map(|end| end - (mesh.positions.len() / 3) as u32)
-        .map_err(|_| "the model has more than 4294967295 vertices".to_owned())?;
-    let points: Vec<DVec3> =
-        mesh.positions.chunks_exact(3).map(|p| frame.point_in(DVec3::from_slice(p)) - model.origin).collect();
-    model.positions.extend(points.iter().map(|p| p.as_vec3()));
+    let vertices = || mesh.positions.chunks_exact(3).map(DVec3::from_slice);
+    let base = model.add_vertices(vertices(), frame)?;
     // every corner of a run has texture coordinates, or none has
     if model.uvs.capacity() > 0 {
         model.uvs.extend(mesh.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0] as f32, t[1] as f32)));
@@ -110,6 +106,7 @@ fn append(model: &mut Model, frame: &Frame, part: tobj::Model) -> Result<(), Str
         mesh.indices.chunks_exact(3).for_each(|t| add([t[0], t[1], t[2]]));
         return Ok(());
     }
+    let points: Vec<DVec3> = vertices().map(|p| frame.point_in(p) - model.origin).collect();
     let mut indices = &mesh.indices[..];
     for arity in mesh.face_arities {
         let (face, rest) = indices.split_at(arity as usize);
