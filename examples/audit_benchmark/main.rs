@@ -4,6 +4,7 @@
 //! ```text
 //! cargo run --release --example audit_benchmark -- SITE [faults|nuisances|faultless] [--longest 256] [--seed 1]
 //!     [--per 1] [--every 3] [--cells 32] [--only wall,hole] [--under JPEG,pose] [--regions] [--pictures FOLDER]
+//! cargo run --release --example audit_benchmark -- corpus SITE… [--per 3] [--seed 1] [--only right,wall]
 //! ```
 //!
 //! Faults are planted in the model that the auditor is given; photographs and probes stay those of the true one. Walls that are off
@@ -13,6 +14,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, unreachable_pub, reason = "a measuring program")]
 
 mod cases;
+mod corpus;
 mod faultless;
 mod measure;
 mod nuisance;
@@ -57,6 +59,11 @@ fn main() {
     let after = |name: &str| args.iter().position(|a| a == name).map(|i| args[i + 1].as_str());
     let number = |name: &str, default: u64| after(name).map_or(default, |v| v.parse().expect("a number"));
     let named = |name: &str, title: &str| after(name).is_none_or(|words| words.split(',').any(|w| title.contains(w)));
+    if args.first().is_some_and(|a| a == "corpus") {
+        let sites: Vec<String> = args[1..].iter().take_while(|a| !a.starts_with("--")).cloned().collect();
+        let (per, seed) = (number("--per", 3) as usize, number("--seed", 1));
+        return corpus::corpus(&sites, per, seed, &|title| named("--only", title));
+    }
     let what = args.get(1).map_or("faults", String::as_str);
     let mut nuisances = if what == "faults" { vec![Nuisance::Clean] } else { Nuisance::EACH.to_vec() };
     if what == "faultless" {

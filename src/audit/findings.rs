@@ -252,6 +252,8 @@ pub struct AuditedView {
     pub verdicts: Vec<Verdict>,
     /// Why no more is said of it.
     pub reasons: Vec<Reason>,
+    /// How much each pixel is suspected where no finding or doubt marks it; only the order means something.
+    pub suspicion: Vec<f32>,
     /// For each finding or doubt whose best view this is: its id and the pixels it covers.
     pub masks: Vec<(String, Vec<bool>)>,
 }

@@ -131,6 +131,8 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
     let (w, h) = (photo.picture.width, photo.picture.height);
     let n = maps.reduced_by as usize;
     let small = |i: usize| (i / w / n) * maps.surfaces.width + i % w / n;
+    let both = scores.both();
+    let suspicion = (0..w * h).into_par_iter().map(|i| both[small(i)].min(1.0)).collect();
     let verdicts: Vec<Verdict> = (0..w * h).into_par_iter().map(|i| small_verdicts[small(i)]).collect();
     let reasons: Vec<Reason> = (0..w * h).into_par_iter().map(|i| small_reasons[small(i)]).collect();
     let mut counts: BTreeMap<Reason, usize> = BTreeMap::new();
@@ -179,7 +181,7 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
             (finding(site, prepared, view, maps, &j, &mask, w), mask)
         })
         .collect();
-    let view = AuditedView { summary, photograph, render, verdicts, reasons, masks: Vec::new() };
+    let view = AuditedView { summary, photograph, render, verdicts, reasons, suspicion, masks: Vec::new() };
     Assessed { view, found }
 }
 

@@ -1,0 +1,254 @@
+//! Whole audits of sites whose pictures were made from another model than the one that is audited: several faults a
+//! site, all its photographs, and the model as it is. What is counted is what a person would see: findings and their masks.
+
+use clerestory::audit::{Audit, Finding, Kind, Settings, Verdict, audit};
+use clerestory::scene::Scene;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::Bench;
+use crate::cases::Case;
+use crate::measure::{average_precision, mean, median};
+use crate::plant::{Fault, plant};
+use crate::truth::counted;
+
+/// Fewer pixels of a fault than this in a photograph are not asked for.
+const SHOWN_PX: usize = 150;
+
+/// What the audits of one kind of case gave.
+#[derive(Default)]
+struct Tally {
+    photographs: usize,
+    asked: usize,
+    found: usize,
+    kind_right: usize,
+    what_right: usize,
+    false_findings: usize,
+    precision: Vec<f64>,
+    displacement: Vec<f64>,
+    sign_right: usize,
+    untestable: Vec<f64>,
+    wrongly_ok: Vec<f64>,
+    marked: Vec<f64>,
+}
+
+/// Runs the benchmark on sites; `per` faults a site, drawn by the seed.
+pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bool) {
+    let mut rows: BTreeMap<String, Tally> = BTreeMap::new();
+    // what was printed as sure, and whether it was so
+    let mut told: Vec<(f64, bool)> = vec![];
+    for (number, path) in sites.iter().enumerate() {
+        let bench = Bench::load(Path::new(path), 4096, 64);
+        let name = Path::new(path).file_name().map_or(path.clone(), |n| n.to_string_lossy().into_owned());
+        if only("right") {
+            run(&bench, &name, None, &bench.scene, &mut rows, &mut told);
+        }
+        let cases = bench.cases(seed + number as u64, 1);
+        let step = cases.len() / per.max(1);
+        for k in 0..per.min(cases.len()) {
+            let case = &cases[(number * 7 + k * step.max(1)) % cases.len()];
+            if only(&case.fault.title()) {
+                let model = plant(&bench.scene, case.fault, &case.place, case.object.as_deref());
+                run(&bench, &name, Some(case), &model, &mut rows, &mut told);
+            }
+        }
+    }
+    print(&rows, &told);
+}
+
+fn run(
+    bench: &Bench,
+    site: &str,
+    case: Option<&Case>,
+    model: &Scene,
+    rows: &mut BTreeMap<String, Tally>,
+    told: &mut Vec<(f64, bool)>,
+) {
+    let title = case.map_or("right".to_owned(), |c| c.fault.title());
+    let truths: Vec<Vec<bool>> = (0..bench.cameras.len())
+        .map(|view| {
+            let size = bench.photos[view].pixels.len();
+            let Some(case) = case else { return vec![false; size] };
+            let here = Case { fault: case.fault, place: case.place, object: case.object.clone(), view };
+            let truth = bench.truth(model, &here);
+            // nobody could see that a shape is wrong by less than a pixel
+            if truth.is_fine() { vec![false; size] } else { truth.wrong }
+        })
+        .collect();
+    if case.is_some() && truths.iter().all(|t| t.iter().filter(|w| **w).count() < SHOWN_PX) {
+        println!("# {site} {title}: does not show");
+        return;
+    }
+    let lighting = bench.site.lightings()[0].clone();
+    let settings = Settings::default();
+    let begun = std::time::Instant::now();
+    let audited = match audit(&bench.site, model, &lighting, &[], &settings, &|_, _, _| {}) {
+        Ok(a) => a,
+        Err(e) => return println!("# {site} {title}: {e}"),
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    let tally = rows.entry(title.clone()).or_default();
+    let mut line = String::new();
+    for (v, view) in audited.views.iter().enumerate() {
+        let truth = &truths[v];
+        let (w, h) = (view.photograph.width, view.photograph.height);
+        let size = truth.iter().filter(|t| **t).count();
+        tally.photographs += 1;
+        tally.untestable.push(view.summary.shares.untestable);
+        let marked = view.verdicts.iter().filter(|v| matches!(v, Verdict::Texture | Verdict::Geometry)).count();
+        tally.marked.push(marked as f64 / (w * h) as f64);
+        let grown = grown(truth, w, h, 6);
+        let masks: Vec<(&Finding, &Vec<bool>)> = view
+            .masks
+            .iter()
+            .filter_map(|(id, mask)| Some((audited.findings.iter().find(|f| f.id == *id)?, mask)))
+            .collect();
+        let mut union = vec![false; w * h];
+        let mut votes: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut whats: Vec<(usize, &Finding)> = vec![];
+        for (f, mask) in &masks {
+            let area = mask.iter().filter(|m| **m).count();
+            let on = (0..w * h).filter(|i| mask[*i] && grown[*i]).count();
+            if area > 0 && 10 * on >= area {
+                (0..w * h).filter(|i| mask[*i]).for_each(|i| union[i] = true);
+                *votes.entry(f.kind.name()).or_default() += area;
+                whats.push((area, f));
+            } else if f.view == view.summary.view {
+                tally.false_findings += 1;
+                line += &format!("\n#     false in {}: {} {:.2} {} px, {}", f.view, f.what.name(), f.score, area, f.note);
+                for e in &f.evidence {
+                    line += &format!("; {} {:.2}", e.test, e.value);
+                }
+            }
+        }
+        if size < SHOWN_PX {
+            continue;
+        }
+        let Some(case) = case else { continue };
+        tally.asked += 1;
+        let both = (0..w * h).filter(|i| union[*i] && truth[*i]).count();
+        let any = (0..w * h).filter(|i| union[*i] || truth[*i]).count().max(1);
+        let found = both as f64 >= 0.3 * any as f64;
+        let expected = if case.fault.is_texture() { Kind::Texture } else { Kind::Geometry };
+        let most = votes.iter().max_by_key(|v| v.1).map(|v| *v.0);
+        whats.sort_by_key(|w| w.0);
+        let what = whats.last().map(|w| w.1);
+        if found {
+            tally.found += 1;
+            tally.kind_right += usize::from(most == Some(expected.name()));
+            tally.what_right += usize::from(what.is_some_and(|f| case.fault.names().contains(&f.what.name())));
+            if let (Fault::Displace(d), Some(m)) = (case.fault, what.and_then(|f| f.displacement)) {
+                tally.displacement.push((m.metres + f64::from(d)).abs() / f64::from(d.abs()));
+                tally.sign_right += usize::from(m.metres * f64::from(d) < 0.0);
+            }
+        }
+        let ok = (0..w * h).filter(|i| truth[*i] && view.verdicts[*i] == Verdict::Ok).count();
+        tally.wrongly_ok.push(ok as f64 / size as f64);
+        let ap = average_precision(&ranks(&audited, v), truth, &counted(truth, w, h));
+        tally.precision.push(ap);
+        line += &format!(
+            "\n#     {} {size} px: IoU {:.2}, {} {}, AP {ap:.2}, ok {:.2}",
+            view.summary.view,
+            both as f64 / any as f64,
+            most.unwrap_or("-"),
+            what.map_or("-", |f| f.what.name()),
+            ok as f64 / size as f64
+        );
+    }
+    for f in &audited.findings {
+        let Some(v) = audited.views.iter().position(|a| a.summary.view == f.view) else { continue };
+        let view = &audited.views[v];
+        let Some((_, mask)) = view.masks.iter().find(|m| m.0 == f.id) else { continue };
+        let near = grown(&truths[v], view.photograph.width, view.photograph.height, 6);
+        let on = (0..mask.len()).filter(|i| mask[*i] && near[*i]).count();
+        told.push((f.score, on * 10 >= mask.iter().filter(|m| **m).count()));
+    }
+    println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
+}
+
+/// How much each pixel is suspected: findings by their confidence, then doubts, then the rest.
+fn ranks(audited: &Audit, v: usize) -> Vec<f32> {
+    let view = &audited.views[v];
+    let mut ranks = view.suspicion.clone();
+    for (id, mask) in &view.masks {
+        let sure = audited.findings.iter().find(|f| f.id == *id).map(|f| 2.0 + f.score);
+        let rank = sure.or_else(|| audited.doubts.iter().find(|f| f.id == *id).map(|f| 1.0 + f.score)).unwrap_or(0.0);
+        mask.iter().zip(&mut ranks).filter(|m| *m.0).for_each(|(_, r)| *r = r.max(rank as f32));
+    }
+    ranks
+}
+
+/// A mask and all within `by` pixels of it.
+fn grown(mask: &[bool], w: usize, h: usize, by: usize) -> Vec<bool> {
+    let pass = |from: &[bool], step: usize, line: &dyn Fn(usize) -> (usize, usize)| -> Vec<bool> {
+        (0..w * h)
+            .map(|i| {
+                let (at, length) = line(i);
+                (at.saturating_sub(by)..(at + by + 1).min(length)).any(|k| from[i + k * step - at * step])
+            })
+            .collect()
+    };
+    let across = pass(mask, 1, &|i| (i % w, w));
+    pass(&across, w, &|i| (i / w, h))
+}
+
+fn print(rows: &BTreeMap<String, Tally>, told: &[(f64, bool)]) {
+    println!(
+        "\n| model | photographs | shows in | found | kind | what | false | F1 | AP | displacement off | sign | marked | \
+         untestable | called ok |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+    );
+    let mut all = Tally::default();
+    for t in rows.values() {
+        for (sum, n) in [
+            (&mut all.photographs, t.photographs),
+            (&mut all.asked, t.asked),
+            (&mut all.found, t.found),
+            (&mut all.kind_right, t.kind_right),
+            (&mut all.what_right, t.what_right),
+            (&mut all.false_findings, t.false_findings),
+            (&mut all.sign_right, t.sign_right),
+        ] {
+            *sum += n;
+        }
+        for (sum, of) in [
+            (&mut all.precision, &t.precision),
+            (&mut all.displacement, &t.displacement),
+            (&mut all.untestable, &t.untestable),
+            (&mut all.wrongly_ok, &t.wrongly_ok),
+            (&mut all.marked, &t.marked),
+        ] {
+            sum.extend(of);
+        }
+    }
+    let total = ("**all**".to_owned(), all);
+    for (name, t) in rows.iter().chain(std::iter::once((&total.0, &total.1))) {
+        let f1 = 2.0 * t.found as f64 / (t.asked + t.found + t.false_findings).max(1) as f64;
+        let off = median(&mut t.displacement.clone());
+        println!(
+            "| {name} | {} | {} | {} | {} | {} | {} | {f1:.2} | {:.2} | {} | {}/{} | {:.1} % | {:.0} % | {:.1} % |",
+            t.photographs,
+            t.asked,
+            t.found,
+            t.kind_right,
+            t.what_right,
+            t.false_findings,
+            mean(&t.precision),
+            if t.displacement.is_empty() { "–".into() } else { format!("{:.0} %", 100.0 * off) },
+            t.sign_right,
+            t.displacement.len(),
+            100.0 * mean(&t.marked),
+            100.0 * mean(&t.untestable),
+            100.0 * mean(&t.wrongly_ok),
+        );
+    }
+    println!("\n| printed | findings | right |\n|---|--:|--:|");
+    for k in 0..5 {
+        let (low, high) = (0.5 + 0.1 * f64::from(k), 0.6 + 0.1 * f64::from(k));
+        let within: Vec<&(f64, bool)> =
+            told.iter().filter(|t| t.0 < high + if k == 4 { 1.0 } else { 0.0 } && (t.0 >= low || k == 0)).collect();
+        let right = within.iter().filter(|t| t.1).count();
+        if !within.is_empty() {
+            println!("| {low:.1}–{high:.1} | {} | {:.2} |", within.len(), right as f64 / within.len() as f64);
+        }
+    }
+}
