@@ -116,7 +116,7 @@ fn a_moved_wall_is_found_with_sign_and_size() {
         let model = plan(sides(DVec3::ZERO, v(6.0, modelled, 3.0), [0; 6]), &[grey(0.5)]);
         let audit = audited(&photographed(&truth, &model, patterned));
         let wall = audit.findings.iter().filter(|f| f.kind == Kind::Geometry);
-        let wall = wall.max_by_key(|f| f.area_px).expect("the wall is found");
+        let wall = wall.max_by_key(|f| f.area_px).unwrap_or_else(|| panic!("the wall is found: {:?}", audit.doubts));
         let d = wall.displacement.expect("its displacement is measured");
         // positive is towards the camera's side, which lies at lesser y
         let expected = modelled - 5.0;
@@ -293,7 +293,11 @@ fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
     let right = audit("0.8 0.8 0.8");
     assert!(right.findings.is_empty(), "{:?}", right.findings);
     let wrong = audit("0.8 0.5 0.25");
-    let wall = wrong.findings.iter().max_by_key(|f| f.area_px).expect("the wall is found");
+    let wall = wrong
+        .findings
+        .iter()
+        .max_by_key(|f| f.area_px)
+        .unwrap_or_else(|| panic!("the wall is found: {:?}", wrong.doubts));
     assert_eq!((wall.kind, wall.what, wall.material.as_str()), (Kind::Texture, What::Recoloured, "m3"));
 }
 

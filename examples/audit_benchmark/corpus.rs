@@ -113,9 +113,14 @@ fn run(
                 (0..w * h).filter(|i| mask[*i]).for_each(|i| union[i] = true);
                 *votes.entry(f.kind.name()).or_default() += area;
                 whats.push((area, f));
+                line += &format!("\n#     true in {}: {} {:.2} {} px", f.view, f.what.name(), f.score, area);
+                for e in &f.evidence {
+                    line += &format!("; {} {:.2}", e.test, e.value);
+                }
             } else if f.view == view.summary.view {
                 tally.false_findings += 1;
-                line += &format!("\n#     false in {}: {} {:.2} {} px, {}", f.view, f.what.name(), f.score, area, f.note);
+                line +=
+                    &format!("\n#     false in {}: {} {:.2} {} px, {}", f.view, f.what.name(), f.score, area, f.note);
                 for e in &f.evidence {
                     line += &format!("; {} {:.2}", e.test, e.value);
                 }

@@ -5,6 +5,7 @@
 //! something is only in a probe's way, the albedo vouches for the model; where a shadow falls, or paint differs, the probes
 //! do.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::probe_view::ProbeView;
@@ -56,10 +57,12 @@ pub(super) struct Silhouette {
 }
 
 /// Looks for what the photograph shows and nothing predicts, in regions of at least so many pixels.
-pub(super) fn silhouettes(prepared: &Prepared, maps: &Maps, least: usize) -> Vec<Silhouette> {
+/// Also how far each pixel is beyond; NaN where nothing is predicted or no probe sees it.
+pub(super) fn silhouettes(prepared: &Prepared, maps: &Maps, least: usize) -> (Vec<Silhouette>, Vec<f32>) {
     let Beyond { by, seen, usual } = beyond(prepared, maps);
     let (w, h) = maps.size();
-    outlined(&by, &seen, w, h, EXCESS.max(TIMES * usual), least)
+    let far = by.iter().zip(&seen).map(|(b, s)| b.filter(|_| *s > 0).map_or(f32::NAN, f32::abs)).collect();
+    (outlined(&by, &seen, w, h, EXCESS.max(TIMES * usual), least), far)
 }
 
 /// Regions where what nothing predicts is over a threshold on the average; some of each is seen by a probe.
@@ -103,20 +106,30 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
     let usable = |i: usize| maps.usable[i] > 0.0 && s.triangle[i] != NONE && maps.log_photo[i].is_finite();
     let photo: Vec<Option<f32>> =
         (0..n).map(|i| usable(i).then(|| log_luminance(maps.log_photo[i].map(f32::exp)))).collect();
-    // the photograph over a prediction, with what half of the picture has of it taken out
-    let over = |prediction: &(dyn Fn(usize) -> Option<f32> + Sync)| -> Vec<Option<f32>> {
-        let of = |i: usize| Some(photo[i]? - prediction(i)?).filter(|d| d.is_finite());
+    // differences from a prediction, with what half of the picture has of it taken out
+    let centred = |difference: &(dyn Fn(usize) -> Option<f32> + Sync)| -> Vec<Option<f32>> {
+        let of = |i: usize| difference(i).filter(|d| d.is_finite());
         let mut all: Vec<Option<f32>> = (0..n).into_par_iter().map(of).collect();
         let middle = median(all.iter().flatten().copied()).unwrap_or(0.0);
         all.iter_mut().flatten().for_each(|d| *d -= middle);
         all
     };
+    let over = |prediction: &(dyn Fn(usize) -> Option<f32> + Sync)| centred(&|i| Some(photo[i]? - prediction(i)?));
+    // what gloss may add or take explains a difference
+    let dull = |difference: f32, probe: Option<usize>, i: usize, log: f32| {
+        let [below, above] = maps.gloss.bounds(probe, i, Vec3::splat(log.exp()));
+        difference - difference.clamp(below.min_element(), above.max_element())
+    };
     let rendered = over(&|i| Some(maps.render.pixels[i]).filter(|p| Picture::valid(*p)).map(log_luminance));
     let usual = median(rendered.iter().flatten().map(|d| d.abs())).unwrap_or(0.0);
-    let smooth = over(&|i| {
+    let scattered = |i: usize| {
         let e = maps.irradiance[i];
         (e.min_element() > 0.0).then(|| log_luminance(maps.albedo[i] * e / std::f32::consts::PI))
-    });
+    };
+    let mut smooth = over(&scattered);
+    for (i, d) in smooth.iter_mut().enumerate() {
+        *d = d.zip(scattered(i)).map(|(d, log)| dull(d, None, i, log));
+    }
     // what a probe beside the camera sees there, the render shows, too
     let along = |probe: &ProbeView, i: usize| s.ray[i].angle_between(s.position[i] - probe.origin) < ALONG;
     let echoes =
@@ -127,14 +140,20 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
         .collect();
     let mut seen = vec![0u8; n];
     for (k, probe) in prepared.probes.iter().enumerate() {
-        let asked = over(&|i| {
-            let level = maps.level(k, i).filter(|_| !along(probe, i))?;
-            let log = probe.log_radiance(s.position[i], level) + maps.radiometry.gains[k];
-            Some(log_luminance(log.map(f32::exp)))
+        // the photograph as soft as the probe: beside an edge, a probe's pixel holds what is on both sides
+        let asked = centred(&|i| {
+            let level = maps.level(k, i).filter(|_| usable(i) && !along(probe, i))?;
+            let (soft, log) = (maps.geometry.soft(k, i), probe.log_radiance(s.position[i], level));
+            Some(log_luminance(soft.map(f32::exp)) - log_luminance(log.map(f32::exp)))
+                .filter(|_| soft.is_finite() && log.is_finite())
         });
+        let of_probe = |i: usize, d: f32| {
+            let level = maps.level(k, i).unwrap_or(0);
+            dull(d, Some(k), i, log_luminance(probe.log_radiance(s.position[i], level).map(f32::exp)))
+        };
         for i in 0..n {
             if let (Some(b), Some(d)) = (by[i], asked[i]) {
-                by[i] = Some(nearest(b, d));
+                by[i] = Some(nearest(b, of_probe(i, d)));
                 seen[i] += 1;
             }
         }

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::colour::colour_of;
 use super::regions::{Region, bounds, dilated};
+use super::texture::least_mirrored;
 use super::view::Maps;
 
 /// How wide a strip is looked at on either side, pixels, and how far from the border outside of it: tests look at windows.
@@ -41,14 +41,15 @@ impl Border {
         mismatch(&self.outside).zip(mismatch(&self.inside)).is_some_and(|(out, inside)| inside <= ALIKE * out)
     }
 
-    /// By how much the colour that the albedo lacks differs between the two sides, ΔE00; 0 where it cannot be told.
+    /// By how much the colour that the albedo lacks differs between the two sides, whatever they mirror, ΔE00; 0 where it cannot be
+    /// told.
     pub(super) fn colour_step(&self, maps: &Maps) -> f32 {
-        let t = &maps.texture;
-        let chroma = |side: &[usize], c: usize| {
-            mean(side.iter().filter(|i| t.tested[**i]).map(|i| t.ratio[*i][c] - t.ratio[*i].y))
-        };
-        let step = |c: usize| chroma(&self.inside, c).zip(chroma(&self.outside, c)).map(|(a, b)| a - b);
-        step(0).zip(step(2)).map_or(0.0, |(red, blue)| colour_of(red, blue))
+        let tested = |side: &[usize]| side.iter().copied().filter(|i| maps.texture.tested[*i]).collect::<Vec<usize>>();
+        let (inside, outside) = (tested(&self.inside), tested(&self.outside));
+        if inside.len().min(outside.len()) < FEWEST {
+            return 0.0;
+        }
+        least_mirrored(|share| maps.texture.chroma(maps, &inside, share) - maps.texture.chroma(maps, &outside, share))
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is wrong with a region: an opening that is not there, its shape, or its picture. The first that its figures bear
 //! out is what it is.
 
+use super::alarm::Statistic;
 use super::behind::{behind, picture_behind};
 use super::explain::explain;
 use super::figures::{Figures, REGION_ODDS, TEXTURED};
@@ -64,9 +65,7 @@ const COLOUR_SHARE: f32 = 6e-3;
 const COLOUR_STRENGTH: f32 = 12.0;
 /// Less is a doubt only with this ΔE00.
 const COLOUR_DOUBT: f32 = 9.0;
-/// A surface of another colour as a whole is one only from this ΔE00 on, unless its structure fits or the colour changes on
-/// it by this share.
-const COLOUR_SURE: f32 = 18.0;
+/// Paint ends where the colour changes by this share of its difference.
 const PAINT_STEP: f32 = 0.5;
 /// Correlation with the model's texture from which on a structure is the model's.
 const AS_IS: f32 = 0.6;
@@ -81,6 +80,7 @@ struct Decision {
     displacement: Option<Displacement>,
     reason: Reason,
     evidence: Vec<Evidence>,
+    statistic: Option<Statistic>,
 }
 
 /// Judges a region; `None` where its sum does not bear out what its pixels say. `shares` are of each pixel's piece, see
@@ -109,6 +109,7 @@ pub(super) fn judged(
         shift: None,
         reason: decision.reason,
         evidence,
+        statistic: decision.statistic,
         region,
     })
 }
@@ -158,6 +159,7 @@ fn opening(f: &Figures) -> Option<Decision> {
             Reason::ProbesDisagree
         },
         evidence: vec![Evidence::new("the surface around goes on", bridged, BRIDGED, "share")],
+        statistic: None,
     })
 }
 
@@ -218,6 +220,8 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
             _ => Reason::ProbesDisagree,
         },
         evidence: fit.into_iter().chain([explained]).collect(),
+        // what fits at another place, and only there, is told by that; but few pixels fit somewhere by chance
+        statistic: (!moved || f.small).then_some(Statistic::Place),
     })
 }
 
@@ -234,6 +238,7 @@ fn absent(f: &Figures) -> Option<Decision> {
         displacement: None,
         reason: Reason::None,
         evidence: vec![Evidence::new("correlation with the texture behind", behind, FOLLOWS, "correlation")],
+        statistic: Some(Statistic::Picture),
     })
 }
 
@@ -249,19 +254,18 @@ fn picture(f: &Figures) -> Option<Decision> {
     let found = explained.odds > 0.0;
     let size = (n / (COLOUR_SHARE * maps.usable.len() as f32)).sqrt();
     let unseen = f.share(|i| maps.geometry.seen[i] == 0) > 0.5;
-    let foreign = f.share(|i| f.scores.foreign[i] >= 1.0) >= SHARE;
+    // a texture that is blurred or a little off lacks colour of its own; its structure is still borne out
+    let foreign = f.odds > -REGION_ODDS && f.share(|i| f.scores.foreign[i] >= 1.0) >= SHARE;
     let tinted = f.share(|i| f.scores.colour[i] >= 1.0) >= SHARE;
-    let seen = f.region.pixels.iter().filter(|i| maps.texture.tested[**i]);
-    let (sum, tested) = seen.fold((0.0, 0.0f32), |(s, n), i| (s + maps.texture.colour[*i], n + 1.0));
-    let mean = sum / tested.max(1.0);
     // where structure says nothing, coding or darkness may have spoilt colour, too
     let told = f.structural || f.odds <= -REGION_ODDS || explained.as_is > AS_IS;
-    // light of another colour falls on whole surfaces, paint ends anywhere and leaves the structure as it is
+    // light of another colour falls on whole surfaces; paint ends anywhere
+    let mean = maps.texture.mean_colour(maps, f.region, false);
     let stepped = f.border.as_ref().is_some_and(|b| b.colour_step(maps) >= PAINT_STEP * mean);
-    let paint = stepped || mean >= COLOUR_SURE || explained.as_is > AS_IS;
+    let mean = if stepped { mean } else { maps.texture.mean_colour(maps, f.region, true) };
     let coding = maps.photo.coding.is_some() && f.region.pixels.len() < CODED_PX;
     let strong = mean * size >= if told { COLOUR_STRENGTH } else { 2.0 * COLOUR_STRENGTH };
-    let coloured = tinted && paint && strong && !coding;
+    let coloured = tinted && strong && !coding;
     // a surface that is off its place would not show the model's structure in another colour
     let recoloured = coloured && (explained.as_is > AS_IS || f.odds <= -REGION_ODDS);
     let doubtful = f.odds >= 0.5 * REGION_ODDS || mean >= COLOUR_DOUBT || (f.able && f.swept.here > TORN);
@@ -293,5 +297,7 @@ fn picture(f: &Figures) -> Option<Decision> {
             Evidence::new("correlation with the model's texture", explained.as_is, 0.5, "correlation"),
             Evidence::new("colour difference", colour, COLOUR_STRENGTH / size, "ΔE00"),
         ],
+        // what no other light explains is told by that
+        statistic: (!recoloured).then_some(Statistic::Picture),
     })
 }

@@ -85,9 +85,10 @@ impl Audit {
         for view in &self.views {
             for (id, mask) in &view.masks {
                 let Some(finding) = all.iter().find(|f| f.id == *id) else { continue };
+                let Some(file) = finding.masks.get(&view.summary.view) else { continue };
                 let png = mask_png(mask, view.summary.size)
-                    .map_err(|why| AuditError::Unwritable { path: folder.join(&finding.mask), why })?;
-                put(&folder.join(&finding.mask), &png)?;
+                    .map_err(|why| AuditError::Unwritable { path: folder.join(file), why })?;
+                put(&folder.join(file), &png)?;
             }
         }
         put(&folder.join("findings.csv"), self.csv().as_bytes())?;
@@ -138,6 +139,8 @@ mod tests {
             bbox: [0, 1, 3, 3],
             area_px: 2,
             mask: format!("mask-nave-{id}.png"),
+            masks: BTreeMap::from([("nave".to_owned(), format!("mask-nave-{id}.png"))]),
+            false_alarms: Some(0.01),
             position: [1.0, 2.5, -3.0],
             size_m: 0.5,
             area_cm2: 120.0,
@@ -174,6 +177,7 @@ mod tests {
             render: Picture::new(3, 3),
             verdicts: vec![Verdict::Ok; 9],
             reasons: vec![Reason::None; 9],
+            suspicion: vec![],
             masks: vec![("F1".to_owned(), mask)],
         };
         let method = Method { version: "0".to_owned(), lighting: String::new(), thresholds: BTreeMap::new() };

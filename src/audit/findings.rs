@@ -128,7 +128,7 @@ pub struct Finding {
     pub id: String,
     /// The view that shows it best.
     pub view: String,
-    /// Other views that show the same.
+    /// Other views that show the same; `masks` says where.
     pub also_in: Vec<String>,
     /// Texture or geometry.
     pub kind: Kind,
@@ -142,6 +142,11 @@ pub struct Finding {
     pub area_px: u64,
     /// File name of the 8-bit mask (255 inside), of the photograph's size, beside `findings.json`.
     pub mask: String,
+    /// Per view that shows it, the file name of its mask there.
+    pub masks: BTreeMap<String, String>,
+    /// Expected number of regions as strange as this in a photograph of a right model; `None` where the test behind it has odds
+    /// of its own.
+    pub false_alarms: Option<f64>,
     /// Centre of the region on the modelled surface, in the model's own axes and units.
     pub position: [f64; 3],
     /// The region's greatest extent on the modelled surface, metres.
@@ -254,7 +259,7 @@ pub struct AuditedView {
     pub reasons: Vec<Reason>,
     /// How much each pixel is suspected where no finding or doubt marks it; only the order means something.
     pub suspicion: Vec<f32>,
-    /// For each finding or doubt whose best view this is: its id and the pixels it covers.
+    /// For each finding or doubt that this view shows: its id and the pixels it covers.
     pub masks: Vec<(String, Vec<bool>)>,
 }
 

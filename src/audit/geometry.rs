@@ -8,6 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 
+use super::gloss::Gloss;
 use super::photo::Reduced;
 use super::probe_view::ProbeView;
 use super::radiometry::{Radiometry, Sights};
@@ -96,6 +97,11 @@ impl Geometry {
         self.of.iter().zip(probes).map(|(of, probe)| of.cost(probe, i, point)).sum()
     }
 
+    /// The photograph's logarithm in a pixel, as soft as a probe and in its light; NaN where they cannot be compared.
+    pub(super) fn soft(&self, probe: usize, i: usize) -> Vec3 {
+        self.of[probe].soft[i]
+    }
+
     /// Whether some probe sees enough in a pixel for its place to be told.
     pub(super) fn tells(&self, i: usize) -> bool {
         self.of.iter().any(|of| of.weight[i] > 0.0 && of.plain[i].is_none())
@@ -106,6 +112,8 @@ struct OfProbe {
     /// The photograph as soft as the probe and in its light.
     soft: Vec<Vec3>,
     level: Vec<u8>,
+    /// What gloss may add to the difference of logarithms.
+    bounds: Vec<[Vec3; 2]>,
     /// Variance of the difference where the model is right.
     variance: Vec<f32>,
     /// Cost at the model's own place, where nothing else can be told.
@@ -123,7 +131,9 @@ impl OfProbe {
             return 0.0;
         }
         self.plain[i].unwrap_or_else(|| {
-            let d = probe.log_radiance(point, usize::from(self.level[i])) - self.soft[i];
+            let d = self.soft[i] - probe.log_radiance(point, usize::from(self.level[i]));
+            let [below, above] = self.bounds[i];
+            let d = d - d.clamp(below, above);
             let e = d.length_squared() / (3.0 * self.variance[i]);
             if e.is_finite() { e.min(MOST) } else { MOST }
         })
@@ -138,12 +148,22 @@ pub(super) fn test(
     photo: &Reduced,
     soft: &[Vec<Vec3>],
     radiometry: &Radiometry,
+    gloss: &Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
     let each: Vec<OfProbe> = probes
         .iter()
         .enumerate()
-        .map(|(k, probe)| of_probe(surfaces, &sights.of[k], probe, &soft[k], radiometry, k, photo.noise))
+        .map(|(k, probe)| {
+            // most of the picture is right: the spread over all of it is what a right model has
+            let base = radiometry.spread[k].unwrap_or(0.1).clamp(0.03, 0.2).max(photo.noise);
+            let shift = radiometry.offset - radiometry.gains[k];
+            // in the probe's light
+            let lit = |i: usize| soft[k][i] + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
+            of_probe(surfaces, &sights.of[k], probe, (0..n).map(lit).collect(), base, |i, light| {
+                gloss.bounds(Some(k), i, light)
+            })
+        })
         .collect();
     let mut seen = vec![0u8; n];
     let mut able = vec![0u8; n];
@@ -209,24 +229,18 @@ pub(super) fn test(
     geometry
 }
 
-/// One probe's part.
+/// One probe's part: `soft` is the photograph as soft as the probe and in its light, `base` the standard deviation of their
+/// difference where the model is right and nothing has edges, `bounds` what gloss may add to it in a pixel of this light.
 fn of_probe(
     surfaces: &Surfaces,
     sights: &[Option<super::probe_view::Sight>],
     probe: &ProbeView,
-    soft: &[Vec3],
-    radiometry: &Radiometry,
-    k: usize,
-    noise: f32,
+    soft: Vec<Vec3>,
+    base: f32,
+    bounds: impl Fn(usize, Vec3) -> [Vec3; 2],
 ) -> OfProbe {
     let n = sights.len();
     let w = surfaces.width;
-    let shift = radiometry.offset - radiometry.gains[k];
-    // in the probe's light
-    let soft: Vec<Vec3> =
-        (0..n).map(|i| soft[i] + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i))).collect();
-    // most of the picture is right: the spread over all of it is what a right model has
-    let base = radiometry.spread[k].unwrap_or(0.1).clamp(0.03, 0.2).max(noise);
     let here: Vec<Vec3> = (0..n)
         .into_par_iter()
         .map(|i| match &sights[i] {
@@ -277,6 +291,9 @@ fn of_probe(
     let mut of = OfProbe {
         soft,
         level: (0..n).map(|i| level(i) as u8).collect(),
+        bounds: (0..n)
+            .map(|i| if here[i].is_finite() { bounds(i, here[i].map(f32::exp)) } else { [Vec3::ZERO; 2] })
+            .collect(),
         variance,
         plain: vec![None; n],
         weight,

@@ -2,6 +2,7 @@
 //! belongs together is joined.
 
 use super::absent::{self, Silhouette};
+use super::alarm::{Fields, Statistic};
 use super::outline::{self, Shifted};
 use super::regions::{Region, closed, components, opened};
 use super::scores::{LOW, Scores};
@@ -33,6 +34,8 @@ pub struct Judged {
     pub reason: Reason,
     /// The figures behind it.
     pub evidence: Vec<Evidence>,
+    /// What tells it from what is right elsewhere; `None` where the test behind it has odds of its own.
+    pub(super) statistic: Option<Statistic>,
 }
 
 impl Judged {
@@ -43,7 +46,7 @@ impl Judged {
 }
 
 /// Finds the regions of a view and judges each.
-pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Judged> {
+pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> (Vec<Judged>, Fields) {
     let (w, h) = maps.size();
     let least = least(maps);
     let mut taken = vec![false; w * h];
@@ -73,7 +76,20 @@ pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> Vec<Ju
     }
     let judged = united(with_relaid(judged, prepared, maps), maps);
     let judged = extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps));
-    with_absent(judged, absent::silhouettes(prepared, maps, least), maps)
+    let (silhouettes, brightness) = absent::silhouettes(prepared, maps, least);
+    let told = |values: &[f32], of: &dyn Fn(usize) -> bool| -> Vec<f32> {
+        values.iter().enumerate().map(|(i, v)| if of(i) { *v } else { f32::NAN }).collect()
+    };
+    let place = told(&maps.geometry.mismatch, &|i| maps.geometry.able[i] > 0);
+    let picture = told(&scores.texture, &|i| maps.texture.tested[i]);
+    let fields = Fields::new(w, maps.surfaces.position.clone(), [place, picture, brightness]);
+    let mut judged = with_absent(judged, silhouettes, maps);
+    // what the photograph does not show is nobody's fault
+    for j in &mut judged {
+        j.region.pixels.retain(|i| maps.usable[*i] > 0.0);
+    }
+    judged.retain(|j| j.region.pixels.len() >= least);
+    (judged, fields)
 }
 
 /// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
@@ -103,6 +119,7 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
                 Evidence::new("correlation with the model's texture", found.as_is, 0.5, "correlation"),
                 Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
             ],
+            statistic: None,
             region: Region { pixels: piece.clone() },
         });
     }
@@ -151,6 +168,7 @@ fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Map
             shift: None,
             reason: if sure { Reason::None } else { Reason::Undecided },
             evidence: vec![evidence],
+            statistic: Some(Statistic::Brightness),
             region: s.region,
         });
     }
@@ -176,6 +194,7 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, maps: &Maps) -> 
             shift: part.shift(),
             reason: Reason::None,
             evidence: part.evidence(),
+            statistic: None,
             region: Region { pixels: part.pixels },
         });
     }

@@ -6,6 +6,7 @@
 //! one piece is then tried as a whole, laid otherwise: `relaid`.
 
 mod absent;
+mod alarm;
 mod align;
 mod behind;
 mod bins;
@@ -21,6 +22,7 @@ mod files;
 mod findings;
 mod fourier;
 mod geometry;
+mod gloss;
 
 mod judge;
 mod laid;

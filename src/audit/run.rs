@@ -4,12 +4,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+use super::alarm::{Alarm, Fields, Statistic, alarm};
 use super::judge::{self, Judged};
 use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
-    Audit, AuditError, AuditedView, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict, ViewSummary,
-    What, absent, relaid, verdict,
+    Audit, AuditError, AuditedView, Evidence, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict,
+    ViewSummary, What, absent, relaid, verdict,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -77,8 +78,9 @@ pub fn audit(
         let maps = examine(&prepared, &view.camera, photo, settings);
         seen.push(assess(site, &prepared, view, photo, &maps));
     }
+    count_false_alarms(&mut seen, settings.false_alarms);
     progress("done", steps, steps);
-    let mut audit = gathered(site, lighting, seen);
+    let mut audit = gathered(site, lighting, settings, seen);
     audit.warnings.splice(0..0, left_out);
     Ok(audit)
 }
@@ -120,13 +122,24 @@ fn without_misfits(
 /// A view with its findings and doubts, before they have numbers.
 struct Assessed {
     view: AuditedView,
-    found: Vec<(Finding, Vec<bool>)>,
+    fields: Fields,
+    found: Vec<Found>,
+}
+
+/// A finding or doubt, its mask, its pixels at the audit's size and what it stands out by.
+struct Found {
+    finding: Finding,
+    mask: Vec<bool>,
+    pixels: Vec<usize>,
+    /// Mean of the modelled surface's normals, of length 1.
+    normal: Vec3,
+    statistic: Option<Statistic>,
 }
 
 /// Judges a view and brings everything to the photograph's size.
 fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &Maps) -> Assessed {
     let scores = Scores::of(maps);
-    let judged = judge::judge(prepared, maps, &scores);
+    let (judged, fields) = judge::judge(prepared, maps, &scores);
     let (small_verdicts, small_reasons) = verdict::verdicts(maps, &judged);
     let (w, h) = (photo.picture.width, photo.picture.height);
     let n = maps.reduced_by as usize;
@@ -135,10 +148,6 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
     let suspicion = (0..w * h).into_par_iter().map(|i| both[small(i)].min(1.0)).collect();
     let verdicts: Vec<Verdict> = (0..w * h).into_par_iter().map(|i| small_verdicts[small(i)]).collect();
     let reasons: Vec<Reason> = (0..w * h).into_par_iter().map(|i| small_reasons[small(i)]).collect();
-    let mut counts: BTreeMap<Reason, usize> = BTreeMap::new();
-    for run in reasons.chunk_by(|a, b| a == b).filter(|run| run[0] != Reason::None) {
-        *counts.entry(run[0]).or_default() += run.len();
-    }
     let r = &maps.radiometry;
     let gain = r.offset.map(f32::exp);
     let photograph = Picture {
@@ -168,8 +177,8 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
         noise: f64::from(maps.photo.noise),
         pose,
         probes: gains(prepared, maps),
-        shares: Shares::of(&verdicts),
-        reasons: counts.iter().map(|(r, n)| (r.name().to_owned(), *n as f64 / (w * h) as f64)).collect(),
+        shares: Shares::default(),
+        reasons: BTreeMap::new(),
         warnings,
     };
     let found = judged
@@ -178,11 +187,44 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
             let mut inside = vec![false; maps.surfaces.triangle.len()];
             j.region.pixels.iter().for_each(|&i| inside[i] = true);
             let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
-            (finding(site, prepared, view, maps, &j, &mask, w), mask)
+            let finding = finding(site, prepared, view, maps, &j, &mask, w);
+            let normal = j.region.pixels.iter().map(|i| maps.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
+            Found { finding, mask, pixels: j.region.pixels, normal, statistic: j.statistic }
         })
         .collect();
     let view = AuditedView { summary, photograph, render, verdicts, reasons, suspicion, masks: Vec::new() };
-    Assessed { view, found }
+    Assessed { view, fields, found }
+}
+
+/// Says of each finding how often a right model would give one like it; what it would give more often than asked for is a doubt.
+fn count_false_alarms(assessed: &mut [Assessed], allowed: f64) {
+    let fields: Vec<&Fields> = assessed.iter().map(|a| &a.fields).collect();
+    let alarms: Vec<Vec<Option<Alarm>>> = assessed
+        .iter()
+        .enumerate()
+        .map(|(v, a)| a.found.par_iter().map(|f| alarm(&fields, v, f.statistic?, &f.pixels)).collect())
+        .collect();
+    for (a, alarms) in assessed.iter_mut().zip(alarms) {
+        for (f, alarm) in a.found.iter_mut().zip(alarms) {
+            let Some(alarm) = alarm else { continue };
+            f.finding.false_alarms = Some(alarm.false_alarms);
+            let e = &mut f.finding.evidence;
+            e.push(Evidence::new("expected false alarms", alarm.false_alarms, allowed, "a photograph"));
+            if alarm.false_alarms > allowed && f.finding.reason == Reason::None {
+                f.finding.reason = Reason::Usual;
+                f.finding.note = note(&f.finding);
+            }
+        }
+        let sure = |f: &&Found| f.finding.reason == Reason::None;
+        for f in a.found.iter().filter(|f| f.finding.reason == Reason::Usual) {
+            for i in (0..f.mask.len()).filter(|i| f.mask[*i]) {
+                if !a.found.iter().filter(sure).any(|s| s.mask[i]) {
+                    (a.view.verdicts[i], a.view.reasons[i]) = (Verdict::Ambiguous, Reason::Usual);
+                }
+            }
+        }
+        a.view.count();
+    }
 }
 
 /// A region as a finding.
@@ -229,6 +271,8 @@ fn finding(
         bbox,
         area_px: mask.iter().filter(|m| **m).count() as u64,
         mask: String::new(),
+        masks: BTreeMap::new(),
+        false_alarms: None,
         position: site.frame.point_out(centre + scene.origin).to_array(),
         size_m,
         area_cm2: area * 1e4,
@@ -325,48 +369,82 @@ fn warnings(maps: &Maps) -> Vec<String> {
     all
 }
 
+/// One fault with all views that show it.
+struct Fault {
+    /// The view that shows it best.
+    view: usize,
+    finding: Finding,
+    normal: Vec3,
+    /// Its mask in each view that shows it.
+    masks: BTreeMap<usize, Vec<bool>>,
+}
+
+impl Fault {
+    /// Whether another view's finding is of the same place.
+    fn is_also(&self, other: &Found, metres: f64) -> bool {
+        let (a, b) = (&self.finding, &other.finding);
+        let apart = DVec3::from(a.position).distance(DVec3::from(b.position)) * metres;
+        let shifted = by_texture(b) && a.what == What::Shifted;
+        // a picture is on one plane; a thing has several sides
+        let one_plane = a.kind == Kind::Geometry || self.normal.dot(other.normal) > 0.9;
+        (a.kind == b.kind || shifted)
+            && one_plane
+            && (a.reason == Reason::None) == (b.reason == Reason::None)
+            && a.material == b.material
+            && apart < 0.6 * a.size_m.max(b.size_m)
+    }
+}
+
 /// Merges what several views show of one fault, numbers findings and doubts, and names their masks.
-fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
-    let mut all: Vec<(usize, Finding, Vec<bool>)> = Vec::new();
+fn gathered(site: &Site, lighting: &str, settings: &Settings, mut assessed: Vec<Assessed>) -> Audit {
+    let mut all: Vec<(usize, Found)> = Vec::new();
     for (v, a) in assessed.iter_mut().enumerate() {
-        all.extend(std::mem::take(&mut a.found).into_iter().map(|(f, mask)| (v, f, mask)));
+        all.extend(std::mem::take(&mut a.found).into_iter().map(|f| (v, f)));
     }
     // the surest first; ties by view and place, so that the order is always the same
-    let surest = |a: &(usize, Finding, Vec<bool>), b: &(usize, Finding, Vec<bool>)| {
-        b.1.score.total_cmp(&a.1.score).then(a.0.cmp(&b.0)).then(a.1.bbox.cmp(&b.1.bbox))
+    let surest = |(v, a): (usize, &Finding), (u, b): (usize, &Finding)| {
+        b.score.total_cmp(&a.score).then(v.cmp(&u)).then(a.bbox.cmp(&b.bbox))
     };
-    all.sort_by(|a, b| by_texture(&a.1).cmp(&by_texture(&b.1)).then_with(|| surest(a, b)));
-    let metres = site.frame.metres_per_unit;
-    let mut kept: Vec<(usize, Finding, Vec<bool>)> = Vec::new();
-    for (v, f, mask) in all {
-        let same = |other: &Finding| {
-            let apart = DVec3::from(other.position).distance(DVec3::from(f.position)) * metres;
-            let shifted = by_texture(&f) && other.what == What::Shifted;
-            (other.kind == f.kind || shifted)
-                && (other.reason == Reason::None) == (f.reason == Reason::None)
-                && other.material == f.material
-                && apart < 0.6 * other.size_m.max(f.size_m)
-        };
-        match kept.iter_mut().find(|(u, k, _)| *u != v && same(k)) {
-            Some((_, k, _)) => {
-                if k.kind != f.kind {
-                    assessed[v].view.call_texture(&mask);
+    all.sort_by(|(v, a), (u, b)| {
+        let (a, b) = (&a.finding, &b.finding);
+        by_texture(a).cmp(&by_texture(b)).then_with(|| surest((*v, a), (*u, b)))
+    });
+    let mut faults: Vec<Fault> = Vec::new();
+    for (v, f) in all {
+        let metres = site.frame.metres_per_unit;
+        match faults.iter_mut().find(|k| k.view != v && k.is_also(&f, metres)) {
+            Some(fault) => {
+                let k = &mut fault.finding;
+                if k.kind != f.finding.kind {
+                    assessed[v].view.call_texture(&f.mask);
                 }
-                if !k.also_in.contains(&f.view) {
-                    k.also_in.push(f.view);
+                k.area_cm2 = k.area_cm2.max(f.finding.area_cm2);
+                k.false_alarms = k.false_alarms.zip(f.finding.false_alarms).map(|(a, b)| a.min(b));
+                if !k.also_in.contains(&f.finding.view) {
+                    k.also_in.push(f.finding.view);
                 }
+                let mask = fault.masks.entry(v).or_insert_with(|| vec![false; f.mask.len()]);
+                mask.iter_mut().zip(&f.mask).for_each(|(all, here)| *all |= here);
             }
-            None => kept.push((v, f, mask)),
+            None => {
+                let masks = BTreeMap::from([(v, f.mask)]);
+                faults.push(Fault { view: v, finding: f.finding, normal: f.normal, masks });
+            }
         }
     }
-    kept.sort_by(surest);
+    faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
-    for (v, mut f, mask) in kept {
+    for Fault { finding: mut f, masks, .. } in faults {
         let sure = f.reason == Reason::None;
         let list = if sure { &mut findings } else { &mut doubts };
         f.id = format!("{}{}", if sure { "F" } else { "D" }, list.len() + 1);
-        f.mask = format!("mask-{}-{}.png", f.view, f.id);
-        assessed[v].view.masks.push((f.id.clone(), mask));
+        for (v, mask) in masks {
+            let view = &mut assessed[v].view;
+            let file = format!("mask-{}-{}.png", view.summary.view, f.id);
+            f.masks.insert(view.summary.view.clone(), file);
+            view.masks.push((f.id.clone(), mask));
+        }
+        f.mask = f.masks[&f.view].clone();
         list.push(f);
     }
     let thresholds = [
@@ -378,6 +456,7 @@ fn gathered(site: &Site, lighting: &str, mut assessed: Vec<Assessed>) -> Audit {
         ("foreign_chroma", scores::FOREIGN),
         ("shading", scores::SHADING),
         ("brightness_beyond_predictions", absent::EXCESS),
+        ("false_alarms_a_photograph", settings.false_alarms as f32),
     ];
     let method = Method {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -400,7 +479,18 @@ impl AuditedView {
         for (verdict, _) in self.verdicts.iter_mut().zip(mask).filter(|(v, m)| **m && **v == Verdict::Geometry) {
             *verdict = Verdict::Texture;
         }
+        self.count();
+    }
+
+    /// Counts verdicts and reasons anew.
+    fn count(&mut self) {
         self.summary.shares = Shares::of(&self.verdicts);
+        let mut counts: BTreeMap<Reason, usize> = BTreeMap::new();
+        for run in self.reasons.chunk_by(|a, b| a == b).filter(|run| run[0] != Reason::None) {
+            *counts.entry(run[0]).or_default() += run.len();
+        }
+        let all = self.reasons.len().max(1) as f64;
+        self.summary.reasons = counts.iter().map(|(r, n)| (r.name().to_owned(), *n as f64 / all)).collect();
     }
 }
 

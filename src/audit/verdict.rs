@@ -87,6 +87,8 @@ pub enum Reason {
     WhiteBalance = 14,
     /// Both tests disagree with the model and neither tells which it is.
     Undecided = 15,
+    /// As much is off elsewhere in the pictures, where nothing is wrong.
+    Usual = 16,
 }
 
 impl Reason {
@@ -109,6 +111,7 @@ impl Reason {
             Self::Periodic => "periodic",
             Self::WhiteBalance => "white_balance",
             Self::Undecided => "undecided",
+            Self::Usual => "usual",
         }
     }
 
@@ -131,6 +134,7 @@ impl Reason {
             Self::Periodic => "its pattern repeats",
             Self::WhiteBalance => "a white balance would look the same",
             Self::Undecided => "it is not clear which test is right",
+            Self::Usual => "as much is off elsewhere in these pictures",
         }
     }
 }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::geometry::{self, Geometry};
+use super::gloss::Gloss;
 use super::judge::{self, Judged};
 use super::photo::{Blurred, Photo, Reduced};
 use super::probe_view::ProbeView;
@@ -31,11 +32,13 @@ pub struct Settings {
     pub probes: usize,
     /// Cells of the irradiance volume along the model's longest side.
     pub cells: u32,
+    /// Findings that a right model would give more often than this in a photograph are doubts.
+    pub false_alarms: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { longest_px: 1024, refine_pose: true, probes: usize::MAX, cells: 64 }
+        Self { longest_px: 1024, refine_pose: true, probes: usize::MAX, cells: 64, false_alarms: 0.1 }
     }
 }
 
@@ -82,6 +85,8 @@ pub struct Maps {
     pub(super) sights: Sights,
     pub(super) log_photo: Vec<Vec3>,
     pub(super) usable: Vec<f32>,
+    /// What surfaces may mirror.
+    pub(super) gloss: Gloss,
     pub(super) geometry: Geometry,
     /// Where a surface beside goes on although the model has an opening.
     pub(super) bridged: Bridged,
@@ -137,7 +142,8 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         .map(|(probe, sights)| soften(&surfaces, probe, sights, &blurred, &usable))
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
-    let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &photo, &soft, &radiometry);
+    let gloss = Gloss::look(&relit, &surfaces, &prepared.probes, &sights);
+    let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &photo, &soft, &radiometry, &gloss);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
@@ -166,6 +172,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         sights,
         log_photo,
         usable,
+        gloss,
         geometry,
         bridged,
         texture,
@@ -194,7 +201,7 @@ impl Maps {
 
     /// The regions that both tests end in, and a verdict for each pixel.
     pub fn judged(&self, prepared: &Prepared) -> (Vec<Judged>, Vec<Verdict>) {
-        let judged = judge::judge(prepared, self, &Scores::of(self));
+        let (judged, _) = judge::judge(prepared, self, &Scores::of(self));
         let (verdicts, _) = verdict::verdicts(self, &judged);
         (judged, verdicts)
     }

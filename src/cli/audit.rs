@@ -40,6 +40,9 @@ pub(crate) struct AuditArgs {
     /// Work at so many pixels along the photographs' longer side at most
     #[arg(long, value_name = "PIXELS", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(64..=8192))]
     longest: u32,
+    /// How many findings a photograph of a right model may give; what is less strange is a doubt
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.1)]
+    false_alarms: f64,
     /// Folder for the findings [default: reports/SITE]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
@@ -77,6 +80,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let settings = Settings {
         longest_px: args.longest,
         refine_pose: !args.no_pose,
+        false_alarms: args.false_alarms,
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
         ..Settings::default()
     };

@@ -45,7 +45,6 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
             });
         }
         outlines(svg, about, frames[2]);
-        names_from_elsewhere(svg, about, frames[2]);
     });
     for frame in frames {
         svg.rectangle(frame, &Style::line(BLACK, 0.25));
@@ -118,20 +117,6 @@ fn outlines(svg: &mut Svg, about: &AuditSheet, frame: [f64; 4]) {
     for (id, [x, y]) in labels {
         let x = x.clamp(frame[0] + 4.0, frame[0] + frame[2] - 4.0);
         svg.text([x, y + 1.4], id, &Text::new(3.8).bold().anchor(Anchor::Middle).halo(0.7));
-    }
-}
-
-/// The names of findings that other views show better, where this camera sees their middle.
-fn names_from_elsewhere(svg: &mut Svg, about: &AuditSheet, [left, top, width, height]: [f64; 4]) {
-    let name = &about.view().summary.view;
-    let Some(view) = about.site.views.iter().find(|v| v.name == *name) else { return };
-    for (finding, _) in super::listed(about).into_iter().filter(|(_, here)| !here) {
-        let Some(p) = view.camera.project(about.site.frame.point_in(finding.position.into())) else { continue };
-        let (u, v) = (p.x / f64::from(view.camera.width), p.y / f64::from(view.camera.height));
-        if (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) {
-            let x = (left + u * width).clamp(left + 3.0, left + width - 3.0);
-            svg.text([x, top + v * height + 1.0], &finding.id, &Text::new(3.0).anchor(Anchor::Middle).halo(0.6));
-        }
     }
 }
 

@@ -36,6 +36,8 @@ fn finding(id: &str, kind: Kind, what: What, bbox: [u32; 4]) -> Finding {
         bbox,
         area_px: 100,
         mask: format!("mask-v-{id}.png"),
+        masks: std::collections::BTreeMap::from([("v".to_owned(), format!("mask-v-{id}.png"))]),
+        false_alarms: None,
         position: [5.0, 4.0, 1.0],
         size_m: 0.4,
         area_cm2: 900.0,
@@ -97,7 +99,15 @@ fn audit(faults: usize, doubts: usize) -> Audit {
         warnings: vec!["the light changed".into()],
     };
     let render = photograph.clone();
-    let view = AuditedView { summary, photograph, render, reasons: vec![Reason::None; w * h], verdicts, masks };
+    let view = AuditedView {
+        summary,
+        photograph,
+        render,
+        reasons: vec![Reason::None; w * h],
+        suspicion: vec![],
+        verdicts,
+        masks,
+    };
     let thresholds = BTreeMap::from([("geometry_mismatch".to_owned(), 4.0)]);
     let method = Method { version: "0".into(), lighting: "10:00".into(), thresholds };
     Audit { findings, doubts, views: vec![view], method, warnings: vec![] }

@@ -4,7 +4,7 @@ use super::AuditSheet;
 use super::table::area;
 use crate::audit::{Displacement, Finding, Reason, ViewSummary, What};
 
-const REASONS: [Reason; 15] = [
+const REASONS: [Reason; 16] = [
     Reason::Clipped,
     Reason::Dark,
     Reason::Masked,
@@ -20,6 +20,7 @@ const REASONS: [Reason; 15] = [
     Reason::Periodic,
     Reason::WhiteBalance,
     Reason::Undecided,
+    Reason::Usual,
 ];
 
 /// How a finding is named in a headline.
