@@ -392,5 +392,21 @@ fn check_exits_with_the_designs_codes() {
     let stl = folder("[model]\npath = \"m.stl\"\n");
     fs::write(stl.path().join("m.stl"), "solid room\nfacet normal 0 0 1\n").unwrap();
     let (code, _, err) = clerestory(&["check", &stl.path().to_string_lossy()]);
-    assert!(code == 1 && err.contains("expected an OBJ, PLY or glTF model, found an STL file"), "{err}");
+    assert!(code == 1 && err.contains("expected an OBJ, PLY, glTF or E57 model, found an STL mesh"), "{err}");
+}
+
+#[test]
+fn a_model_in_place_of_a_site_file_gets_one_offered() {
+    let dir = folder("");
+    let says = |name: &str| {
+        fs::write(dir.path().join(name), "v 0 0 0\n").unwrap();
+        let model = dir.path().join(name);
+        let out = Command::cargo_bin("clerestory").unwrap().arg("check").arg(&model).output().unwrap();
+        assert_eq!(out.status.code(), Some(1));
+        String::from_utf8(out.stderr).unwrap()
+    };
+    let told = says("m.obj");
+    assert!(told.contains("found a model") && told.contains("clerestory init ") && told.contains("m.obj"), "{told}");
+    let told = says("hall.FBX");
+    assert!(told.contains("FBX") && told.contains("glTF 2.0"), "{told}");
 }
