@@ -37,7 +37,7 @@ pub(crate) struct InitArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
+    /// Print nothing but errors; with --json, the JSON alone
     #[arg(short, long)]
     quiet: bool,
 }

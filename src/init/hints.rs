@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::guess::Hints;
 use crate::scene::{Mesh, ModelFormat};
-use crate::site::UNITS;
+use crate::site::metres_in;
 
 /// What the format and the head of a model's file tell.
 pub(super) fn of_file(path: &Path, mesh: &Mesh) -> Hints {
@@ -38,12 +38,7 @@ fn obj_unit(path: &Path) -> Option<(f64, &'static str)> {
     let comments = head.lines().filter_map(|l| l.trim().strip_prefix('#'));
     let unit =
         comments.filter_map(|c| Some(c.split_once("units")?.1.trim_matches([' ', '=', ':', '.', '\t']))).next()?;
-    // American spelling
-    let unit = unit.replace("meter", "metre");
-    let known = UNITS
-        .iter()
-        .find(|u| u.name == unit || u.key == unit || format!("{}s", u.name) == unit || u.name == format!("{unit}s"))?;
-    Some((known.metres, "the file's first lines say so"))
+    Some((metres_in(unit)?, "the file's first lines say so"))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 mod audit_sheet;
 mod coverage_sheet;
+mod dxf;
 mod floor_map;
 pub mod gallery_sheet;
 mod loglog;
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 
 pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
 pub use coverage_sheet::coverage_sheet;
+pub use dxf::plan_dxf;
 pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
 pub use plan_sheet::plan_sheet;

@@ -1,6 +1,6 @@
 //! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
 
-use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
+use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, words};
 use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
 use crate::plan::grid::Map;
@@ -131,7 +131,8 @@ fn entries(plan: &FloorPlan) -> Vec<(Sample, &'static str)> {
         ),
         (Sample::Area(vec![UNSEEN]), "seen by none of them"),
         (Sample::Area(vec![UNREACHABLE]), "seen from nowhere allowed"),
-        (Sample::Line(Style::line(BLACK, 0.6)), "wall at probe height"),
+        (Sample::Line(WALL), "wall, the model cut at lens height"),
+        (Sample::Line(FURNITURE), "furniture and steps, cut lower down"),
         (Sample::Area(vec![Style::fill(LIGHT)]), "solid at probe height"),
         (Sample::Line(TAPE), "taped distance to a wall, m"),
     ];

@@ -11,6 +11,13 @@ pub(crate) fn is_url(text: &str) -> bool {
         || text.starts_with("file:")
 }
 
+/// The file that a path from another machine means, such as `C:\\work\\site\\probes\\a.exr`: its last parts, as many as are there.
+pub(crate) fn find_by_end(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.replace('\\', "/");
+    let parts: Vec<&str> = name.split('/').filter(|part| !matches!(*part, "" | "." | "..")).collect();
+    (1..parts.len()).find_map(|from| find_loosely(folder, &parts[from..].join("/")))
+}
+
 /// What a file is by its name, where it is a model that is not read here, and how to make one of it that is.
 pub(crate) fn foreign_model(path: &Path) -> Option<(&'static str, &'static str)> {
     const BY_BLENDER: &str = "Import it into Blender and export it from there with File, Export, glTF 2.0 (.glb)";

@@ -34,6 +34,7 @@ mod resolve;
 
 pub use camera::Camera;
 pub use fault::SiteError;
+pub(crate) use file::metres_in;
 pub use frame::{Frame, Pose, UNITS, Unit, Up};
 pub use poses::{PoseFileError, photographs as pose_file_photographs};
 pub use resection::{Resection, ResectionError};
@@ -278,6 +279,19 @@ pub struct View {
     pub matches: Vec<Match>,
     /// Where the camera comes from.
     pub source: CameraSource,
+}
+
+impl View {
+    /// The name of its pictures' files, without ending: its own, or with `view-` before it where that is one of the report's own
+    /// files.
+    pub fn file_stem(&self) -> String {
+        const FILES: [&str; 8] = ["index", "manifest", "check", "render", "plan", "study", "findings", "coverage"];
+        const BEGINNINGS: [&str; 6] = ["view-", "audit-", "plan-", "coverage-", "mask-", "register-"];
+        let name = self.name.to_lowercase();
+        let stem = name.split('.').next().unwrap_or(&name);
+        let taken = FILES.contains(&stem) || BEGINNINGS.iter().any(|begin| name.starts_with(begin));
+        if taken { format!("view-{}", self.name) } else { self.name.clone() }
+    }
 }
 
 /// Where a view's camera comes from.
