@@ -107,7 +107,7 @@ fn write(
             [plan_sheet(&site.name, floor, outward, &made_by), coverage_sheet(&site.name, floor, outward, &made_by)];
         for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
-            names.push(format!("{stem}.svg, .png"));
+            names.push(format!("{stem}.svg, .png, .pdf"));
         }
         let drawing = format!("{}.dxf", output::sheets(floor)[0]);
         write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
