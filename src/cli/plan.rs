@@ -144,8 +144,11 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };
     writeln!(
         out,
-        "#   {stations} stations{why}; at least {} are needed in plan, for the floor cut into {} places and {} points",
-        plan.lower_bound, plan.discrete[0], plan.discrete[1]
+        "#   {}{why}; at least {} needed in plan, for the floor cut into {} places and {} points",
+        output::counted(stations, "station"),
+        plan.lower_bound,
+        plan.discrete[0],
+        plan.discrete[1]
     )?;
     let curve: Vec<String> = plan.curve.iter().map(|v| format!("{:.1}", 100.0 * v)).collect();
     if !curve.is_empty() {

@@ -177,9 +177,11 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
     }
     for s in &summary.speed_ups {
         let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
+        let least = s.how.bound();
         writeln!(
             out,
-            "equal {} {:.4}: {} needs {} × as long a frame (95 %: {} to {}; wall {}{how}), {} × with all set-up ({} to {})",
+            "equal {} {:.4}: {} needs {least}{} × as long a frame (95 %: {} to {}; wall {}{how}), {least}{} × with all set-up ({} \
+             to {})",
             if s.metric == Metric::Ssim { "1 − SSIM" } else { s.metric.name() },
             s.error,
             s.against,
