@@ -15,6 +15,7 @@ pub mod audit;
 pub mod check;
 pub(crate) mod cholesky;
 pub(crate) mod edge_aware;
+pub mod init;
 pub mod panorama;
 pub mod paper;
 pub mod photograph;

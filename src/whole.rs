@@ -72,3 +72,8 @@ pub fn write_whole<E>(
     drop(file);
     fs::rename(part.path(), path).map_err(&io)
 }
+
+/// The folder that a file lies in.
+pub fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}

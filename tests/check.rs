@@ -392,5 +392,47 @@ fn check_exits_with_the_designs_codes() {
     let stl = folder("[model]\npath = \"m.stl\"\n");
     fs::write(stl.path().join("m.stl"), "solid room\nfacet normal 0 0 1\n").unwrap();
     let (code, _, err) = clerestory(&["check", &stl.path().to_string_lossy()]);
-    assert!(code == 1 && err.contains("expected an OBJ, PLY or glTF model, found an STL file"), "{err}");
+    assert!(code == 1 && err.contains("expected an OBJ, PLY, glTF or E57 model, found an STL mesh"), "{err}");
+}
+
+#[test]
+fn a_model_in_place_of_a_site_file_gets_one_offered() {
+    let dir = folder("");
+    let says = |name: &str| {
+        fs::write(dir.path().join(name), "v 0 0 0\n").unwrap();
+        let model = dir.path().join(name);
+        let out = Command::cargo_bin("clerestory").unwrap().arg("check").arg(&model).output().unwrap();
+        assert_eq!(out.status.code(), Some(1));
+        String::from_utf8(out.stderr).unwrap()
+    };
+    let told = says("m.obj");
+    assert!(told.contains("found a model") && told.contains("clerestory init ") && told.contains("m.obj"), "{told}");
+    let told = says("hall.FBX");
+    assert!(told.contains("FBX") && told.contains("glTF 2.0"), "{told}");
+}
+
+#[test]
+fn all_faults_of_a_file_are_told_at_once() {
+    let told = fault(&format!(
+        "{HEAD}[[probe]]\nname = \"a\"\nposition = [1, 2, nan]\nimage = \"p.png\"\n\
+         [[probe]]\nname = \"b\"\nposition = [1, 2, 3]\nimage = 'C:\\site\\Q.PNG'\n{VIEW}fov_y = 200\nsize = [8, 8]\n\
+         [plan]\noverlap = 3\n"
+    ));
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 4, "{told}");
+    for (line, part) in lines.iter().zip(["probe.a.position", "Did you mean “q.png”", "view.v.fov_y", "plan.overlap"])
+    {
+        assert!(line.contains("site.toml:") && line.contains(part), "{line}");
+    }
+}
+
+#[test]
+fn a_view_never_takes_the_name_of_the_reports_own_files() {
+    let site = load(
+        &["study", "Plan-ground", "apse"]
+            .map(|n| format!("{VIEW}fov_y = 50\nsize = [8, 8]\n").replace("\"v\"", &format!("\"{n}\"")))
+            .concat(),
+    );
+    let stems: Vec<String> = site.views.iter().map(clerestory::site::View::file_stem).collect();
+    assert_eq!(stems, ["view-study", "view-Plan-ground", "apse"]);
 }

@@ -1,13 +1,17 @@
 //! A model is the same scene whether it comes as OBJ, PLY or glTF; damaged files are refused with a clear message, never a panic.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+use clerestory::init::{Sources, draft};
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
-use glam::{Vec2, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+#[path = "../examples/scan_site/scan.rs"]
+mod scan;
 
 /// A folder with a site file around a model of this name.
 fn site_of(folder: &Path, model: &str, up: &str) -> Site {
@@ -53,6 +57,15 @@ fn assert_alike(a: &[Option<(f32, Vec3)>], b: &[Option<(f32, Vec3)>]) {
     // a ray along an edge may find either side
     let count = other.count();
     assert!(count <= a.len() / 500, "{count} of {} rays differ", a.len());
+}
+
+fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
+    if !path.exists() {
+        println!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
 }
 
 fn chapel() -> PathBuf {
@@ -361,4 +374,211 @@ fn hostile_files_of_others_are_read_or_refused() {
         }
     }
     println!("{} of {} hold triangles: {opened:?}", opened.len(), all.len());
+}
+
+/// The chapel with its vertices in another unit and, if wanted, with z up; its materials are beside it.
+fn chapel_as(folder: &Path, unit: f64, z_up: bool) -> PathBuf {
+    let text = fs::read_to_string(chapel().join("chapel.obj")).unwrap();
+    let line = |line: &str| match line.strip_prefix("v ") {
+        None => line.to_owned(),
+        Some(rest) => {
+            let v: Vec<f64> = rest.split_whitespace().map(|w| w.parse::<f64>().unwrap() / unit).collect();
+            if z_up { format!("v {} {} {}", v[0], -v[2], v[1]) } else { format!("v {} {} {}", v[0], v[1], v[2]) }
+        }
+    };
+    let path = folder.join("chapel.obj");
+    fs::write(&path, text.lines().map(line).collect::<Vec<_>>().join("\n")).unwrap();
+    path
+}
+
+#[test]
+fn a_first_site_file_has_the_right_unit_and_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let drafted =
+        |model: PathBuf| draft(&folder.path().join("site.toml"), &Sources { model, ..Sources::default() }).unwrap();
+    for (key, unit, z_up) in [("m", 1.0, false), ("cm", 0.01, true), ("mm", 0.001, false), ("ft", 0.3048, true)] {
+        let found = drafted(chapel_as(folder.path(), unit, z_up)).guess;
+        assert_eq!((found.unit.value.key, found.unit.sure), (key, true), "{}", found.unit.why);
+        assert_eq!((found.up.value.name(), found.up.sure), (if z_up { "z" } else { "y" }.to_owned(), true), "{key}");
+    }
+    // centimetres would do as well, and it says so
+    let inches = drafted(chapel_as(folder.path(), 0.0254, false)).guess.unit;
+    assert_eq!((inches.value.key, inches.sure, inches.rival.map(|u| u.key)), ("in", false, Some("cm")));
+    // of a scan that lies askew, too; it shows no ceiling and stands on no axis
+    for (name, unit, up, sure) in [
+        ("copyroom/copyroom_c2000_opt.obj", "m", [0.0, -0.8, -0.6], false),
+        ("ctk_church/CTK_Church.obj", "m", [0.0, 0.0, 1.0], true),
+    ] {
+        let Some(model) = shared("models") else { return };
+        let found = drafted(model.join(name)).guess;
+        assert_eq!(found.unit.value.key, unit);
+        let off = found.up.value.direction().distance(up.into());
+        assert!(off < 0.01 && found.up.sure == sure, "{name}: {}", found.up.value.name());
+    }
+}
+
+#[test]
+fn a_first_site_file_names_what_lies_beside_the_model() {
+    let site = chapel().parent().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("site.toml");
+    let sources = Sources {
+        model: site.join("model/chapel.obj"),
+        photos: Some(site.join("photos")),
+        probes: Some(site.join("probes")),
+        ..Sources::default()
+    };
+    let draft = draft(&file, &sources).unwrap();
+    assert_eq!((draft.probes, draft.unplaced, draft.unposed, draft.views), (3, 3, 5, 0));
+    // `register` reads it, all other verbs ask for the places
+    fs::write(&file, &draft.text).unwrap();
+    let loaded = Site::load_to_register(folder.path()).unwrap();
+    assert_eq!(loaded.lightings(), ["10:00", "14:30"]);
+    assert_eq!(loaded.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["aisle", "east", "west"]);
+    assert!(Site::load(folder.path()).is_err());
+    // what is written out for a hand is right but for the # before it
+    let block: String = draft
+        .text
+        .lines()
+        .skip_while(|l| *l != "# [[view]]")
+        .map(|l| format!("{}\n", l.trim_start_matches(['#', ' '])))
+        .collect();
+    toml::from_str::<toml::Table>(&block).unwrap();
+}
+
+#[test]
+fn cameras_beside_photographs_are_found_and_tell_which_way_is_up() {
+    // COLMAP's axes: anyhow turned, here with y down
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::create_dir_all(path("colmap/sparse/0")).unwrap();
+    fs::create_dir_all(path("photos")).unwrap();
+    let text = fs::read_to_string(chapel().join("chapel.obj")).unwrap();
+    let turned = |line: &str| match line.strip_prefix("v ") {
+        None => line.to_owned(),
+        Some(rest) => {
+            let v: Vec<f64> = rest.split_whitespace().map(|w| w.parse().unwrap()).collect();
+            format!("v {} {} {}", v[0], -v[1], -v[2])
+        }
+    };
+    fs::write(path("model.obj"), text.lines().map(turned).collect::<Vec<_>>().join("\n")).unwrap();
+    fs::write(path("colmap/sparse/0/cameras.txt"), "1 SIMPLE_PINHOLE 40 30 35 20 15\n").unwrap();
+    let mut images = String::new();
+    for i in 0..10 {
+        let picture = image::RgbImage::from_fn(40, 30, |x, y| image::Rgb([40 + x as u8, 50 + y as u8, 60]));
+        picture.save(path(&format!("photos/p{i}.png"))).unwrap();
+        // it looks along +z, held so that y is down; t = −R c
+        images += &format!("{} 1 0 0 0 {} 1.6 {} 1 p{i}.png\n\n", i + 1, -3.0 - 0.5 * f64::from(i), 1.0);
+    }
+    fs::write(path("colmap/sparse/0/images.txt"), images).unwrap();
+    let sources = Sources { model: path("model.obj"), photos: Some(path("photos")), ..Sources::default() };
+    let draft = draft(&path("site.toml"), &sources).unwrap();
+    assert_eq!((draft.guess.up.value.name().as_str(), draft.guess.up.sure), ("-y", true));
+    assert_eq!(draft.guess.unit.value.key, "m");
+    assert!(draft.guess.unit.why.contains("cameras 1.6 m above"), "{}", draft.guess.unit.why);
+    assert_eq!((draft.probes, draft.views, draft.unplaced), (8, 2, 0), "{}", draft.text);
+    fs::write(path("site.toml"), &draft.text).unwrap();
+    Site::load(folder.path()).unwrap();
+}
+
+/// A picture of one colour as a PNG file.
+fn png(width: u32, height: u32, colour: u8) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::GrayImage::from_pixel(width, height, image::Luma([colour]))
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn a_structured_scan_is_the_place_it_was_taken_in() {
+    let site = Site::load(chapel().parent().unwrap()).unwrap();
+    let model = scene::load(&site, &mut Health::default()).unwrap();
+    let setups: Vec<scan::Setup> = site
+        .probes
+        .iter()
+        .zip([0.0, 40.0, -125.0])
+        .map(|(p, turned_deg)| scan::Setup { position: p.pose.position, turned_deg })
+        .collect();
+    // the photograph looks east and up by 10°, and its lower half is masked
+    let up = 10f64.to_radians();
+    let (forward, top) = (DVec3::new(up.cos(), 0.0, up.sin()), DVec3::new(-up.sin(), 0.0, up.cos()));
+    let rotation = DMat3::from_cols(forward.cross(top), top, -forward);
+    let mut mask = image::GrayImage::new(40, 30);
+    (0..40 * 15).for_each(|i| mask.put_pixel(i % 40, i / 40, image::Luma([1])));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    mask.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    let mut pictures: Vec<scan::Picture> =
+        (0..3).map(|setup| scan::Picture::Panorama { png: png(64, 32, 90), size: [64, 32], setup }).collect();
+    pictures.push(scan::Picture::Pinhole {
+        png: png(40, 30, 90),
+        size: [40, 30],
+        focal: 35.0,
+        position: setups[1].position,
+        rotation,
+        mask: Some(bytes.into_inner()),
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("chapel.e57");
+    scan::write(&path, &model, &setups, 180, &pictures).unwrap();
+
+    let file = folder.path().join("site.toml");
+    let draft = draft(&file, &Sources { model: path.clone(), ..Sources::default() }).unwrap();
+    assert!(
+        draft.guess.up.sure && draft.guess.unit.sure && draft.warnings.is_empty(),
+        "{:?} {:?}",
+        draft.guess,
+        draft.warnings
+    );
+    assert_eq!((draft.guess.up.value.name().as_str(), draft.guess.unit.value.key), ("z", "m"));
+    fs::write(&file, &draft.text).unwrap();
+    let scanned = Site::load(folder.path()).unwrap();
+    // poses as they were, and the picture's centre along the scanner's own x
+    for (setup, probe) in setups.iter().zip(&scanned.probes) {
+        assert!(probe.pose.position.distance(setup.position) < 1e-3, "{}", probe.name);
+        let forward = DVec3::new(setup.turned_deg.to_radians().cos(), setup.turned_deg.to_radians().sin(), 0.0);
+        assert!(
+            probe.pose.rotation.y_axis.distance(forward) < 1e-6 && probe.pose.rotation.z_axis.distance(DVec3::Z) < 1e-6
+        );
+    }
+    let view = &scanned.views[0];
+    assert!(
+        view.camera.pose.rotation.y_axis.distance(forward) < 1e-6
+            && view.camera.pose.rotation.z_axis.distance(top) < 1e-6
+    );
+    assert!((view.camera.focal.x - 35.0).abs() < 1e-2 && view.camera.centre.distance(DVec2::new(20.0, 15.0)) < 1e-2);
+    let mask = image::open(view.mask.as_ref().unwrap()).unwrap().into_luma8();
+    assert_eq!((mask.get_pixel(3, 3)[0], mask.get_pixel(3, 20)[0]), (255, 0));
+    // a second time it does not write over what is there
+    assert!(clerestory::init::draft(&file, &Sources { model: path, ..Sources::default() }).is_err());
+
+    // rays from another place find the same walls, as far as the scanners saw them
+    let scan = scene::load(&scanned, &mut Health::default()).unwrap();
+    let from = DVec3::new(6.5, 0.6, 1.5);
+    let (own, other) = (seen(&model, model.local(from)), seen(&scan, scan.local(from)));
+    let both: Vec<_> = own.iter().zip(&other).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
+    let near = both.iter().filter(|(a, b)| (a.0 - b.0).abs() < 0.02 * a.0).count();
+    let alike = both.iter().filter(|(a, b)| a.1.distance(b.1) < 0.1).count();
+    assert!(both.len() > 3600 && near * 100 > both.len() * 90, "{near} of {}", both.len());
+    assert!(alike * 100 > both.len() * 75, "{alike} of {}", both.len());
+}
+
+#[test]
+fn damaged_and_unstructured_scans_get_a_clear_sentence() {
+    let Some(folder) = shared("e57") else { return };
+    let mut files = Vec::new();
+    for sub in ["reference", "self", "3rdParty/las2e57"] {
+        files.extend(fs::read_dir(folder.join(sub)).unwrap().map(|e| e.unwrap().path()));
+    }
+    files.retain(|f| f.extension().is_some_and(|e| e == "e57"));
+    assert!(files.len() > 10);
+    for file in files {
+        let why = draft(Path::new("site.toml"), &Sources { model: file.clone(), ..Sources::default() })
+            .unwrap_err()
+            .to_string();
+        assert!(why.contains(&file.display().to_string()), "{why}");
+        if file.ends_with("bunnyDouble.e57") {
+            assert!(why.contains("30571 points have no rows and columns") && why.contains("PLY"), "{why}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use clerestory::plan::output::{self, Outward};
 use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::fs;
 use std::path::{Path, PathBuf};
 use support::{Built, Plan, Quad, closed, grey, sides, v};
@@ -458,6 +458,19 @@ fn the_verb_writes_its_files_and_prints_blocks_that_paste() {
     let csv = fs::read_to_string(folder.path().join("plan.csv")).unwrap();
     assert_eq!(csv.lines().count(), stations.len() + 1);
     assert!(folder.path().join("coverage.ply").exists());
+    // a tape ends on the line that the drawing has for its wall
+    for (floor, slug) in floors.iter().zip(["ground", "first"]) {
+        let dxf = fs::read_to_string(folder.path().join(format!("plan-{slug}.dxf"))).unwrap();
+        let walls = polylines(&dxf, "WALLS");
+        assert!(walls.len() > 5 && !polylines(&dxf, "SIGHT_LINES").is_empty());
+        for tape in floor["stations"].as_array().unwrap().iter().flat_map(|s| s["tapes"].as_array().unwrap()) {
+            let to = DVec2::new(tape["to"][0].as_f64().unwrap(), -tape["to"][2].as_f64().unwrap());
+            let off = walls.iter().flat_map(|w| w.windows(2)).map(|w| from_segment(to, w[0], w[1])).fold(9.9, f64::min);
+            // stations that stand higher or lower meet their wall elsewhere
+            let level = (tape["to"][1].as_f64().unwrap() - floor["elevation"].as_f64().unwrap() - 1.6).abs() < 0.01;
+            assert!(off < 0.005 || !level, "{slug}: {to} is {off} m off");
+        }
+    }
     // what is there already is counted
     let done = run(&["--json", "--no-surface", "--floor", "ground"]).assert().success();
     let again: serde_json::Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
@@ -467,4 +480,27 @@ fn the_verb_writes_its_files_and_prints_blocks_that_paste() {
     let line = String::from_utf8(wrong.get_output().stderr.clone()).unwrap();
     assert!(line.contains("attic") && line.contains("ground, first"), "{line}");
     assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+}
+
+/// The polylines on a layer of a DXF file; closed ones end where they begin.
+fn polylines(dxf: &str, layer: &str) -> Vec<Vec<DVec2>> {
+    let lines: Vec<&str> = dxf.lines().map(str::trim).collect();
+    let pairs: Vec<(&str, &str)> = lines.chunks(2).map(|p| (p[0], p[1])).collect();
+    let starts = (0..pairs.len()).filter(|i| pairs[*i] == ("0", "LWPOLYLINE"));
+    let one = |start: usize| {
+        let own: Vec<_> = pairs[start + 1..].iter().take_while(|p| p.0 != "0").collect();
+        let all =
+            |code: &str| own.iter().filter(|p| p.0 == code).map(|p| p.1.parse::<f64>().unwrap()).collect::<Vec<_>>();
+        let mut points: Vec<DVec2> = all("10").into_iter().zip(all("20")).map(DVec2::from).collect();
+        if all("70") == [1.0] {
+            points.push(points[0]);
+        }
+        own.contains(&&("8", layer)).then_some(points)
+    };
+    starts.filter_map(one).collect()
+}
+
+fn from_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let t = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
+    p.distance(a.lerp(b, t))
 }

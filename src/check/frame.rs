@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::cause::{Cause, CauseKind};
 use crate::scene::{Ray, Scene};
-use crate::site::{Frame, Site, Up};
+use crate::site::{Frame, Site, UNITS, Unit, Up};
 use crate::statistics::median;
 
 /// By how much another unit or axis must explain the site better than the site file's, in natural logarithms.
@@ -54,15 +54,6 @@ impl Usual {
         -0.5 * beyond * beyond
     }
 }
-
-/// Units that people model in: as the site file names them, as a sentence does, and metres.
-const UNITS: [(&str, &str, f64); 5] = [
-    ("m", "metres", 1.0),
-    ("cm", "centimetres", 0.01),
-    ("mm", "millimetres", 0.001),
-    ("ft", "feet", 0.3048),
-    ("in", "inches", 0.0254),
-];
 
 /// What tells of units and axis, gathered once: lengths are metres by the site file's unit.
 struct Cues {
@@ -114,7 +105,7 @@ fn likeliest(cues: &Cues, metres_per_unit: f64) -> Hypothesis {
     let mut best = (0.0, declared);
     for axis in 0..cues.axes.len() {
         let known = cues.axes[axis].height.map_or(0, |_| cues.eyes);
-        let others = UNITS.iter().enumerate().map(|(i, (_, _, metres))| (Some(i), metres / metres_per_unit));
+        let others = UNITS.iter().enumerate().map(|(i, unit)| (Some(i), unit.metres / metres_per_unit));
         for (unit, scale) in std::iter::once((None, 1.0)).chain(others) {
             let fold = scale.max(1.0 / scale);
             let same = unit.is_some() && fold < 1.1;
@@ -262,12 +253,12 @@ fn sentences(frame: &Frame, cues: &Cues, likely: &Hypothesis) -> Vec<Cause> {
         });
     }
     if let Some(unit) = likely.unit {
-        let (key, name, _) = UNITS[unit];
-        let is = |metres: &f64| (metres / frame.metres_per_unit - 1.0).abs() < 1e-6;
+        let Unit { key, name, .. } = UNITS[unit];
+        let is = |unit: &&Unit| (unit.metres / frame.metres_per_unit - 1.0).abs() < 1e-6;
         let declared = UNITS
             .iter()
-            .find(|(_, _, metres)| is(metres))
-            .map_or_else(|| format!("{} m a unit", frame.metres_per_unit), |(_, name, _)| (*name).to_owned());
+            .find(is)
+            .map_or_else(|| format!("{} m a unit", frame.metres_per_unit), |unit| unit.name.to_owned());
         let sizes = |scale: f64| {
             let breadth = length(cues.breadth * scale);
             match standing.height {
@@ -292,7 +283,7 @@ fn sentences(frame: &Frame, cues: &Cues, likely: &Hypothesis) -> Vec<Cause> {
 }
 
 /// A length for people.
-fn length(metres: f64) -> String {
+pub(crate) fn length(metres: f64) -> String {
     match metres {
         ..0.01 => format!("{:.1} mm", 1000.0 * metres),
         ..1.0 => format!("{:.0} cm", 100.0 * metres),
@@ -333,12 +324,12 @@ mod tests {
 
     #[test]
     fn each_unit_is_found_from_how_cameras_stand() {
-        for (own, (_, _, metres)) in UNITS.iter().enumerate() {
+        for (own, Unit { metres, .. }) in UNITS.iter().enumerate() {
             // as the site file should have it
             assert_eq!(likeliest(&hall(&EVEN, &SPREAD, [0.0; 2]), *metres), RIGHT);
             // inches taken for centimetres are not told: cameras do stand 63 cm above a floor
             let told = |d: f64| (d / metres).max(metres / d) > 3.0;
-            for (_, _, declared) in UNITS.iter().filter(|(_, _, d)| told(*d)) {
+            for declared in UNITS.iter().map(|unit| &unit.metres).filter(|d| told(**d)) {
                 let wrong = scaled(hall(&EVEN, &SPREAD, [0.0; 2]), declared / metres);
                 let found = likeliest(&wrong, *declared);
                 assert_eq!((found.axis, found.unit), (0, Some(own)), "{metres} declared as {declared}");

@@ -10,6 +10,7 @@ mod surroundings;
 mod views;
 
 pub use cause::{Cause, CauseKind};
+pub(crate) use frame::length;
 pub use probes::{PictureCheck, ProbeCheck};
 pub use reach::unreachable;
 pub use stages::{Saving, Stage, stages};

@@ -49,8 +49,8 @@ pub(crate) struct AuditArgs {
     /// Print the findings as JSON
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
     quiet: bool,
 }
 

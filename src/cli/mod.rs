@@ -7,6 +7,7 @@ pub(crate) mod audit;
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod gallery;
+pub(crate) mod init;
 mod out;
 pub(crate) mod plan;
 mod progress;
@@ -38,6 +39,7 @@ enum Verb {
     Demo(demo::DemoArgs),
     Plan(plan::PlanArgs),
     Gallery(gallery::GalleryArgs),
+    Init(init::InitArgs),
     Register(register::RegisterArgs),
     Render(Box<render::RenderArgs>),
     Report(report::ReportArgs),
@@ -61,6 +63,7 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
         Verb::Check(args) => check::run(args, out)?,
         Verb::Demo(args) => demo::run(args, out)?,
         Verb::Gallery(args) => gallery::run(args, out)?,
+        Verb::Init(args) => init::run(args, out)?,
         Verb::Plan(args) => plan::run(args, out)?,
         Verb::Register(args) => register::run(args, out)?,
         Verb::Render(args) => render::run(args, out)?,

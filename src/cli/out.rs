@@ -2,6 +2,7 @@
 
 use anyhow::{Context, bail};
 use clerestory::site::Site;
+use clerestory::whole::folder_of;
 use std::path::{Path, PathBuf};
 
 /// The folder asked for, else the site's own under `reports`; made where it is not there yet.
@@ -24,11 +25,6 @@ pub(crate) fn folder(asked: Option<&Path>, site: &Site) -> anyhow::Result<PathBu
     }
     std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     Ok(folder)
-}
-
-/// The folder that a file lies in.
-pub(crate) fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.

@@ -5,7 +5,7 @@ use clap::{Args, ValueHint};
 use clerestory::plan::output::{self, Outward};
 use clerestory::plan::ply;
 use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
-use clerestory::report::{coverage_sheet, plan_sheet, write_file, write_sheet};
+use clerestory::report::{coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Plan where to put the tripod: floors, stations, what they see and what nothing will.
 ///
-/// Writes plan-FLOOR and coverage-FLOOR (SVG and PNG, A4), plan.json, plan.csv and coverage.ply into --out, and prints the
+/// Writes plan-FLOOR and coverage-FLOOR (SVG and PNG, A4), plan-FLOOR.dxf for CAD programs, plan.json, plan.csv and coverage.ply into --out, and prints the
 /// stations as [[probe]] blocks to paste into the site file. Limits come from the site file's [plan]. Probes that the
 /// site has already are counted: only what is missing is planned.
 #[derive(Args, Debug)]
@@ -43,8 +43,8 @@ pub(crate) struct PlanArgs {
     /// Print plan.json instead of text
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
     quiet: bool,
 }
 
@@ -62,6 +62,16 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     if args.no_surface {
         options.patches = 0;
     }
+    let mut warnings = site.warnings.clone();
+    for probe in site.probes.iter().filter(|_| !args.fresh) {
+        if let Some(missing) = probe.pictures.iter().find(|p| !p.path.exists()) {
+            warnings.push(format!(
+                "Probe “{}” counts as taken, but its picture {} is not there yet; --fresh plans without it.",
+                probe.name,
+                missing.path.display()
+            ));
+        }
+    }
     let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
     spinner.set_message("drawing");
     let outward = Outward::of(&site, &scene);
@@ -72,7 +82,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
         serde_json::to_writer_pretty(&mut *out, &json).map_err(io::Error::from)?;
         writeln!(out)?;
     } else if !args.quiet {
-        for warning in site.warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
+        for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
             writeln!(out, "! {warning}")?;
         }
         plan.floors.iter().try_for_each(|floor| print(floor, &outward, out))?;
@@ -97,8 +107,11 @@ fn write(
             [plan_sheet(&site.name, floor, outward, &made_by), coverage_sheet(&site.name, floor, outward, &made_by)];
         for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
-            names.push(format!("{stem}.svg, .png"));
+            names.push(format!("{stem}.svg, .png, .pdf"));
         }
+        let drawing = format!("{}.dxf", output::sheets(floor)[0]);
+        write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
+        names.push(drawing);
     }
     write_file(&folder.join("plan.json"), (serde_json::to_string_pretty(json)? + "\n").as_bytes())?;
     write_file(&folder.join("plan.csv"), output::csv(plan, outward).as_bytes())?;
@@ -131,8 +144,11 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };
     writeln!(
         out,
-        "#   {stations} stations{why}; at least {} are needed in plan, for the floor cut into {} places and {} points",
-        plan.lower_bound, plan.discrete[0], plan.discrete[1]
+        "#   {}{why}; at least {} needed in plan, for the floor cut into {} places and {} points",
+        output::counted(stations, "station"),
+        plan.lower_bound,
+        plan.discrete[0],
+        plan.discrete[1]
     )?;
     let curve: Vec<String> = plan.curve.iter().map(|v| format!("{:.1}", 100.0 * v)).collect();
     if !curve.is_empty() {

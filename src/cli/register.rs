@@ -7,11 +7,10 @@ use clerestory::report::{RegisterSheet, register_sheet, register_stem, register_
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::edit::{Listed, PoseChange, in_site_file, length_decimals, number, with_poses};
 use clerestory::site::{CameraSource, Frame, Site};
+use clerestory::whole::folder_of;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-use super::out::folder_of;
 
 /// Find where probes and photographs were taken, against the model and each other.
 ///
@@ -59,8 +58,8 @@ pub(crate) struct RegisterArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
     quiet: bool,
 }
 

@@ -98,8 +98,8 @@ pub(crate) struct RenderArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
     quiet: bool,
 }
 
@@ -356,7 +356,7 @@ fn plain(
 /// Writes a view's pictures, whole or not at all.
 fn write(frame: &Frame, view: &View, folder: &Path, layers: bool) -> anyhow::Result<PathBuf> {
     let (width, height) = (frame.radiance.width, frame.radiance.height);
-    let file = folder.join(format!("{}.exr", view.name));
+    let file = folder.join(format!("{}.exr", view.file_stem()));
     write_exr(&file, width, height, &frame.layers(layers), None)?;
     write_png(&file.with_extension("png"), &frame.radiance, Exposure::of(&frame.radiance))?;
     Ok(file)

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use clerestory::panorama::{self, Exposure, Picture, write_png};
 use clerestory::report::page::{Archive, Audit, Finding, Run, Study, ViewPictures, page};
-use clerestory::report::{Manifest, Mark, fingerprints, marked, write_file};
+use clerestory::report::{Manifest, Mark, fingerprints, marked, pdf, write_file};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Site, View};
 use serde::de::DeserializeOwned;
@@ -44,8 +44,8 @@ pub(crate) struct ReportArgs {
     /// Print the manifest as JSON
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
     quiet: bool,
 }
 
@@ -103,6 +103,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     inputs.dedup();
     archive.inputs = fingerprints(&inputs, &home)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
+    sheets_together(&archive.site, &folder)?;
 
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
@@ -254,6 +255,24 @@ fn findings(
     let file = format!("view-{}-findings.png", view.name);
     write_file(&folder.join(&file), &marked(&shown, &marks)?)?;
     Ok(Some(file))
+}
+
+/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, audits, the study.
+fn sheets_together(site: &str, folder: &Path) -> anyhow::Result<()> {
+    const ORDER: [&str; 5] = ["plan-", "coverage-", "register-", "audit-", "study"];
+    let mut sheets: Vec<(usize, PathBuf)> = Vec::new();
+    for file in files_in(folder)?.into_iter().filter(|f| f.extension().is_some_and(|e| e == "svg")) {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        sheets.extend(ORDER.iter().position(|begin| name.starts_with(begin)).map(|place| (place, file)));
+    }
+    sheets.sort();
+    let read = |(_, file): &(usize, PathBuf)| std::fs::read_to_string(file).with_context(|| file.display().to_string());
+    let texts = sheets.iter().map(read).collect::<anyhow::Result<Vec<String>>>()?;
+    if texts.is_empty() {
+        return Ok(());
+    }
+    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+    Ok(write_file(&folder.join("report.pdf"), &pdf(site, &texts)?)?)
 }
 
 /// All files in a folder but the manifest, sorted.

@@ -60,8 +60,8 @@ pub(crate) struct StudyArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
     quiet: bool,
 }
 
@@ -177,9 +177,11 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
     }
     for s in &summary.speed_ups {
         let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
+        let least = s.how.bound();
         writeln!(
             out,
-            "equal {} {:.4}: {} needs {} × as long a frame (95 %: {} to {}; wall {}{how}), {} × with all set-up ({} to {})",
+            "equal {} {:.4}: {} needs {least}{} × as long a frame (95 %: {} to {}; wall {}{how}), {least}{} × with all set-up ({} \
+             to {})",
             if s.metric == Metric::Ssim { "1 − SSIM" } else { s.metric.name() },
             s.error,
             s.against,

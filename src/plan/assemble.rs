@@ -11,9 +11,12 @@ use super::grid::Map;
 use super::model::Model;
 use super::site::{FloorPlan, Station};
 use super::star::Star;
-use super::{tape, tour};
+use super::{section, tape, tour};
 use crate::scene::Scene;
 use crate::site::Plan;
+
+/// Walls are drawn to this depth behind what is seen of them, metres.
+const WALL_M: f64 = 1.2;
 
 /// What a floor's plan is put together from.
 pub(super) struct FloorParts<'a> {
@@ -93,8 +96,11 @@ pub(super) fn floor_plan(parts: FloorParts<'_>, names: &mut Vec<String>) -> Floo
     let at: Vec<DVec2> = stations.iter().map(|s: &Station| s.position.truncate()).collect();
     let way = ways(&floor.walkable, &at);
     let walk = tour::shortest(&way);
+    let lens = f64::from(floor.elevation) + limits.probe_height_m;
     FloorPlan {
         outline: model.open.polygons().to_vec(),
+        section: section::section(&scene.mesh, lens, &floor.open, WALL_M),
+        furniture: section::furniture(&scene.mesh, &floor, lens),
         walk_m: tour::length(&way, &walk),
         walk,
         area_m2: floor.target.area(),

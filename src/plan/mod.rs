@@ -25,6 +25,7 @@ pub mod patches;
 mod places;
 pub mod ply;
 pub mod polygon;
+pub mod section;
 mod sight;
 pub mod site;
 mod spans;

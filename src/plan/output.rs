@@ -264,6 +264,11 @@ pub fn probe_blocks(plan: &SitePlan<'_>, out: &Outward) -> String {
     text
 }
 
+/// So many things, in words: `1 station`, `2 stations`.
+pub fn counted(count: usize, thing: &str) -> String {
+    if count == 1 { format!("1 {thing}") } else { format!("{count} {thing}s") }
+}
+
 /// What a station is there for.
 pub fn purpose(station: &Station) -> String {
     match (station.adds_fraction, station.adds_surface_fraction) {

@@ -8,6 +8,7 @@ use super::choice;
 use super::floors::{self, Floor};
 use super::grid::{Grid, Map};
 use super::model::Model;
+use super::section::Line;
 use super::star::Star;
 use super::surface::{Seen, Surface};
 use super::tape::Tape;
@@ -73,6 +74,10 @@ pub struct FloorPlan {
     pub floor: Floor,
     /// Open region at probe height.
     pub outline: Vec<super::polygon::Polygon>,
+    /// The model cut at lens height around the open region: walls where they stand.
+    pub section: Vec<Line>,
+    /// The model cut lower down, inside the open region.
+    pub furniture: Vec<Line>,
     /// Pieces of wall, each with the number of stations that see it.
     pub walls: Vec<(WallPiece, u8)>,
     /// New stations, the most useful first.

@@ -5,7 +5,7 @@ use super::plan_sheet::{UNREACHABLE, UNSEEN, figures};
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
 use crate::plan::grid::Map;
-use crate::plan::output::Outward;
+use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
 
 const PANEL: f64 = 78.0;
@@ -133,8 +133,11 @@ fn findings(plan: &FloorPlan) -> Vec<String> {
         ));
     }
     all.push(format!(
-        "{} stations reach the target in plan; no fewer than {} can, for the floor cut into {} places and {} points.",
-        plan.needed, plan.lower_bound, plan.discrete[0], plan.discrete[1]
+        "{} can reach the target in plan, and no fewer than {}, for the floor cut into {} places and {} points.",
+        counted(plan.needed, "station"),
+        plan.lower_bound,
+        plan.discrete[0],
+        plan.discrete[1]
     ));
     all
 }

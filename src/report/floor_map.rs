@@ -17,6 +17,10 @@ const NAME_GAP: f64 = 2.4;
 const SCALES: [f64; 16] =
     [20.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0];
 
+/// The model cut at lens height, and lower down.
+pub(super) const WALL: Style = Style::line(BLACK, 0.35);
+pub(super) const FURNITURE: Style = Style::line(GREY, 0.15);
+
 /// A floor's place on an A4 sheet.
 pub(super) struct FloorMap {
     /// The map's frame on the sheet: x, y, width, height in millimetres.
@@ -67,22 +71,18 @@ impl FloorMap {
         });
     }
 
-    /// Walls: what blocks sight is drawn grey, its outline black where a wall of this floor stands.
+    /// Walls: what blocks sight is filled grey, and the model cut at lens height is drawn black; lower down, grey.
     pub(super) fn walls(&self, svg: &mut Svg, plan: &FloorPlan) {
         svg.group("walls", "walls", |svg| {
             for polygon in &plan.outline {
                 for hole in &polygon.holes {
                     svg.area(&[self.ring(hole)], &Style::fill(LIGHT));
                 }
-                for ring in polygon.rings() {
-                    let mut closed = self.ring(ring);
-                    closed.extend(closed.first().copied());
-                    svg.polyline(&closed, &Style::line(GREY, 0.2));
-                }
             }
-            for (wall, _) in &plan.walls {
-                svg.line(self.at(wall.ends[0]), self.at(wall.ends[1]), &Style::line(BLACK, 0.6));
-            }
+            svg.group("furniture", "furniture", |svg| {
+                plan.furniture.iter().for_each(|line| svg.polyline(&self.ring(line), &FURNITURE));
+            });
+            plan.section.iter().for_each(|line| svg.polyline(&self.ring(line), &WALL));
         });
     }
 

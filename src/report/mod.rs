@@ -5,12 +5,14 @@
 
 mod audit_sheet;
 mod coverage_sheet;
+mod dxf;
 mod floor_map;
 pub mod gallery_sheet;
 mod loglog;
 mod manifest;
 mod marked;
 pub mod page;
+mod pdf;
 mod plan_sheet;
 mod png;
 mod register_sheet;
@@ -25,8 +27,10 @@ use std::path::{Path, PathBuf};
 
 pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
 pub use coverage_sheet::coverage_sheet;
+pub use dxf::plan_dxf;
 pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
+pub use pdf::pdf;
 pub use plan_sheet::plan_sheet;
 pub use png::{png, text_width, wrap};
 pub use register_sheet::{RegisterSheet, register_sheet, register_stem, register_words};
@@ -69,7 +73,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     write_whole(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
 }
 
-/// Writes a sheet as `<stem>.svg` and `<stem>.png` (at [`DPI`]); gives both paths.
+/// Writes a sheet as `<stem>.svg`, `<stem>.png` (at [`DPI`]) and `<stem>.pdf`; gives the paths of the first two.
 ///
 /// # Errors
 /// If the sheet cannot be drawn, or the file system refuses.
@@ -79,5 +83,6 @@ pub fn write_sheet(sheet: &Svg, folder: &Path, stem: &str) -> Result<[PathBuf; 2
     let paths = [folder.join(format!("{stem}.svg")), folder.join(format!("{stem}.png"))];
     write_file(&paths[0], svg.as_bytes())?;
     write_file(&paths[1], &picture)?;
+    write_file(&folder.join(format!("{stem}.pdf")), &pdf(stem, &[&svg])?)?;
     Ok(paths)
 }

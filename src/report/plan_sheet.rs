@@ -1,10 +1,10 @@
 //! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
 
-use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
+use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, words};
 use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
 use crate::plan::grid::Map;
-use crate::plan::output::Outward;
+use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
 
 const COLOURS: [&str; 7] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW];
@@ -27,7 +27,8 @@ pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) ->
     let panel = (14.0 + ROW * rows as f64).max(48.0) + 26.0;
     let map = FloorMap::of(plan, panel);
     let title = format!("{site}: {}", plan.floor.name);
-    let says = format!("Plan of the {} with {} stations", plan.floor.name.to_lowercase(), plan.stations.len());
+    let says =
+        format!("Plan of the {} with {}", plan.floor.name.to_lowercase(), counted(plan.stations.len(), "station"));
     let mut svg = Svg::new(map.paper[0], map.paper[1], &title, &says);
     map.head(&mut svg, &format!("{title} — where to put the tripod"), &figures(plan, out));
     let [_, _, width, _] = map.frame;
@@ -61,8 +62,7 @@ pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) ->
 pub(super) fn figures(plan: &FloorPlan, out: &Outward) -> String {
     let count = match plan.stations.len() {
         0 => "no new station".to_owned(),
-        1 => "1 station".to_owned(),
-        n => format!("{n} stations"),
+        n => counted(n, "station"),
     };
     let space =
         plan.surface.map_or_else(String::new, |s| format!(", {:.1} % of surfaces in 3D", 100.0 * s.covered_fraction));
@@ -131,7 +131,8 @@ fn entries(plan: &FloorPlan) -> Vec<(Sample, &'static str)> {
         ),
         (Sample::Area(vec![UNSEEN]), "seen by none of them"),
         (Sample::Area(vec![UNREACHABLE]), "seen from nowhere allowed"),
-        (Sample::Line(Style::line(BLACK, 0.6)), "wall at probe height"),
+        (Sample::Line(WALL), "wall, the model cut at lens height"),
+        (Sample::Line(FURNITURE), "furniture and steps, cut lower down"),
         (Sample::Area(vec![Style::fill(LIGHT)]), "solid at probe height"),
         (Sample::Line(TAPE), "taped distance to a wall, m"),
     ];

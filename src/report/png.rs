@@ -7,8 +7,8 @@ use resvg::usvg::{self, fontdb};
 
 use super::ReportError;
 
-const PLAIN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
-const BOLD: &[u8] = include_bytes!("font/DejaVuSans-Bold.ttf");
+pub(super) const PLAIN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
+pub(super) const BOLD: &[u8] = include_bytes!("font/DejaVuSans-Bold.ttf");
 
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = fontdb::Database::new();

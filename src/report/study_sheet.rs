@@ -69,13 +69,14 @@ fn headline(summary: &Summary) -> String {
             ),
         },
         Some(s) => format!(
-            "At the same visible error (FLIP {:.3}), {} takes {} × as long for a frame, and {} × as long with all \
-             set-up counted{}.",
+            "At the same visible error (FLIP {:.3}), {} takes {least}{} × as long for a frame, and {least}{} × as long with \
+             all set-up counted{}.",
             s.error,
             s.against,
             rounded(s.frame.value),
             rounded(s.with_setup.value),
-            if s.how == How::Extrapolated { " (extrapolated)" } else { "" }
+            if s.how == How::Extrapolated { " (extrapolated)" } else { "" },
+            least = s.how.bound()
         ),
     }
 }
@@ -192,7 +193,7 @@ fn arrows(svg: &mut Svg, plot: &Plot, summary: &Summary, with_setup: bool) {
         let middle = 0.5 * (plot.at(x, y)[0] + plot.at(s.needed_cpu_s, y)[0]);
         svg.text(
             [middle, line + 4.0],
-            &format!("{} × as long", rounded(ratio.value)),
+            &format!("{}{} × as long", s.how.bound(), rounded(ratio.value)),
             &halo.bold().anchor(Anchor::Middle),
         );
         let range = format!("95 %: {}", range(ratio));
@@ -215,7 +216,7 @@ fn range(i: &Interval) -> String {
 
 fn legend(svg: &mut Svg, y: f64, outside: &[Outside]) {
     let mut items = vec![
-        (Mark::Disc, BLUE, "image-based shooting (ringed: as it comes)".to_owned()),
+        (Mark::Disc, BLUE, "image-based shooting (ringed: its default settings)".to_owned()),
         (Mark::Triangle, PURPLE, "the published method, plain".to_owned()),
         (TRACED, VERMILION, "path tracing, our own".to_owned()),
     ];
@@ -253,8 +254,9 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
     };
     let one = |s: &SpeedUp| {
         let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
+        let least = s.how.bound();
         format!(
-            "{}: {} × as long a frame at FLIP {:.3} (95 %: {}{how}), {} × with all set-up (95 %: {}).",
+            "{}: {least}{} × as long a frame at FLIP {:.3} (95 %: {}{how}), {least}{} × with all set-up (95 %: {}).",
             s.against,
             rounded(s.frame.value),
             s.error,

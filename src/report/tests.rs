@@ -1,5 +1,5 @@
 use super::style::{BLACK, BLUE, Hatch, Pattern, Style, VERMILION};
-use super::{Svg, Text, png, text_width, wrap};
+use super::{Svg, Text, pdf, png, text_width, wrap};
 
 fn sheet() -> Svg {
     let mut svg = Svg::new(60.0, 40.0, "A <test>", "two hatches & a word");
@@ -62,4 +62,23 @@ fn lines_wrap_at_spaces() {
     let lines = wrap("a surveyor plans where to put a probe", 25.0, 3.0, false);
     assert!(lines.len() > 1 && lines.iter().all(|l| text_width(l, 3.0, false) <= 25.0), "{lines:?}");
     assert_eq!(lines.join(" "), "a surveyor plans where to put a probe");
+}
+
+#[test]
+fn a_pdf_has_a_page_as_large_as_each_sheet_and_is_the_same_each_time() {
+    let sheet = |wide: f64| {
+        let mut svg = Svg::new(wide, 100.0, "Šibenik", "a sheet");
+        svg.text([10.0, 20.0], "plan · 5 m²", &Text::new(5.0).bold());
+        svg.line([10.0, 30.0], [50.0, 30.0], &Style::line(BLACK, 0.3));
+        svg.finish()
+    };
+    let (one, other) = (sheet(210.0), sheet(100.0));
+    let file = pdf("Šibenik", &[&one, &other]).unwrap();
+    assert!(file.starts_with(b"%PDF-") && file.ends_with(b"%%EOF"));
+    let text = String::from_utf8_lossy(&file);
+    assert_eq!(text.matches("/MediaBox").count(), 2);
+    // 100 mm in points, and a font that is there
+    assert!(text.contains("283.46") && text.contains("/FontFile"), "{}", text.len());
+    assert_eq!(file, pdf("Šibenik", &[&one, &other]).unwrap());
+    assert!(pdf("x", &["<svg"]).is_err());
 }

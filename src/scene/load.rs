@@ -9,10 +9,10 @@ use std::time::Instant;
 use super::health::{self, Health};
 use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO};
 use super::pictures::{self, Decoded};
-use super::{Material, Mesh, Scene, Tracer, gltf, mtl, obj, ply};
+use super::{Material, Mesh, Scene, Tracer, e57, gltf, mtl, obj, ply};
 use crate::panorama::srgb_to_linear;
-use crate::site::files::find_loosely;
-use crate::site::{Frame, Site, VertexColours};
+use crate::site::files::{find_loosely, foreign_model};
+use crate::site::{Frame, Site, Up, VertexColours};
 
 /// Why a model could not be loaded.
 #[derive(Debug, thiserror::Error)]
@@ -36,12 +36,22 @@ pub enum SceneError {
         problem: String,
     },
     /// The file is not a model this program reads.
-    #[error("{}: expected an OBJ, PLY or glTF model, found {found}. Export it as glTF (.glb), as PLY, or as OBJ with its MTL file", path.display())]
+    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {found}. Export it as glTF (.glb), as PLY, or as OBJ with its MTL file", path.display())]
     NotAModel {
         /// The file.
         path: PathBuf,
         /// What it seems to be.
         found: String,
+    },
+    /// The file is a model of a format that is not read here.
+    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {what}. {cure}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        what: &'static str,
+        /// How to make one of it that is read.
+        cure: &'static str,
     },
     /// The model has no triangle that could be used.
     #[error("{}: the model has no usable triangle ({why}). Export its faces", path.display())]
@@ -166,16 +176,63 @@ pub fn load_without(
     Ok((scene, Some(spared)))
 }
 
-/// Reads a model file, whatever its format: by its first bytes, else by its name.
+/// The clean triangles of a model file in its own axes and units, less the point that is given with them.
+///
+/// # Errors
+///
+/// As [`load`].
+pub fn mesh_of(path: &Path) -> Result<(Mesh, DVec3), SceneError> {
+    let own = Frame { metres_per_unit: 1.0, up: Up::Z, north_deg: 0.0 };
+    let Model { origin, positions, uvs, colours, triangles, materials, .. } = read(path, &own)?;
+    let mut mesh = Mesh { positions, uvs, colours, triangles, materials };
+    let mut health = Health::default();
+    health::clean(&mut mesh, &mut health);
+    if mesh.triangles.is_empty() {
+        return Err(SceneError::Empty { path: path.to_owned(), why: format!("{} triangles", health.triangles_read) });
+    }
+    Ok((mesh, origin))
+}
+
+/// The formats of models that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelFormat {
+    /// Wavefront OBJ.
+    Obj,
+    /// PLY, ASCII or binary.
+    Ply,
+    /// glTF 2.0, text or binary.
+    Gltf,
+    /// Laser scans, ASTM E57.
+    E57,
+}
+
+impl ModelFormat {
+    /// A file's format by its first bytes, else by its name; `None` where neither tells, as of any text.
+    pub fn of(path: &Path) -> Option<Self> {
+        let mut head = [0; 4];
+        let begun = std::fs::File::open(path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
+        let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
+        match (&head[..begun], ending.as_str()) {
+            ([b'p', b'l', b'y', b'\n' | b'\r'], _) => Some(Self::Ply),
+            (b"ASTM", _) | (_, "e57") => Some(Self::E57),
+            (b"glTF", _) | (_, "gltf" | "glb") => Some(Self::Gltf),
+            (_, "obj") => Some(Self::Obj),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a model file, whatever its format.
 fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
-    let mut head = [0; 4];
-    let begun =
-        std::fs::File::open(path).and_then(|mut file| file.read(&mut head)).map_err(|e| SceneError::io(path, &e))?;
-    let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
-    match (&head[..begun], ending.as_str()) {
-        ([b'p', b'l', b'y', b'\n' | b'\r'], _) => ply::read(path, frame),
-        (b"glTF", _) | (_, "gltf" | "glb") => gltf::read(path, frame),
-        _ => obj::read(path, frame),
+    match ModelFormat::of(path) {
+        Some(ModelFormat::Ply) => ply::read(path, frame),
+        Some(ModelFormat::Gltf) => gltf::read(path, frame),
+        Some(ModelFormat::E57) => e57::read(path, frame),
+        Some(ModelFormat::Obj) => obj::read(path, frame),
+        None => match foreign_model(path) {
+            Some((what, cure)) => Err(SceneError::Foreign { path: path.to_owned(), what, cure }),
+            None => obj::read(path, frame),
+        },
     }
 }
 

@@ -1,5 +1,6 @@
 //! The model: mesh, materials, textures and ray casting.
 
+pub mod e57;
 mod face;
 mod gltf;
 mod health;
@@ -16,7 +17,7 @@ mod tracer;
 
 pub use face::{Face, Paint};
 pub use health::{Edges, Health, MaterialArea, edges};
-pub use load::{SceneError, Spared, load, load_without};
+pub use load::{ModelFormat, SceneError, Spared, load, load_without, mesh_of};
 pub use mesh::{Material, Mesh};
 pub use texture::Texture;
 pub use tracer::{Hit, Occluder, Ray, Tracer};

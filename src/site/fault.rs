@@ -20,6 +20,9 @@ pub enum SiteError {
         /// What to do about it.
         help: String,
     },
+    /// Several things in the site file are at fault, a line each.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Several(Vec<SiteError>),
     /// Something in the site file is at fault.
     #[error("{}:{line}:{column}: {key}: {problem}. {help}", path.display())]
     Fault {
@@ -36,6 +39,30 @@ pub enum SiteError {
         /// What to do about it.
         help: String,
     },
+}
+
+/// Faults gathered so that a person can mend them all at once.
+#[derive(Default)]
+pub(super) struct Faults(Vec<SiteError>);
+
+impl Faults {
+    /// The value of a result; its fault is kept.
+    pub(super) fn keep<T>(&mut self, result: Result<T, SiteError>) -> Option<T> {
+        result.map_err(|fault| self.0.push(fault)).ok()
+    }
+
+    /// What was gathered, in the file's order.
+    pub(super) fn into_error(mut self) -> Option<SiteError> {
+        let line = |fault: &SiteError| match fault {
+            SiteError::Fault { line, column, .. } => (*line, *column),
+            SiteError::Unreadable { .. } | SiteError::Several(_) => (0, 0),
+        };
+        self.0.sort_by_key(line);
+        match self.0.len() {
+            0 | 1 => self.0.pop(),
+            _ => Some(SiteError::Several(self.0)),
+        }
+    }
 }
 
 /// A site file's text, for telling where things are.

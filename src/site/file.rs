@@ -206,6 +206,18 @@ impl<'de> Deserialize<'de> for Units {
     }
 }
 
+/// Metres in a unit by any of its names.
+pub(crate) fn metres_in(unit: &str) -> Option<f64> {
+    match unit.trim().to_ascii_lowercase().as_str() {
+        "m" | "metre" | "metres" | "meter" | "meters" => Some(1.0),
+        "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Some(0.01),
+        "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => Some(0.001),
+        "ft" | "foot" | "feet" => Some(0.3048),
+        "in" | "inch" | "inches" => Some(0.0254),
+        _ => None,
+    }
+}
+
 struct UnitsVisitor;
 
 impl Visitor<'_> for UnitsVisitor {
@@ -216,14 +228,7 @@ impl Visitor<'_> for UnitsVisitor {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
-        match text.trim().to_ascii_lowercase().as_str() {
-            "m" | "metre" | "metres" | "meter" | "meters" => Ok(1.0),
-            "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Ok(0.01),
-            "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => Ok(0.001),
-            "ft" | "foot" | "feet" => Ok(0.3048),
-            "in" | "inch" | "inches" => Ok(0.0254),
-            _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
-        }
+        metres_in(text).ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))
     }
 
     fn visit_f64<E: Error>(self, number: f64) -> Result<f64, E> {

@@ -16,6 +16,26 @@ pub enum Up {
     },
 }
 
+/// A unit that people model in.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Unit {
+    /// As the site file names it.
+    pub key: &'static str,
+    /// As a sentence does.
+    pub name: &'static str,
+    /// Metres in one.
+    pub metres: f64,
+}
+
+/// The units that people model in.
+pub const UNITS: [Unit; 5] = [
+    Unit { key: "m", name: "metres", metres: 1.0 },
+    Unit { key: "cm", name: "centimetres", metres: 0.01 },
+    Unit { key: "mm", name: "millimetres", metres: 0.001 },
+    Unit { key: "ft", name: "feet", metres: 0.3048 },
+    Unit { key: "in", name: "inches", metres: 0.0254 },
+];
+
 /// The model's axes that may point up, with the east and the north that go with each.
 const UPRIGHT: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::NEG_Z, DVec3::Y],

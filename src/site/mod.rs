@@ -34,8 +34,9 @@ mod resolve;
 
 pub use camera::Camera;
 pub use fault::SiteError;
-pub use frame::{Frame, Pose, Up};
-pub use poses::PoseFileError;
+pub(crate) use file::metres_in;
+pub use frame::{Frame, Pose, UNITS, Unit, Up};
+pub use poses::{PoseFileError, photographs as pose_file_photographs};
 pub use resection::{Resection, ResectionError};
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
@@ -106,6 +107,15 @@ impl Site {
         Self::read(path, Pictures::MustExist, Places::MayBeMissing)
     }
 
+    /// Checks a site file's text as if it stood in `file`, which need not be there; probes may lack a position.
+    ///
+    /// # Errors
+    ///
+    /// As [`Site::load`].
+    pub fn of_text(file: &Path, text: &str) -> Result<Self, SiteError> {
+        resolve::site(file, text, Pictures::MustExist, Places::MayBeMissing)
+    }
+
     fn read(path: &Path, pictures: Pictures, places: Places) -> Result<Self, SiteError> {
         let unreadable = |path: &Path, why: String, help: &str| SiteError::Unreadable {
             path: path.to_owned(),
@@ -116,6 +126,13 @@ impl Site {
             return Err(unreadable(path, "expected a path, found a URL".to_owned(), "Download the site first"));
         }
         let file = if path.is_dir() { path.join("site.toml") } else { path.to_owned() };
+        if files::is_model(&file) && file.is_file() {
+            let help = format!("Write a site file for it first: clerestory init {}", file.display());
+            return Err(unreadable(&file, "expected a site file, found a model".to_owned(), &help));
+        }
+        if let Some((what, cure)) = files::foreign_model(&file) {
+            return Err(unreadable(&file, format!("expected a site file, found {what}"), cure));
+        }
         let bytes = std::fs::read(&file).map_err(|e| {
             unreadable(&file, e.to_string(), "Name a site file, or the folder that holds its site.toml")
         })?;
@@ -262,6 +279,19 @@ pub struct View {
     pub matches: Vec<Match>,
     /// Where the camera comes from.
     pub source: CameraSource,
+}
+
+impl View {
+    /// The name of its pictures' files, without ending: its own, or with `view-` before it where that is one of the report's own
+    /// files.
+    pub fn file_stem(&self) -> String {
+        const FILES: [&str; 8] = ["index", "manifest", "check", "render", "plan", "study", "findings", "coverage"];
+        const BEGINNINGS: [&str; 6] = ["view-", "audit-", "plan-", "coverage-", "mask-", "register-"];
+        let name = self.name.to_lowercase();
+        let stem = name.split('.').next().unwrap_or(&name);
+        let taken = FILES.contains(&stem) || BEGINNINGS.iter().any(|begin| name.starts_with(begin));
+        if taken { format!("view-{}", self.name) } else { self.name.clone() }
+    }
 }
 
 /// Where a view's camera comes from.

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// So many times its last time a curve is followed; beyond that nothing is promised.
-const FURTHEST: f64 = 1e4;
+/// So many times its last time a curve is followed, and only one of so many points; beyond that there is only a bound.
+const FURTHEST: f64 = 8.0;
+const LEAST_POINTS: usize = 4;
 
 /// How a figure was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -15,6 +16,15 @@ pub enum How {
     Extrapolated,
     /// At the first point: nothing quicker was measured.
     First,
+    /// A bound: at the last point that much was not reached yet.
+    AtLeast,
+}
+
+impl How {
+    /// What stands before a figure that is a bound.
+    pub fn bound(self) -> &'static str {
+        if self == Self::AtLeast { "at least " } else { "" }
+    }
 }
 
 /// Error by time (both above zero), in order of time.
@@ -32,8 +42,8 @@ impl Curve {
         Self { points }
     }
 
-    /// The time at which the error first falls to `error`; `None` without points, or where the curve ends without
-    /// falling, or 10⁴ times its last time would not be enough.
+    /// The time at which the error first falls to `error`; the last time as a bound where that is not known: fewer than four
+    /// points, none of which is enough, or more than eight times the last time. `None` without points.
     pub fn time_at(&self, error: f64) -> Option<(f64, How)> {
         let first = self.points.first().filter(|_| !error.is_nan())?;
         if first.1 <= error {
@@ -42,9 +52,12 @@ impl Curve {
         if let Some(pair) = self.points.windows(2).find(|p| p[1].1 <= error) {
             return between(flipped(pair[0]), flipped(pair[1]), error).map(|t| (t, How::Measured));
         }
-        let [.., a, b] = self.points[..] else { return None };
-        let time = if b.1 < a.1 { between(flipped(a), flipped(b), error) } else { None };
-        time.filter(|t| *t <= FURTHEST * b.0).map(|t| (t, How::Extrapolated))
+        let last = self.points.last()?.0;
+        let bound = Some((last, How::AtLeast));
+        let [.., a, b] = self.points[..] else { return bound };
+        let falls = self.points.len() >= LEAST_POINTS && b.1 < a.1;
+        let time = if falls { between(flipped(a), flipped(b), error) } else { None };
+        time.filter(|t| *t <= FURTHEST * last).map_or(bound, |t| Some((t, How::Extrapolated)))
     }
 
     /// The error at a time; before the first point, that point's. `None` without points, or beyond a lone one.
@@ -100,9 +113,12 @@ mod tests {
 
     #[test]
     fn a_power_law_is_followed_and_continued() {
-        let curve = Curve::new([1.0, 4.0, 16.0].map(|t: f64| (t, t.powf(-0.5))));
+        let curve = Curve::new([1.0, 4.0, 8.0, 16.0].map(|t: f64| (t, t.powf(-0.5))));
         close(curve.time_at(2.0f64.powf(-1.5)), 8.0, How::Measured);
-        close(curve.time_at(0.01), 1e4, How::Extrapolated);
+        close(curve.time_at(0.1), 100.0, How::Extrapolated);
+        // more than eight times the last time, and from three points: only a bound
+        close(curve.time_at(0.01), 16.0, How::AtLeast);
+        close(Curve::new([1.0, 4.0, 16.0].map(|t: f64| (t, t.powf(-0.5)))).time_at(0.1), 16.0, How::AtLeast);
         close(curve.time_at(2.0), 1.0, How::First);
         close(curve.error_at(9.0), 1.0 / 3.0, How::Measured);
         close(curve.error_at(100.0), 0.1, How::Extrapolated);
@@ -112,9 +128,9 @@ mod tests {
 
     #[test]
     fn a_curve_that_does_not_fall_promises_nothing() {
-        assert_eq!(Curve::new([(1.0, 0.5), (2.0, 0.5)]).time_at(0.1), None);
-        assert_eq!(Curve::new([(1.0, 0.5), (2.0, 0.499)]).time_at(0.01), None, "too far away to tell");
-        assert_eq!(Curve::new([(1.0, 0.5), (0.0, 3.0), (2.0, f64::NAN)]).time_at(0.1), None);
+        close(Curve::new([(1.0, 0.5), (2.0, 0.5)]).time_at(0.1), 2.0, How::AtLeast);
+        close(Curve::new([(1.0, 0.5), (0.0, 3.0), (2.0, f64::NAN)]).time_at(0.1), 1.0, How::AtLeast);
+        assert_eq!(Curve::default().time_at(0.1), None);
         assert_eq!(Curve::default().error_at(1.0), None);
         assert_eq!(order(&[(1.0, 2.0)]), None);
     }

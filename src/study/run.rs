@@ -186,7 +186,7 @@ impl Driver<'_> {
         let Some(ours) = self.study.runs.iter().find(|r| r.is_plain_ibs()).map(flip) else { return false };
         let whole = |r: &&Run| r.setting.method == Method::PathTracing && r.views.len() == self.bench.truth.len();
         let theirs = self.study.runs.iter().filter(whole).map(|r| (r.frame().cpu_s, flip(r)));
-        Curve::new(theirs).time_at(ours).is_some_and(|t| t.1 != How::Extrapolated)
+        Curve::new(theirs).time_at(ours).is_some_and(|t| matches!(t.1, How::Measured | How::First))
     }
 
     fn run(&self, setting: &Setting) -> Option<&Run> {

@@ -2,6 +2,7 @@
 
 use super::blocks::Metric;
 use super::compare::{Comparison, Errors};
+use super::curve::How;
 use super::order::Ranked;
 use super::summary::{Recommended, Row, SpeedUp, Whole};
 use super::sweep::{Method, Parameter, Setting};
@@ -87,7 +88,9 @@ pub(super) fn losses(whole: &[Whole], rows: &[Row], speed_ups: &[SpeedUp]) -> Ve
     }
     for s in speed_ups.iter().filter(|s| s.metric != Metric::Flip) {
         let flip = speed_ups.iter().find(|f| f.metric == Metric::Flip && f.against == s.against);
-        let Some(flip) = flip.filter(|f| s.frame.value < 0.5 * f.frame.value) else { continue };
+        // two bounds cannot be compared
+        let known = |f: &&SpeedUp| f.how != How::AtLeast && s.how != How::AtLeast;
+        let Some(flip) = flip.filter(known).filter(|f| s.frame.value < 0.5 * f.frame.value) else { continue };
         let verdict = match s.with_setup.value {
             r if r < 1.0 => format!(", and with all set-up counted {} is quicker", s.against),
             r => format!(" ({} × with all set-up)", rounded(r)),
@@ -100,7 +103,8 @@ pub(super) fn losses(whole: &[Whole], rows: &[Row], speed_ups: &[SpeedUp]) -> Ve
             rounded(flip.frame.value)
         ));
     }
-    for s in speed_ups.iter().filter(|s| s.metric == Metric::Flip && s.with_setup.value < 1.0) {
+    for s in speed_ups.iter().filter(|s| s.metric == Metric::Flip && s.how != How::AtLeast && s.with_setup.value < 1.0)
+    {
         all.push(format!("For a single frame with all set-up, {} is quicker at the same FLIP.", s.against));
     }
     all

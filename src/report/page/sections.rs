@@ -1,6 +1,7 @@
 //! The page's sections: one function each, from data to HTML.
 
 use super::data::{Archive, Audit, Check, Finding, Floor, Plan, Render, Run, Study, StudySummary, ViewPictures};
+use crate::plan::output::counted;
 use crate::report::Fingerprint;
 use crate::report::svg::escape;
 use crate::study::rounded;
@@ -105,7 +106,7 @@ fn findings(audit: &Audit) -> String {
         String::new()
     } else {
         format!(
-            "<h3>Doubts</h3>\n<p>Something disagrees here, but what it is cannot be told from these photographs and probes.</p>\n{}",
+            "<h3>Doubts</h3>\n<p>Something disagrees here, but these photographs and probes do not show what it is.</p>\n{}",
             finding_table("Doubts", &audit.doubts)
         )
     };
@@ -282,8 +283,8 @@ fn floor(index: usize, floor: &Floor) -> String {
         })
         .collect();
     format!(
-        "<h3>{}</h3>\n<p>At {:.2} in the model’s units; {:.1} m² open. {} stations see {} of it; at least {:.0} are needed \
-         for that on the grid of places and witnesses that was tried. {:.1} m² no allowed station can see.</p>\n{sheets}\
+        "<h3>{}</h3>\n<p>At {:.2} in the model’s units; {:.1} m² open. {} see {} of it; at least {:.0} are needed \
+         for that, with the floor cut into places to stand and points to see. {:.1} m² are seen from no allowed place.</p>\n{sheets}\
          <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Stations\">\n<table class=\"sortable\">\n<thead><tr><th scope=\"col\">Station</th>\
          <th scope=\"col\">Position in the model</th><th scope=\"col\" class=\"number\">Sees, m²</th>\
          <th scope=\"col\" class=\"number\">Adds</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n\
@@ -292,7 +293,7 @@ fn floor(index: usize, floor: &Floor) -> String {
         escape(&floor.name),
         floor.elevation,
         floor.area_m2,
-        floor.stations.len(),
+        counted(floor.stations.len(), "station"),
         percent(floor.covered_fraction),
         floor.lower_bound,
         floor.unreachable_m2,
@@ -332,9 +333,10 @@ fn study_words(summary: &StudySummary) -> String {
     let mut out = String::new();
     for s in &summary.speed_ups {
         let how = if s.how == "extrapolated" { ", extrapolated" } else { "" };
+        let least = if s.how == "at_least" { "at least " } else { "" };
         out += &format!(
-            "<li>For the same error ({} {:.4}), {} takes <b>{}×</b> as long for a frame (95 %: {} to {}{how}), and \
-             {}× with all set-up ({} to {}).</li>\n",
+            "<li>For the same error ({} {:.4}), {} takes {least}<b>{}×</b> as long for a frame (95 %: {} to {}{how}), and \
+             {least}{}× with all set-up ({} to {}).</li>\n",
             escape(&s.metric.to_uppercase()),
             s.error,
             escape(&s.against),

@@ -120,6 +120,15 @@ pub(super) fn read(path: &Path) -> Result<PoseFile> {
     }
 }
 
+/// The names of the photographs whose cameras a pose file holds; what is read is told at `[cameras]` in docs/site-file.md.
+///
+/// # Errors
+///
+/// [`PoseFileError`] names the file and the place in it.
+pub fn photographs(path: &Path) -> Result<Vec<String>> {
+    Ok(read(path)?.cameras.into_iter().map(|camera| camera.photo).collect())
+}
+
 /// The files that [`read`] reads: of a folder, those that hold poses.
 pub(super) fn files(path: &Path) -> Vec<PathBuf> {
     if !path.is_dir() {

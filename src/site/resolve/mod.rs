@@ -9,11 +9,10 @@ mod plan;
 mod probe;
 mod view;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-use super::fault::{SiteError, Source};
+use super::fault::{Faults, SiteError, Source};
 use super::file::SiteFile;
 use super::frame::{Frame, Up};
 use super::pose::finite_number;
@@ -31,32 +30,43 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places:
     let resolver = Resolver { source, folder: folder.clone(), frame, pictures, places };
     let s = &resolver.source;
 
-    let mut probes = file.probe.iter().map(|p| resolver.probe(p)).collect::<Result<Vec<_>, _>>()?;
-    unique(s, "probe", file.probe.iter().map(|p| &p.get_ref().name))?;
-    unique(s, "view", file.view.iter().map(|v| &v.get_ref().name))?;
+    // what is wrong in one table says nothing of another: all is told at once
+    let mut faults = Faults::default();
+    let mut probes: Vec<_> = file.probe.iter().filter_map(|p| faults.keep(resolver.probe(p))).collect();
+    faults.keep(unique(s, "probe", file.probe.iter().map(|p| &p.get_ref().name)));
+    faults.keep(unique(s, "view", file.view.iter().map(|v| &v.get_ref().name)));
     let mut views = Vec::new();
     for table in &file.view {
-        views.push(resolver.view(table, &mut warnings)?);
+        views.extend(faults.keep(resolver.view(table, &mut warnings)));
     }
-    let pose_file = match &file.cameras {
-        Some(table) => Some(resolver.cameras(table, &mut views, &mut probes, &mut warnings)?),
-        None => None,
-    };
+    let cameras = file.cameras.as_ref();
+    let pose_file =
+        cameras.and_then(|table| faults.keep(resolver.cameras(table, &mut views, &mut probes, &mut warnings)));
     with_exif_gains(&mut probes, file.probe.iter().any(|p| p.get_ref().gain.is_some()));
     let name = match &file.site.name {
         Some(name) => name.get_ref().clone(),
         None => folder.file_name().map_or_else(|| "site".to_owned(), |n| n.to_string_lossy().into_owned()),
     };
+    let model = faults.keep(resolver.existing(file.model.path.get_ref(), file.model.path.span(), "the model"));
+    let environment = file.environment.as_ref().and_then(|e| faults.keep(resolver.environment(e)));
+    let sun = file.sun.as_ref().and_then(|t| faults.keep(resolver.sun(&t.direction, &t.irradiance)));
+    // which lightings there are is known only if all probes are
+    let suns = file.sun.as_ref().filter(|_| probes.len() >= file.probe.len());
+    let suns = suns.and_then(|t| faults.keep(resolver.suns(t, &probes)));
+    let plan = faults.keep(resolver.plan(&file.plan));
+    if let Some(fault) = faults.into_error() {
+        return Err(fault);
+    }
     let site = Site {
         name,
         frame,
-        model: resolver.existing(file.model.path.get_ref(), file.model.path.span(), "the model")?,
+        model: model.unwrap_or_default(),
         vertex_colours: file.model.vertex_colours.unwrap_or_default(),
-        environment: file.environment.as_ref().map(|e| resolver.environment(e)).transpose()?,
-        sun: file.sun.as_ref().map(|t| resolver.sun(&t.direction, &t.irradiance)).transpose()?,
-        suns: file.sun.as_ref().map_or_else(|| Ok(BTreeMap::new()), |t| resolver.suns(t, &probes))?,
+        environment,
+        sun,
+        suns: suns.unwrap_or_default(),
         pose_file,
-        plan: resolver.plan(&file.plan)?,
+        plan: plan.unwrap_or_default(),
         probes,
         views,
         warnings,

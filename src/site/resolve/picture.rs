@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::super::Pictures;
 use super::super::fault::SiteError;
 use super::super::file::ProjectionKey;
-use super::super::files::{find_loosely, is_url};
+use super::super::files::{find_by_end, find_loosely, is_url};
 use super::Resolver;
 use crate::panorama::{self, Projection};
 
@@ -38,7 +38,7 @@ impl Resolver<'_> {
                 "Name the file in it".into(),
             );
         }
-        let help = match find_loosely(&self.folder, name) {
+        let help = match find_loosely(&self.folder, name).or_else(|| find_by_end(&self.folder, name)) {
             Some(near) => {
                 let near = near.strip_prefix(&self.folder).unwrap_or(&near).display().to_string();
                 format!("Did you mean “{near}”? Letter case counts, and folders are separated by /")

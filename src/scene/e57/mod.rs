@@ -1,0 +1,190 @@
+//! Scans from E57 (ASTM E2807, *3D Imaging Data Exchange*), the one door to the crate e57.
+//!
+//! A structured setup, whose points have rows and columns, becomes a mesh coloured by its points (`grid`); pictures with
+//! poses are listed for `init` to take out (`pictures`). Both are in the file's own axes: metres, z up.
+
+mod grid;
+mod pictures;
+
+pub use pictures::{ScanPicture, ScanPictures, ScanProjection};
+
+use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordName};
+use glam::{DMat3, DQuat, DVec3, Vec3};
+use std::fs::File;
+use std::io::BufReader;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use super::load::SceneError;
+use super::model::{Model, centre};
+use crate::site::Frame;
+use grid::Grid;
+
+type Reader = E57Reader<BufReader<File>>;
+
+/// All setups together keep about so many points; of more, rows and columns are left out evenly.
+const MOST_POINTS: u64 = 3_000_000;
+
+/// Where a scanner or camera stood: from its own axes to the file's.
+#[derive(Clone, Copy, Debug)]
+struct Placement {
+    position: DVec3,
+    rotation: DMat3,
+}
+
+/// Where a scanner stood.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup {
+    /// In the file's axes, metres.
+    pub position: DVec3,
+    /// The scanner's own up direction, in the file's axes.
+    pub up: DVec3,
+}
+
+/// Opens a file; whatever the crate says or panics of becomes one error.
+fn opened<T>(path: &Path, work: impl FnOnce(&mut Reader) -> Result<T, SceneError>) -> Result<T, SceneError> {
+    let damaged = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
+    File::open(path).map_err(|e| SceneError::io(path, &e))?;
+    let done = catch_unwind(AssertUnwindSafe(|| {
+        let mut reader = E57Reader::from_file(path).map_err(|e| damaged(told(&e)))?;
+        work(&mut reader)
+    }));
+    done.unwrap_or_else(|_| Err(damaged("the file is damaged: its parts contradict each other".to_owned())))
+}
+
+/// The crate's error.
+fn told(error: &e57::Error) -> String {
+    format!("the file is no valid E57: {error}")
+}
+
+fn placement(transform: Option<&e57::Transform>) -> Placement {
+    let Some(t) = transform else { return Placement { position: DVec3::ZERO, rotation: DMat3::IDENTITY } };
+    let q = DQuat::from_xyzw(t.rotation.x, t.rotation.y, t.rotation.z, t.rotation.w);
+    // some writers leave all four at 0
+    let q = if q.length_squared() > 1e-12 { q.normalize() } else { DQuat::IDENTITY };
+    let position = DVec3::new(t.translation.x, t.translation.y, t.translation.z);
+    Placement { position, rotation: DMat3::from_quat(q) }
+}
+
+/// Where the scanners of all setups with a pose stood.
+///
+/// # Errors
+///
+/// A file that cannot be read or is damaged.
+pub fn setups(path: &Path) -> Result<Vec<Setup>, SceneError> {
+    opened(path, |reader| {
+        let clouds = reader.pointclouds();
+        let placed = clouds.iter().filter_map(|cloud| cloud.transform.as_ref()).map(|t| placement(Some(t)));
+        let finite = placed.filter(|p| p.position.is_finite() && p.rotation.is_finite());
+        Ok(finite.map(|p| Setup { position: p.position, up: p.rotation.z_axis }).collect())
+    })
+}
+
+/// Reads the structured setups of an E57 file as a mesh each.
+///
+/// # Errors
+///
+/// A file that cannot be read or is damaged, and one without a structured setup.
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+    let size = std::fs::metadata(path).map_err(|e| SceneError::io(path, &e))?.len();
+    opened(path, |reader| {
+        let clouds = reader.pointclouds();
+        let (structured, loose): (Vec<&PointCloud>, Vec<&PointCloud>) =
+            clouds.iter().filter(|c| c.records > 0).partition(|c| is_structured(c));
+        if structured.is_empty() {
+            return Err(unstructured(path, &loose, reader.images().len()));
+        }
+        let all: u64 = structured.iter().map(|c| c.records).fold(0, u64::saturating_add);
+        // a point takes a byte at least: a header alone must not keep the machine busy
+        if all > size {
+            let problem = format!("{all} points are announced, more than the file holds");
+            return Err(SceneError::Malformed { path: path.to_owned(), line: 0, problem });
+        }
+        let step = ((all as f64 / MOST_POINTS as f64).sqrt().ceil() as i64).max(1);
+        let mut grids = Vec::new();
+        for cloud in &structured {
+            let grid = grid(reader, cloud, step).map_err(|problem| SceneError::Malformed {
+                path: path.to_owned(),
+                line: 0,
+                problem,
+            })?;
+            grids.push((grid, placement(cloud.transform.as_ref())));
+        }
+        let mut model = joined(&grids, frame).map_err(|problem| SceneError::Malformed {
+            path: path.to_owned(),
+            line: 0,
+            problem,
+        })?;
+        let mut odd = |sentence: String| model.oddities.others.push(sentence);
+        if step > 1 {
+            odd(format!("{all} points are more than is worked with: every {step}th row and column is taken."));
+        }
+        if !loose.is_empty() {
+            odd(format!("{} scans without rows and columns are left out.", loose.len()));
+        }
+        if structured.iter().any(|c| !c.has_color()) {
+            odd("Scans without colours are shaded by their intensity, which is no albedo.".to_owned());
+        }
+        Ok(model)
+    })
+}
+
+fn is_structured(cloud: &PointCloud) -> bool {
+    let has = |name: &RecordName| cloud.prototype.iter().any(|record| record.name == *name);
+    has(&RecordName::RowIndex) && has(&RecordName::ColumnIndex)
+}
+
+fn unstructured(path: &Path, loose: &[&PointCloud], pictures: usize) -> SceneError {
+    let points: u64 = loose.iter().map(|c| c.records).fold(0, u64::saturating_add);
+    let why = match (points, pictures) {
+        (0, 0) => "the file holds no points".to_owned(),
+        (0, n) => format!("the file holds {n} pictures and no points"),
+        _ => format!(
+            "its {points} points have no rows and columns, so that nothing tells which of them are neighbours on a surface; \
+             export it as structured (gridded) E57 with a scan per setup, or mesh the points in CloudCompare or MeshLab \
+             and save that as PLY"
+        ),
+    };
+    SceneError::Empty { path: path.to_owned(), why }
+}
+
+/// The points of a setup by row and column, in the scanner's own axes; every `step`th of both.
+fn grid(reader: &mut Reader, cloud: &PointCloud, step: i64) -> Result<Grid, String> {
+    let mut simple = reader.pointcloud_simple(cloud).map_err(|e| told(&e))?;
+    simple.apply_pose(false);
+    let mut kept = Vec::new();
+    for point in simple {
+        let point = point.map_err(|e| told(&e))?;
+        if point.row % step != 0 || point.column % step != 0 {
+            continue;
+        }
+        let CartesianCoordinate::Valid { x, y, z } = point.cartesian else { continue };
+        let local = DVec3::new(x, y, z).as_vec3();
+        if !local.is_finite() || local.length_squared() < 1e-8 {
+            continue;
+        }
+        let colour = point.color.map_or(Vec3::ONE, |c| Vec3::new(c.red, c.green, c.blue));
+        kept.push(grid::Cell { row: point.row / step, column: point.column / step, local, colour });
+    }
+    Grid::of(kept)
+}
+
+/// All setups as one model.
+fn joined(grids: &[(Grid, Placement)], frame: &Frame) -> Result<Model, String> {
+    let placed = |grid: &Grid, at: &Placement| -> Vec<DVec3> {
+        grid.points().map(|p| at.rotation * p.as_dvec3() + at.position).collect()
+    };
+    let mut model = Model { material_names: vec![None], ..Model::default() };
+    model.origin = centre(grids.iter().flat_map(|(grid, at)| placed(grid, at)), frame);
+    for (grid, at) in grids {
+        let first = model.add_vertices(placed(grid, at).into_iter(), frame)?;
+        model
+            .colours
+            .extend(grid.colours().map(|c| if c.is_finite() { c.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE }));
+        model.triangles.extend(grid.triangles().into_iter().map(|corners| corners.map(|i| first + i)));
+    }
+    model.materials = vec![0; model.triangles.len()];
+    model.oddities.vertices = model.positions.len() as u64;
+    model.oddities.coloured = model.oddities.vertices;
+    Ok(model)
+}

@@ -1,0 +1,165 @@
+//! The pictures of an E57 file that have a projection, and where each was taken.
+
+use e57::{Blob, Image, ImageBlob, ImageFormat, Projection};
+use glam::{DMat3, DVec2, DVec3};
+use std::path::{Path, PathBuf};
+
+use super::{opened, placement, told};
+use crate::scene::SceneError;
+
+/// A picture in an E57 file.
+#[derive(Clone, Debug)]
+pub struct ScanPicture {
+    /// What it is called there; perhaps empty.
+    pub name: String,
+    /// Where it was taken, in the file's axes, metres.
+    pub position: DVec3,
+    /// From the camera's axes (+x right, +y up, −z forward) to the file's.
+    pub rotation: DMat3,
+    /// How its pixels map to directions.
+    pub projection: ScanProjection,
+    /// Width and height that the projection counts in; the picture itself may be larger or smaller.
+    pub size: [u32; 2],
+    /// `png` or `jpg`.
+    pub ending: &'static str,
+    picture: Blob,
+    mask: Option<Blob>,
+}
+
+/// How the pixels of a picture in an E57 file map to directions; forward is its centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScanProjection {
+    /// Focal lengths and principal point in pixels, from the top-left corner.
+    Pinhole {
+        /// Focal lengths.
+        focal: DVec2,
+        /// Principal point.
+        centre: DVec2,
+    },
+    /// Latitude/longitude, perhaps a part of the sphere; radians per pixel.
+    Spherical {
+        /// Across and down.
+        step: DVec2,
+    },
+    /// Longitude across, the tangent of latitude down.
+    Cylindrical {
+        /// Radians per pixel across.
+        step: f64,
+        /// Change of the tangent of latitude per pixel down.
+        slope: f64,
+        /// The horizon's row.
+        horizon: f64,
+    },
+}
+
+/// The pictures of a file, and the file to take them out of.
+#[derive(Clone, Debug)]
+pub struct ScanPictures {
+    path: PathBuf,
+    /// Those with a projection, in the file's order.
+    pub pictures: Vec<ScanPicture>,
+    /// What was passed over, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl ScanPictures {
+    /// Lists a file's pictures.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or is damaged.
+    pub fn of(path: &Path) -> Result<Self, SceneError> {
+        opened(path, |reader| {
+            let clouds = reader.pointclouds();
+            let (mut pictures, mut warnings) = (Vec::new(), Vec::new());
+            for image in reader.images() {
+                let name = image.name.clone().or(image.guid.clone()).unwrap_or_default();
+                // a picture without a pose of its own belongs to its scan
+                let scan = clouds.iter().find(|c| c.guid.is_some() && c.guid == image.pointcloud_guid);
+                let transform = image.transform.as_ref().or(scan.and_then(|c| c.transform.as_ref()));
+                let at = placement(transform);
+                match described(&image, &at.rotation) {
+                    Ok(picture) if at.position.is_finite() && picture.rotation.is_finite() => {
+                        pictures.push(ScanPicture { name, position: at.position, ..picture });
+                    }
+                    Ok(_) => warnings.push(format!("Picture “{name}” has a pose that is not finite: left out.")),
+                    Err(why) => warnings.push(format!("Picture “{name}” is left out: {why}.")),
+                }
+            }
+            Ok(Self { path: path.to_owned(), pictures, warnings })
+        })
+    }
+
+    /// A picture's own bytes, a PNG or JPEG file.
+    ///
+    /// # Errors
+    ///
+    /// A file that is damaged there.
+    pub fn picture(&self, picture: &ScanPicture) -> Result<Vec<u8>, SceneError> {
+        self.bytes(&picture.picture)
+    }
+
+    /// The bytes of its mask, a PNG file that is black where the picture shows nothing; `None` without one.
+    ///
+    /// # Errors
+    ///
+    /// A file that is damaged there.
+    pub fn mask(&self, picture: &ScanPicture) -> Result<Option<Vec<u8>>, SceneError> {
+        picture.mask.as_ref().map(|mask| self.bytes(mask)).transpose()
+    }
+
+    fn bytes(&self, blob: &Blob) -> Result<Vec<u8>, SceneError> {
+        opened(&self.path, |reader| {
+            let mut bytes = Vec::new();
+            let damaged = |e: e57::Error| SceneError::Malformed { path: self.path.clone(), line: 0, problem: told(&e) };
+            reader.blob(blob, &mut bytes).map_err(damaged)?;
+            Ok(bytes)
+        })
+    }
+}
+
+/// A picture, its place left at the origin. The standard's own axes are those of OpenGL for a pinhole; spherical and
+/// cylindrical pictures have their centre column along +x, z up.
+fn described(image: &Image, rotation: &DMat3) -> Result<ScanPicture, &'static str> {
+    let around = *rotation * DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X);
+    let (blob, mask, size, rotation, projection) = match image.projection.as_ref() {
+        None => return Err("it is an illustration without a projection"),
+        Some(Projection::Pinhole(p)) => {
+            let v = &p.properties;
+            let focal = DVec2::new(v.focal_length / v.pixel_width, v.focal_length / v.pixel_height);
+            let centre = DVec2::new(v.principal_x, v.principal_y);
+            let projection = ScanProjection::Pinhole { focal, centre };
+            (&p.blob, &p.mask, [v.width, v.height], *rotation, projection)
+        }
+        Some(Projection::Spherical(p)) => {
+            let v = &p.properties;
+            let projection = ScanProjection::Spherical { step: DVec2::new(v.pixel_width, v.pixel_height) };
+            (&p.blob, &p.mask, [v.width, v.height], around, projection)
+        }
+        Some(Projection::Cylindrical(p)) => {
+            let v = &p.properties;
+            let slope = v.pixel_height / v.radius;
+            let projection = ScanProjection::Cylindrical { step: v.pixel_width, slope, horizon: v.principal_y };
+            (&p.blob, &p.mask, [v.width, v.height], around, projection)
+        }
+    };
+    let fits = match projection {
+        ScanProjection::Pinhole { focal, centre } => {
+            focal.is_finite() && focal.min_element() > 0.0 && centre.is_finite()
+        }
+        ScanProjection::Spherical { step } => step.is_finite() && step.min_element() > 0.0,
+        ScanProjection::Cylindrical { step, slope, horizon } => {
+            step.is_finite() && slope.is_finite() && horizon.is_finite() && step > 0.0 && slope > 0.0
+        }
+    };
+    if !fits || size.contains(&0) {
+        return Err("its projection has no size");
+    }
+    let ImageBlob { data, format, .. } = blob;
+    let ending = match format {
+        ImageFormat::Png => "png",
+        ImageFormat::Jpeg => "jpg",
+    };
+    let (picture, mask) = (data.clone(), mask.clone());
+    Ok(ScanPicture { name: String::new(), position: DVec3::ZERO, rotation, projection, size, ending, picture, mask })
+}
