@@ -12,7 +12,7 @@ use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timi
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::shoot::read_light;
 use clerestory::site::{Site, View};
-use clerestory::volume::{self, Volume};
+use clerestory::volume;
 use clerestory::{paper, radiometry, site};
 use compared::{Compared, compared, photos};
 use print::{Done, NotDone, Outcome, print};
@@ -161,13 +161,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     };
 
     let start = Instant::now();
-    let volumes: Vec<Option<Volume>> = setup
-        .lights
-        .iter()
-        .zip(&setup.transport_of)
-        .map(|((_, light), t)| t.map(|t| Volume::new(&scene, &setup.transports[t], light)))
-        .collect();
-    setup.timings.volume_s += start.elapsed().as_secs_f64();
+    let volumes = setup.volumes(&scene);
+    let volume_s = start.elapsed().as_secs_f64();
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = super::progress::bar(!args.quiet && !args.json, "{msg:16} {wide_bar} {percent:>3} %  {eta} left");
@@ -211,7 +206,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     }
     bar.finish_and_clear();
     let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
-    let Setup { timings, records, record_bytes, .. } = setup;
+    let Setup { mut timings, records, record_bytes, .. } = setup;
+    timings.volume_s += volume_s;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome = Outcome {
         setup: timings,
@@ -301,18 +297,21 @@ fn chosen<'a>(site: &'a Site, names: &[String]) -> anyhow::Result<Vec<&'a View>>
 
 /// The lightings that are needed: one, or two to blend.
 fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
-    let known = site.lightings();
-    let first = args.lighting.clone().or_else(|| known.first().cloned()).unwrap_or_default();
+    let first = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     let all: Vec<String> = std::iter::once(first).chain(args.blend.clone()).collect();
-    // a site without probes is told so later
-    for name in all.iter().filter(|_| !known.is_empty()) {
-        if !known.contains(name) {
-            let known: Vec<_> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
-            let known = if known.is_empty() { "one, without a name".to_owned() } else { known.join(", ") };
-            bail!("{}: there is no lighting “{name}”. The site's lightings: {known}", site.file.display());
-        }
-    }
+    all.iter().try_for_each(|name| known_lighting(site, name))?;
     Ok(all)
+}
+
+/// Refuses a lighting that the site does not have; a site without probes is told so later.
+pub(super) fn known_lighting(site: &Site, name: &String) -> anyhow::Result<()> {
+    let known = site.lightings();
+    if known.is_empty() || known.contains(name) {
+        return Ok(());
+    }
+    let known: Vec<_> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
+    let known = if known.is_empty() { "one, without a name".to_owned() } else { known.join(", ") };
+    bail!("{}: there is no lighting “{name}”. The site's lightings: {known}", site.file.display());
 }
 
 /// The paper's method, one per lighting; its timings and records take the place of ours.
@@ -363,7 +362,7 @@ fn write(frame: &Frame, view: &View, folder: &Path, layers: bool) -> anyhow::Res
 }
 
 /// The most memory that the process has held, where the system tells.
-fn peak_bytes() -> Option<u64> {
+pub(super) fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
