@@ -20,7 +20,7 @@ use std::f32::consts::PI;
 use std::path::PathBuf;
 
 use crate::panorama::{Exposure, Picture, Projection};
-use crate::render::{self, Options, Relit, Setup, SetupError, Source, shown_points};
+use crate::render::{self, Options, Relit, Setup, SetupError, Source, exposure_of, shown_points};
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::site::{Camera, Site};
@@ -148,7 +148,7 @@ pub fn bake(
     let finest = coarse / FINEST;
     let eyes = crate::check::eyes(site, scene.origin, None);
     let inner = sides::inner(scene, &eyes);
-    let mut surface = mesh::Surface::new(scene, &inner, SMOOTH[usize::from(is_scan)], 0.25 * finest);
+    let mut surface = mesh::Surface::new(scene, &inner, SMOOTH[usize::from(is_scan)], 0.5 * finest);
     if !is_scan {
         refine::cut_long(&mut surface, coarse, settings.vertices / 2);
     }
@@ -182,7 +182,13 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
     let mesh = &scene.mesh;
     let material = |p: &mesh::Piece| mesh.materials[p.triangle as usize];
     let mut order: Vec<u32> = (0..surface.pieces.len() as u32).collect();
-    order.sort_by_key(|&i| (material(&surface.pieces[i as usize]), surface.pieces[i as usize].patch, i));
+    let (low, high) = mesh.bounds();
+    let key = |i: u32| {
+        let piece = &surface.pieces[i as usize];
+        let middle = piece.corners.iter().map(|p| surface.places[*p as usize]).sum::<Vec3>() / 3.0;
+        (material(piece), morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE)), piece.patch, i)
+    };
+    order.sort_by_cached_key(|&i| key(i));
     let mut known: HashMap<(u32, u32, [u32; 5]), u32> = HashMap::new();
     let (mut vertices, mut sample_of) = (Vec::new(), Vec::new());
     let mut triangles = Vec::with_capacity(order.len());
@@ -246,13 +252,6 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
     baked
 }
 
-/// The exposure of a view's picture, from a quarter of its pixels along each side.
-fn exposure_of(scene: &Scene, relit: &Relit, camera: &Camera) -> Exposure {
-    let [width, height] = [camera.width, camera.height].map(|v| v.div_ceil(4));
-    let small = Camera::new(camera.pose, &camera.model().resized(width, height));
-    Exposure::of(&render::render(scene, relit, &small, 1, &|_, _| ()).radiance)
-}
-
 /// The sky as probes or the site tell it, black where nobody does.
 fn sky(light: &Light) -> Picture {
     const WIDTH: usize = 512;
@@ -263,6 +262,15 @@ fn sky(light: &Light) -> Picture {
         *pixel = direction.map_or(Vec3::ZERO, |d| light.sky(d.as_vec3()));
     });
     picture
+}
+
+/// Which of 16³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
+/// order): a viewer draws only the runs of triangles that it sees.
+fn morton(p: Vec3) -> u32 {
+    let cell = (p * 16.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(15));
+    (0..4)
+        .map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit))
+        .sum::<i32>() as u32
 }
 
 /// Texture coordinates to a 65536th of a repeat but at the model's own corners: neighbours share a vertex then.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 use super::Settings;
 use super::mesh::{Edges, Sample, Surface, longest};
@@ -25,6 +26,12 @@ pub(super) struct Lit {
 impl Lit {
     fn at(&self, sample: u32, lightings: usize) -> &[Vec3] {
         &self.irradiance[sample as usize * lightings..][..lightings]
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.irradiance.append(&mut other.irradiance);
+        self.source.append(&mut other.source);
+        self.agreement.append(&mut other.agreement);
     }
 
     fn push(&mut self, one: (&[Vec3], Source, f32)) {
@@ -68,9 +75,11 @@ pub(super) fn refine(
         };
         (0..lightings).map(one).fold(0.0, f32::max)
     };
+    // middles that were looked up, with their light, for edges that had no room so far
+    let mut kept: HashMap<([u32; 2], u32), u32> = HashMap::new();
+    let (mut candidates, mut seen): (Vec<Sample>, Lit) = Default::default();
     loop {
         let edges = surface.edges();
-        // middles to look at
         let tested: Vec<u32> = (0..edges.runs.len() as u32)
             .into_par_iter()
             .filter(|&r| {
@@ -83,43 +92,55 @@ pub(super) fn refine(
                 length > BLIND * coarse || differ(lit.at(a, lightings), lit.at(b, lightings)) > settings.error
             })
             .collect();
-        let candidates: Vec<Sample> = tested.par_iter().map(|&r| middle(surface, &edges, r)).collect();
-        let seen = lights(relit, &candidates);
-        let off: Vec<f32> = tested
-            .par_iter()
-            .enumerate()
-            .map(|(k, &r)| {
-                let run = &edges.runs[r as usize];
-                let [a, b] = sample_ends(surface, &edges, run);
-                let (a, b) = (lit.at(a, lightings), lit.at(b, lightings));
-                let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
-                let off = differ(seen.at(k as u32, lightings), &between);
-                let length = surface.length(run.ends);
-                if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length } else { 0.0 }
-            })
-            .collect();
-        let mut candidate_of = vec![super::mesh::NONE; edges.runs.len()];
+        let key = |r: u32| (edges.runs[r as usize].ends, edges.patch(r));
+        let new: Vec<u32> = tested.iter().copied().filter(|&r| !kept.contains_key(&key(r))).collect();
+        let asked: Vec<Sample> = new.par_iter().map(|&r| middle(surface, &edges, r)).collect();
+        seen.append(lights(relit, &asked));
+        for (&r, at) in new.iter().zip(asked) {
+            kept.insert(key(r), candidates.len() as u32);
+            candidates.push(at);
+        }
+        let off = |&r: &u32| {
+            let run = &edges.runs[r as usize];
+            let [a, b] = sample_ends(surface, &edges, run);
+            let (a, b) = (lit.at(a, lightings), lit.at(b, lightings));
+            let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
+            let k = kept.get(&key(r)).copied().unwrap_or(0);
+            let (off, length) = (differ(seen.at(k, lightings), &between), surface.length(run.ends));
+            if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length } else { 0.0 }
+        };
+        let off: Vec<f32> = tested.par_iter().map(off).collect();
         let mut worst = vec![0.0f32; edges.count];
-        for (k, &r) in tested.iter().enumerate() {
-            candidate_of[r as usize] = k as u32;
-            let edge = edges.runs[r as usize].edge as usize;
-            worst[edge] = worst[edge].max(off[k]);
-            if off[k] == 0.0 {
-                edges.of(&edges.runs[r as usize]).iter().for_each(|e| set_even(surface, e.2));
+        for (&r, &off) in tested.iter().zip(&off) {
+            let run = &edges.runs[r as usize];
+            worst[run.edge as usize] = worst[run.edge as usize].max(off);
+            if off == 0.0 {
+                edges.of(run).iter().for_each(|e| set_even(surface, e.2));
+                kept.remove(&key(r));
             }
         }
         let room = settings.vertices.saturating_sub(surface.samples.len());
-        let marked = marked(&worst, room);
+        // the worst first: what is left over for them is worth more than what lies in their order
+        let mut most = room / 2;
+        let known = |r: u32| {
+            let k = *kept.get(&key(r))?;
+            let one = (seen.at(k, lightings), seen.source[k as usize], seen.agreement[k as usize]);
+            Some((candidates[k as usize], one))
+        };
         progress(surface.samples.len());
-        if !marked.contains(&true)
-            || !split(surface, lit, relit, &edges, marked, room, |r| {
-                let k = candidate_of[r as usize];
-                (k != super::mesh::NONE).then(|| {
-                    let one = (seen.at(k, lightings), seen.source[k as usize], seen.agreement[k as usize]);
-                    (candidates[k as usize], one)
-                })
-            })
-        {
+        loop {
+            let marked = marked(&worst, most);
+            if !marked.contains(&true) {
+                return;
+            }
+            if split(surface, lit, relit, &edges, marked, room, known) {
+                break;
+            }
+            // what hangs on them took too much room
+            most /= 2;
+        }
+        // little room is no use
+        if 64 * settings.vertices.saturating_sub(surface.samples.len()) < settings.vertices {
             return;
         }
     }
@@ -140,12 +161,12 @@ pub(super) fn cut_long(surface: &mut Surface, coarse: f32, most: usize) {
     }
 }
 
-/// The edges to be cut: all that are off, or where there is no room for so many the worst.
-fn marked(worst: &[f32], room: usize) -> Vec<bool> {
+/// The edges to be cut: all that are off, or the worst where there are more than that.
+fn marked(worst: &[f32], most: usize) -> Vec<bool> {
     let mut order: Vec<u32> = (0..worst.len() as u32).filter(|e| worst[*e as usize] > 0.0).collect();
-    if order.len() > room {
+    if order.len() > most {
         order.sort_by(|a, b| worst[*b as usize].total_cmp(&worst[*a as usize]).then(a.cmp(b)));
-        order.truncate(room);
+        order.truncate(most);
     }
     let mut marked = vec![false; worst.len()];
     order.into_iter().for_each(|e| marked[e as usize] = true);
@@ -271,14 +292,17 @@ pub(super) fn lights(relit: &[Relit], samples: &[Sample]) -> Lit {
     };
     let lots: Vec<Lit> = samples.par_chunks(LOT).map(lot).collect();
     lots.into_iter().fold(Lit::default(), |mut all, lot| {
-        all.irradiance.extend(lot.irradiance);
-        all.source.extend(lot.source);
-        all.agreement.extend(lot.agreement);
+        all.append(lot);
         all
     })
 }
 
 impl Edges {
+    /// The patch of a run.
+    fn patch(&self, run: u32) -> u32 {
+        self.entries[self.runs[run as usize].range[0] as usize].1
+    }
+
     /// The entries of a run.
     pub(super) fn of(&self, run: &super::mesh::Run) -> &[(u64, u32, u32)] {
         &self.entries[run.range[0] as usize..run.range[1] as usize]

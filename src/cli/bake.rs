@@ -45,9 +45,9 @@ pub(crate) struct BakeHow {
     /// Only this lighting; may be given several times [default: all]
     #[arg(long, value_name = "NAME")]
     pub(super) lighting: Vec<String>,
-    /// At most so many vertices
-    #[arg(long, value_name = "N", default_value_t = bake::Settings::default().vertices, value_parser = vertices)]
-    pub(super) vertices: usize,
+    /// At most so many vertices [default: 1000000; for a page 300000]
+    #[arg(long, value_name = "N", value_parser = vertices)]
+    pub(super) vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share
     #[arg(long, value_name = "SHARE", default_value_t = bake::Settings::default().error, value_parser = error)]
     pub(super) error: f32,
@@ -90,7 +90,8 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
     let load_s = start.elapsed().as_secs_f64();
-    let Bake { baked, mut setup } = baked(&site, &scene, &lightings, &args.how, !args.quiet && !args.json)?;
+    let Bake { baked, mut setup } =
+        baked(&site, &scene, &lightings, &args.how, bake::Settings::default().vertices, !args.quiet && !args.json)?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
     let bake_s = start.elapsed().as_secs_f64() - load_s - set_up_s;
@@ -126,12 +127,13 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Bakes with a bar that shows how many vertices there are.
+/// Bakes with a bar that shows how many vertices there are; `usual` is how many there may be if nothing else is asked for.
 pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     lightings: &[String],
     how: &BakeHow,
+    usual: usize,
     shown: bool,
 ) -> anyhow::Result<Bake> {
     let options = Options {
@@ -142,7 +144,7 @@ pub(super) fn baked(
         all_stages: false,
         volume_for_all: false,
     };
-    let settings = bake::Settings { vertices: how.vertices, error: how.error };
+    let settings = bake::Settings { vertices: how.vertices.unwrap_or(usual), error: how.error };
     let bar = super::progress::bar(shown, "{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
     let made = bake(site, scene, &options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;

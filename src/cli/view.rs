@@ -43,6 +43,9 @@ pub(crate) struct ViewArgs {
     quiet: bool,
 }
 
+/// Vertices that a laptop without a graphics card of its own draws fast enough.
+const VERTICES: usize = 300_000;
+
 /// What was made, for scripts.
 #[derive(Serialize)]
 struct Outcome {
@@ -60,7 +63,7 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let lightings = lightings(&site, &args.how.lighting)?;
     let folder = super::out::folder(args.out.as_deref(), &site)?;
     let scene = scene::load(&site, &mut Health::default())?;
-    let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, !args.quiet && !args.json)?;
+    let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, VERTICES, !args.quiet && !args.json)?;
     let extras = Extras { findings: args.findings.clone(), plan: args.plan.clone(), command: super::own_command() };
     let file = folder.join("viewer.html");
     write_viewer(&file, &site, &scene, &baked, &extras)?;

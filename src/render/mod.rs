@@ -16,4 +16,4 @@ pub use frame::{Frame, Source};
 pub use rays::PrimaryRays;
 pub use relight::{Irradiance, Lit, Relit};
 pub use setup::{LeftOut, Options, Setup, SetupError, Timings, pictures, prepare, prepare_for};
-pub use view::{render, shown_points};
+pub use view::{exposure_of, render, shown_points};

@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::frame::{Frame, Pixel};
 use super::shade::Shader;
 use super::{Irradiance, PrimaryRays};
+use crate::panorama::Exposure;
 use crate::scene::{Hit, Ray, Scene};
 use crate::shoot::Light;
 use crate::site::Camera;
@@ -90,6 +91,13 @@ fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top:
             }
         },
     );
+}
+
+/// The exposure of a camera's picture, from a quarter of its pixels along each side.
+pub fn exposure_of(scene: &Scene, relit: &dyn Irradiance, camera: &Camera) -> Exposure {
+    let [width, height] = [camera.width, camera.height].map(|v| v.div_ceil(4));
+    let small = Camera::new(camera.pose, &camera.model().resized(width, height));
+    Exposure::of(&render(scene, relit, &small, 1, &|_, _| ()).radiance)
 }
 
 /// The surface points (position, normal) that cameras show on a coarse grid of pixels; without those that the probes

@@ -65,6 +65,11 @@ impl Records {
         &self.hits
     }
 
+    /// The same, to give them another lighting.
+    pub fn shared_hits(&self) -> Arc<Hits> {
+        self.hits.clone()
+    }
+
     /// Bytes held beside the hits.
     pub fn bytes(&self) -> usize {
         self.records.len() * size_of::<Record>()

@@ -31,12 +31,14 @@ mod pose;
 mod poses;
 mod resection;
 mod resolve;
+mod walk;
 
 pub use camera::Camera;
 pub use fault::SiteError;
 pub use frame::{Frame, Pose, Up};
 pub use poses::PoseFileError;
 pub use resection::{Resection, ResectionError};
+pub use walk::walk;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;

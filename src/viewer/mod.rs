@@ -90,7 +90,7 @@ struct Lighting {
     exposure: f32,
 }
 
-/// The triangles of a material.
+/// Some triangles of a material that lie close together.
 #[derive(Serialize)]
 struct Range {
     first: u32,
@@ -98,6 +98,9 @@ struct Range {
     albedo: [f32; 3],
     /// Index of its picture; −1 for none.
     picture: i32,
+    /// The box around them: least and greatest corner.
+    low: [f32; 3],
+    high: [f32; 3],
 }
 
 /// A view of the site.
@@ -276,7 +279,10 @@ fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Resul
     Ok(Some([low.x, low.y, step]))
 }
 
-/// The materials in use, and their pictures as blocks.
+/// Triangles that are drawn, or left out, together.
+const RUN: usize = 2048;
+
+/// The materials in use, in runs of triangles, and their pictures as blocks.
 fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(Vec<Range>, usize), ViewerError> {
     let mut number = vec![None; scene.textures.len()];
     let (mut all, mut pictures) = (Vec::new(), 0);
@@ -296,7 +302,15 @@ fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(V
             picture = number[t as usize].unwrap_or(-1);
         }
         let albedo = if lamp { Vec3::ONE } else { material.albedo }.to_array();
-        all.push(Range { first: ends[0], count: ends[1] - ends[0], albedo, picture });
+        for first in (ends[0]..ends[1]).step_by(RUN) {
+            let count = (ends[1] - first).min(RUN as u32);
+            let corners = baked.triangles[first as usize..(first + count) as usize].iter().flatten();
+            let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
+                let p = baked.vertices[*v as usize].position;
+                (low.min(p), high.max(p))
+            });
+            all.push(Range { first, count, albedo, picture, low: low.to_array(), high: high.to_array() });
+        }
     }
     Ok((all, pictures))
 }

@@ -1,7 +1,14 @@
 "use strict";
 // The viewer of one baked site. M (what there is), B (the data blocks' lengths) and P (progress) are set by the page's head.
 const $ = (id) => document.getElementById(id);
-const gl = $("gl").getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+/** Whether pictures are drawn by the processor: then smoothing and sharp textures wait until nothing moves. */
+const soft = (() => {
+  const test = document.createElement("canvas").getContext("webgl2"), about = test && test.getExtension("WEBGL_debug_renderer_info");
+  const name = about ? String(test.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "";
+  if (test) test.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+})();
+const gl = $("gl").getContext("webgl2", { antialias: !soft, alpha: false, powerPreference: "high-performance" });
 const ink = $("over").getContext("2d");
 const reduced = (v, low, high) => Math.min(high, Math.max(low, v));
 const add = (a, b, k = 1) => [a[0] + b[0] * k, a[1] + b[1] * k, a[2] + b[2] * k];
@@ -90,39 +97,38 @@ void main() {
 }`;
 const SHOW = `
 uniform float exposure;
-vec3 srgb(vec3 c) { return mix(12.92 * c, 1.055 * pow(max(c, vec3(0.)), vec3(1. / 2.4)) - .055, step(.0031308, c)); }
+vec3 srgb(vec3 c) { // within half a code of sRGB's curve by square roots, which are fast everywhere
+  vec3 a = sqrt(max(c, vec3(0.))), b = sqrt(a), d = sqrt(b);
+  return mix(12.92 * c, .662002687 * a + .684122060 * b - .323583601 * d - .0225411470 * c, step(.0031308, c));
+}
 vec3 show(vec3 radiance) {
   vec3 c = radiance * exposure; float peak = max(c.r, max(c.g, c.b));
   if (peak > .8) { float over = (peak - .8) / .2; c *= (.8 + .2 * over / (1. + over)) / peak; }
   return srgb(c);
 }`;
-const FRAGMENT = `#version 300 es
+const FRAGMENT = (layer, cut) => `#version 300 es
 precision highp float;
 in vec3 place, e, colour; in vec2 st; flat in vec4 about;
-uniform sampler2D picture; uniform vec3 albedo, eye; uniform float cut; uniform int layer; uniform float far;
-uniform vec3 palette[12];
+uniform sampler2D picture; uniform vec3 albedo, eye; uniform float cut, far; uniform vec3 palette[12];
 out vec4 shown;
 ${SHOW}
 void main() {
-  if (place.z > cut) discard;
-  if (layer == 9) {
-    float d = clamp(length(place - eye) / far, 0., .999999) * 255.; vec3 c; c.r = floor(d); d = fract(d) * 255.; c.g = floor(d);
-    c.b = floor(fract(d) * 255.); shown = vec4(c / 255., 1.); return;
-  }
-  vec3 rho = albedo * colour * texture(picture, st).rgb;
-  if (layer == 0) { shown = vec4(show(rho * e * .318309886), 1.); return; }
-  if (layer == 2) { shown = vec4(show(e * (.5 * .318309886)), 1.); return; }
-  vec3 n = normalize(cross(dFdx(place), dFdy(place)));
-  float lamp = .55 + .45 * abs(dot(n, normalize(eye - place)));
-  if (layer == 1) { shown = vec4(srgb(rho * lamp * (.85 + .15 * n.z)), 1.); return; }
-  vec3 c = vec3(.35);
-  int kind = int(about.r) & 3, seen = int(about.r) >> 2, probe = int(about.g);
-  if (layer == 3) c = probe == 255 ? vec3(.25) : palette[probe % 8];
-  if (layer == 4) c = kind == 1 ? mix(palette[1], palette[4], about.b / 255.) : kind == 2 ? palette[3] : kind == 3 ? palette[6] : vec3(.2);
-  if (layer == 5) c = palette[8 + min(seen, 3)];
-  float detail = .75 + .5 * (dot(rho, vec3(.2126, .7152, .0722)) - .4);
-  shown = vec4(srgb(c * c * lamp * detail), 1.);
+  ${cut ? "if (place.z > cut) discard;" : ""}
+  ${LOOK[layer] === LOOK[9] ? "" : "vec3 rho = albedo * colour * texture(picture, st).rgb, c = vec3(.35);"}
+  ${layer === 1 || (layer > 2 && layer < 9) ? "vec3 n = normalize(cross(dFdx(place), dFdy(place))); float lamp = .55 + .45 * abs(dot(n, normalize(eye - place)));" : ""}
+  ${LOOK[layer]}
+  ${layer > 2 && layer < 9 ? "shown = vec4(srgb(c * c * lamp * (.75 + .5 * (dot(rho, vec3(.2126, .7152, .0722)) - .4))), 1.);" : ""}
 }`;
+// what each layer shows; 9 is how far a surface is, for picking
+const LOOK = {
+  0: "shown = vec4(show(rho * e * .318309886), 1.);",
+  1: "shown = vec4(srgb(rho * lamp * (.85 + .15 * n.z)), 1.);",
+  2: "shown = vec4(show(e * (.5 * .318309886)), 1.);",
+  3: "int probe = int(about.g); c = probe == 255 ? vec3(.25) : palette[probe % 8];",
+  4: "int kind = int(about.r) & 3; c = kind == 1 ? mix(palette[1], palette[4], about.b / 255.) : kind == 2 ? palette[3] : kind == 3 ? palette[6] : vec3(.2);",
+  5: "c = palette[8 + min(int(about.r) >> 2, 3)];",
+  9: "float d = clamp(length(place - eye) / far, 0., .999999) * 255.; vec3 c; c.r = floor(d); d = fract(d) * 255.; c.g = floor(d); c.b = floor(fract(d) * 255.); shown = vec4(c / 255., 1.);",
+};
 const SKY_VERTEX = `#version 300 es
 out vec2 at; void main() { at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4. - 1.; gl_Position = vec4(at, 1., 1.); }`;
 const SKY_FRAGMENT = `#version 300 es
@@ -141,7 +147,7 @@ const PALETTE = [
   [0.9, 0.62, 0], [0.84, 0.37, 0], [0.34, 0.71, 0.91], [0.94, 0.89, 0.26], [0, 0.45, 0.7], [0, 0.62, 0.45], [0.8, 0.47, 0.65], [0.95, 0.95, 0.95],
   [0.84, 0.37, 0], [0.94, 0.89, 0.26], [0.34, 0.71, 0.91], [0, 0.45, 0.7],
 ];
-const LAYERS = ["Relit by the probes", "Neutral light", "Irradiance alone", "Which probe is nearest", "How sure", "Seen by how many probes"];
+const LAYERS = ["Relit", "Neutral light", "Irradiance", "Which probe", "How sure", "Seen by how many"];
 const css = (c) => `rgb(${c.map((v) => Math.round(255 * v)).join(" ")})`;
 
 function program(vertex, fragment) {
@@ -185,7 +191,7 @@ function texture(source, width, height) {
   gl.generateMipmap(gl.TEXTURE_2D);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
-  if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+  if (sharp && !soft) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
   return t;
 }
 
@@ -237,7 +243,7 @@ async function open() {
   G.white = texture(new Uint8Array([255, 255, 255, 255]), 1, 1);
   for (const view of M.views) if (view.photo) view.photo = URL.createObjectURL(await next());
   G.vao = vao;
-  G.model = program(VERTEX, FRAGMENT);
+  G.models = new Map();
   G.sky = program(SKY_VERTEX, SKY_FRAGMENT);
   G.pick = gl.createFramebuffer();
   const dot = gl.createTexture();
@@ -296,15 +302,34 @@ function exposure() {
   return Math.exp((1 - fade) * Math.log(of[a]) + fade * Math.log(of[b])) * 2 ** S.stops;
 }
 
+/** The program of a layer; one that cuts nothing lets hidden surfaces go unpainted. */
+function model(layer) {
+  const name = `${layer}${S.cut < 1000}`;
+  if (!G.models.has(name)) G.models.set(name, program(VERTEX, FRAGMENT(layer, S.cut < 1000)));
+  return G.models.get(name);
+}
+
+/** The runs of triangles that may be seen, the nearest first. */
+function seen([l, r, b, t]) {
+  const [right, up, forward] = axes();
+  const sides = [add(right, forward, -l), add(forward.map((v) => v * r), right, -1), add(up, forward, -b), add(forward.map((v) => v * t), up, -1), forward];
+  const shifts = sides.map((side) => dot(side, S.eye)), found = [];
+  for (const m of M.materials) {
+    const inside = sides.every((side, k) => side.reduce((sum, v, c) => sum + v * (v > 0 ? m.high[c] : m.low[c]), 0) >= shifts[k]);
+    if (inside) found.push([m.low.reduce((sum, v, c) => sum + Math.max(v - S.eye[c], 0, S.eye[c] - m.high[c]) ** 2, 0), m]);
+  }
+  return found.sort((p, q) => p[0] - q[0]).map((f) => f[1]);
+}
+
 function paint(layer, tan) {
-  const [a, b, fade] = lightings(), u = G.model.at;
+  const [a, b, fade] = lightings(), { p, at: u } = model(layer);
   gl.bindVertexArray(G.vao);
   for (const [slot, of] of [[2, a], [3, b]]) {
     gl.bindBuffer(gl.ARRAY_BUFFER, G.lights[of]);
     gl.enableVertexAttribArray(slot);
     gl.vertexAttribPointer(slot, 4, gl.UNSIGNED_BYTE, false, 4, 0);
   }
-  gl.useProgram(G.model.p);
+  gl.useProgram(p);
   gl.uniformMatrix4fv(u.matrix, false, matrix(tan));
   gl.uniform3fv(u.low, M.low);
   gl.uniform3fv(u.step, M.step);
@@ -313,15 +338,18 @@ function paint(layer, tan) {
   gl.uniform3fv(u.eye, S.eye);
   gl.uniform1f(u.cut, cutAt());
   gl.uniform1f(u.far, M.size * 4);
-  gl.uniform1i(u.layer, layer);
   gl.uniform3fv(u.palette, PALETTE.flat());
   gl.uniform1i(u.picture, 0);
   gl.activeTexture(gl.TEXTURE0);
   gl.enable(gl.DEPTH_TEST);
   gl.enable(gl.CULL_FACE);
-  for (const m of M.materials) {
-    gl.bindTexture(gl.TEXTURE_2D, m.picture < 0 ? G.white : G.pictures[m.picture]);
-    gl.uniform3fv(u.albedo, m.albedo);
+  let last = null;
+  for (const m of seen(tan)) {
+    if (!last || last.picture !== m.picture || last.albedo.some((v, c) => v !== m.albedo[c])) {
+      gl.bindTexture(gl.TEXTURE_2D, m.picture < 0 ? G.white : G.pictures[m.picture]);
+      gl.uniform3fv(u.albedo, m.albedo);
+      last = m;
+    }
     gl.drawElements(gl.TRIANGLES, 3 * m.count, gl.UNSIGNED_INT, 12 * m.first);
   }
   if (layer === 9) return;
@@ -344,8 +372,9 @@ function paint(layer, tan) {
   gl.depthFunc(gl.LESS);
 }
 
-function draw() {
-  const canvas = $("gl"), scale = window.devicePixelRatio || 1;
+/** Draws; `fine` once nothing moves, where the processor draws: twice as finely, which smooths edges. */
+function draw(fine = false) {
+  const canvas = $("gl"), scale = (window.devicePixelRatio || 1) * (fine && soft ? 2 : 1);
   const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
   for (const c of [canvas, $("over")]) if (c.width !== w || c.height !== h) [c.width, c.height] = [w, h];
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -445,6 +474,9 @@ function overlay(w, h, scale) {
   photo.style.top = `${(ch * (t - vt)) / (t - b)}px`;
   photo.style.width = `${(cw * (vr - vl)) / (r - l)}px`;
   photo.style.height = `${(ch * (vt - vb)) / (t - b)}px`;
+  const x = (w * (vl + ((vr - vl) * Number($("wipe").value)) / 100 - l)) / (r - l);
+  ink.fillStyle = "#fff";
+  ink.fillRect(x - scale, 0, 2 * scale, h);
   photo.style.clipPath = `inset(0 ${100 - Number($("wipe").value)}% 0 0)`;
 }
 
@@ -757,7 +789,11 @@ function tick(now) {
   }
   if (S.dirty) {
     S.dirty = false;
+    S.rough = now;
     draw();
+  } else if (soft && S.rough && now - S.rough > 250) {
+    S.rough = 0;
+    draw(true);
   }
   requestAnimationFrame(tick);
 }
@@ -773,7 +809,7 @@ async function start() {
     fromAddress();
     listen();
     $("wait").hidden = true;
-    draw();
+    draw(true);
     window.viewer = { state: S, draw, ready: true, pick };
     requestAnimationFrame(tick);
   } catch (e) {
