@@ -61,7 +61,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
         let start = Instant::now();
         let measured = transfer.measure(&shown);
         let half = start.elapsed().as_secs_f64();
-        product = transfer.light(&measured, sun);
+        product = transfer.light(&measured, sun, Vec3::ONE);
         let whole = start.elapsed().as_secs_f64();
         least = [least[0].min(half), least[1].min(whole - half)];
         sum += whole;
@@ -87,7 +87,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let volume = transport.map(|t| Volume::new(scene, t, &light));
     let relit = Relit { scene, light: &light, volume: volume.as_ref(), volume_only: false };
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
-    let product = transfer.light(&transfer.measure(&other.iter().collect::<Vec<_>>()), sun);
+    let product = transfer.light(&transfer.measure(&other.iter().collect::<Vec<_>>()), sun, Vec3::ONE);
     tell("another lighting", &product, &direct(&relit, &points));
     Ok(())
 }

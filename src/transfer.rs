@@ -155,9 +155,9 @@ impl<'a> Transfer<'a> {
         self.probes.iter().zip(pictures).map(|(probe, picture)| probe.measure(picture)).collect()
     }
 
-    /// Irradiance at all points under a lighting: what the cells [measured](Transfer::measure), and the sun's irradiance on
-    /// a surface that faces it.
-    pub fn light(&self, measured: &[Vec<Vec3>], sun: Vec3) -> Vec<Vec3> {
+    /// Irradiance at all points under a lighting: what the cells [measured](Transfer::measure), the sun's irradiance on a
+    /// surface that faces it, and how many times as bright as the site gives it the sky is, per channel.
+    pub fn light(&self, measured: &[Vec<Vec3>], sun: Vec3, sky: Vec3) -> Vec<Vec3> {
         let factor = if self.mean > 0.0 { mean(measured) / self.mean } else { 1.0 };
         let records: Vec<Vec3> = self
             .probes
@@ -166,7 +166,7 @@ impl<'a> Transfer<'a> {
             .map(|(probe, measured)| probe.light(measured))
             .collect::<Vec<_>>()
             .concat();
-        let vectors = self.volume.as_ref().map_or_else(Vec::new, |v| v.vectors(&records, sun, factor));
+        let vectors = self.volume.as_ref().map_or_else(Vec::new, |v| v.vectors(&records, sun, sky, factor));
         let rows = &self.rows;
         let one = |(i, ends): (usize, &[[u32; 2]])| {
             let of_records = &rows.records[ends[0][0] as usize..ends[1][0] as usize];

@@ -33,11 +33,13 @@ pub struct Settings {
     pub vertices: usize,
     /// Light that differs by less than this share from what lies between two corners is not cut for.
     pub error: f32,
+    /// Find the exposures of the site's views, too.
+    pub views: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { vertices: 1_000_000, error: 0.08 }
+        Self { vertices: 1_000_000, error: 0.08, views: false }
     }
 }
 
@@ -55,7 +57,7 @@ pub struct Baked {
     pub materials: Vec<u32>,
     /// Per lighting, what brings the surface's log-average radiance to middle grey.
     pub exposures: Vec<Exposure>,
-    /// Per view and lighting, what brings the view's picture to middle grey, as its PNG has it.
+    /// Per view and lighting, what brings the view's picture to middle grey, as its PNG has it; empty if not asked for.
     pub views: Vec<Vec<Exposure>>,
     /// Per lighting the sky, latitude/longitude, the centre column looking along the program's +y.
     pub skies: Vec<Picture>,
@@ -147,7 +149,7 @@ pub fn bake(
     let coarse = (high - low).max_element() / COARSE;
     let finest = coarse / FINEST;
     let eyes = crate::check::eyes(site, scene.origin, None);
-    let inner = sides::inner(scene, &eyes);
+    let inner = sides::inner(scene, &eyes, is_scan);
     let mut surface = mesh::Surface::new(scene, &inner, SMOOTH[usize::from(is_scan)], 0.5 * finest);
     if !is_scan {
         refine::cut_long(&mut surface, coarse, settings.vertices / 2);
@@ -170,7 +172,9 @@ pub fn bake(
         refine::refine(&mut surface, &mut lit, &relit, settings, [coarse, finest], progress);
     }
     let mut baked = gathered(scene, &surface, &lit, &setup, &inner);
-    baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
+    if settings.views {
+        baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
+    }
     baked.skies = setup.lights.iter().map(|(_, light)| sky(light)).collect();
     drop(relit);
     drop(volumes);

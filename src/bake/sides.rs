@@ -20,7 +20,9 @@ const ENCLOSED: f32 = 0.4;
 /// Marks sides (front of triangle t: 2 t, back: 2 t + 1; the front is where its corners run counter-clockwise) that can be
 /// seen from the eyes, or that mostly see such sides, and so on: all that encloses the rooms in which the eyes are. With no
 /// eye, all front sides.
-pub(super) fn inner(scene: &Scene, eyes: &[Vec3]) -> Vec<bool> {
+///
+/// Of a `scan`, whose surface is open and wound alike, all sides of the kind that the eyes mostly see.
+pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
     let count = 2 * scene.mesh.triangles.len();
     if eyes.is_empty() {
         return (0..count).map(|side| side % 2 == 0).collect();
@@ -43,6 +45,13 @@ pub(super) fn inner(scene: &Scene, eyes: &[Vec3]) -> Vec<bool> {
             })
             .collect();
         seen.into_iter().for_each(|side| inner[side as usize] = true);
+    }
+    if scan {
+        /// From this share on one kind of side counts as the seen one.
+        const MOSTLY: f64 = 0.7;
+        let seen = |kind: usize| inner.iter().skip(kind).step_by(2).filter(|s| **s).count() as f64;
+        let fronts = seen(0) / (seen(0) + seen(1)).max(1.0);
+        return (0..count).map(|side| if side % 2 == 0 { fronts > 1.0 - MOSTLY } else { fronts < MOSTLY }).collect();
     }
     let rays = (ALL / count).clamp(LEAST, MOST);
     // per side the sides that it sees

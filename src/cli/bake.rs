@@ -91,7 +91,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let scene = scene::load(&site, &mut health)?;
     let load_s = start.elapsed().as_secs_f64();
     let Bake { baked, mut setup } =
-        baked(&site, &scene, &lightings, &args.how, bake::Settings::default().vertices, !args.quiet && !args.json)?;
+        baked(&site, &scene, &lightings, &args.how, bake::Settings::default(), !args.quiet && !args.json)?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
     let bake_s = start.elapsed().as_secs_f64() - load_s - set_up_s;
@@ -127,13 +127,13 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Bakes with a bar that shows how many vertices there are; `usual` is how many there may be if nothing else is asked for.
+/// Bakes with a bar that shows how many vertices there are; `usual` is how finely if nothing else is asked for.
 pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     lightings: &[String],
     how: &BakeHow,
-    usual: usize,
+    usual: bake::Settings,
     shown: bool,
 ) -> anyhow::Result<Bake> {
     let options = Options {
@@ -144,7 +144,7 @@ pub(super) fn baked(
         all_stages: false,
         volume_for_all: false,
     };
-    let settings = bake::Settings { vertices: how.vertices.unwrap_or(usual), error: how.error };
+    let settings = bake::Settings { vertices: how.vertices.unwrap_or(usual.vertices), error: how.error, ..usual };
     let bar = super::progress::bar(shown, "{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
     let made = bake(site, scene, &options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;

@@ -1,7 +1,7 @@
 //! `clerestory view SITE`.
 
 use clap::{Args, ValueHint};
-use clerestory::bake::Bake;
+use clerestory::bake::{self, Bake};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use clerestory::viewer::{Extras, write_viewer};
@@ -63,7 +63,8 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let lightings = lightings(&site, &args.how.lighting)?;
     let folder = super::out::folder(args.out.as_deref(), &site)?;
     let scene = scene::load(&site, &mut Health::default())?;
-    let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, VERTICES, !args.quiet && !args.json)?;
+    let usual = bake::Settings { vertices: VERTICES, views: true, ..bake::Settings::default() };
+    let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, usual, !args.quiet && !args.json)?;
     let extras = Extras { findings: args.findings.clone(), plan: args.plan.clone(), command: super::own_command() };
     let file = folder.join("viewer.html");
     write_viewer(&file, &site, &scene, &baked, &extras)?;

@@ -93,11 +93,10 @@ fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top:
     );
 }
 
-/// The exposure of a camera's picture, from a quarter of its pixels along each side.
+/// The exposure of a camera's picture, with as many samples a pixel as `clerestory render` takes by default: a log-average hangs on
+/// how finely dark and bright tiles are told apart.
 pub fn exposure_of(scene: &Scene, relit: &dyn Irradiance, camera: &Camera) -> Exposure {
-    let [width, height] = [camera.width, camera.height].map(|v| v.div_ceil(4));
-    let small = Camera::new(camera.pose, &camera.model().resized(width, height));
-    Exposure::of(&render(scene, relit, &small, 1, &|_, _| ()).radiance)
+    Exposure::of(&render(scene, relit, camera, 4, &|_, _| ()).radiance)
 }
 
 /// The surface points (position, normal) that cameras show on a coarse grid of pixels; without those that the probes

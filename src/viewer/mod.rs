@@ -162,8 +162,8 @@ pub fn write_viewer(
     }
     let (materials, pictures) = materials(scene, baked, &mut blocks)?;
     let mut views = Vec::new();
-    for (view, exposures) in site.views.iter().zip(&baked.views) {
-        let (shot, photo) = shot(scene, view, exposures)?;
+    for (i, view) in site.views.iter().enumerate() {
+        let (shot, photo) = shot(scene, view, baked.views.get(i).unwrap_or(&baked.exposures))?;
         views.push(shot);
         blocks.extend(photo);
     }

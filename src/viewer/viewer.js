@@ -170,7 +170,7 @@ function program(vertex, fragment) {
 
 const G = { lights: [], skies: [], pictures: [] };
 const S = { eye: [0, 0, 0], yaw: 0, pitch: 0, roll: 0, tan: [-1, 1, -0.7, 0.7], view: null, light: 0, stops: 0, layer: 0, cut: 1000,
-  base: null, orbit: false, pivot: null, tape: false, points: [], marks: true, finds: true, keys: new Set(), dirty: true, told: null };
+  base: null, orbit: false, pivot: null, tape: false, points: [], marks: true, finds: true, keys: new Set(), dirty: true, told: null, scale: 1, pace: 40, rough: 0 };
 
 function buffer(data, target = gl.ARRAY_BUFFER) {
   const b = gl.createBuffer();
@@ -372,9 +372,16 @@ function paint(layer, tan) {
   gl.depthFunc(gl.LESS);
 }
 
-/** Draws; `fine` once nothing moves, where the processor draws: twice as finely, which smooths edges. */
+/** Draws; `fine` once nothing moves: a slow machine draws coarsely before; and twice as finely, to smooth edges, if soft. */
 function draw(fine = false) {
-  const canvas = $("gl"), scale = (window.devicePixelRatio || 1) * (fine && soft ? 2 : 1);
+  const canvas = $("gl"), scale = (window.devicePixelRatio || 1) * (fine ? (soft ? 2 : 1) : S.scale);
+  if (soft && G.fine !== fine) {
+    for (const t of G.pictures) {
+      gl.bindTexture(gl.TEXTURE_2D, t);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, fine ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR_MIPMAP_NEAREST);
+    }
+    G.fine = fine;
+  }
   const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
   for (const c of [canvas, $("over")]) if (c.width !== w || c.height !== h) [c.width, c.height] = [w, h];
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -788,10 +795,14 @@ function tick(now) {
     keep();
   }
   if (S.dirty) {
+    // frames that follow each other tell how fast this machine is
+    if (now - S.rough < 1000) S.pace += 0.3 * (now - S.rough - S.pace);
+    if (S.pace > 60) S.scale = 0.5;
+    else if (S.pace < 25) S.scale = 1;
     S.dirty = false;
     S.rough = now;
     draw();
-  } else if (soft && S.rough && now - S.rough > 250) {
+  } else if (S.rough && now - S.rough > 250) {
     S.rough = 0;
     draw(true);
   }

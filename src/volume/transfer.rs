@@ -16,7 +16,7 @@ pub struct VolumeTransfer<'a> {
     /// Per gathered place its first term, and one past the last.
     starts: Vec<u32>,
     terms: Vec<Term>,
-    /// Per gathered place what stays whatever the records are: the sky as the site gives it; and what goes with the factor.
+    /// Per gathered place what comes from the sky as the site gives it, and what goes with the factor.
     fixed: Vec<[[Vec3; 3]; 2]>,
     /// Per gathered place and channel: times the sun's irradiance this is vector irradiance.
     sun: Vec<[Vec3; 3]>,
@@ -112,13 +112,13 @@ impl<'a> VolumeTransfer<'a> {
         self.terms.len()
     }
 
-    /// The vector irradiance of all gathered places, from the records' light, the sun's irradiance and the factor of what
-    /// nobody measured.
-    pub fn vectors(&self, records: &[Vec3], sun: Vec3, factor: f32) -> Vec<[Vec3; 3]> {
+    /// The vector irradiance of all gathered places, from the records' light, the sun's irradiance, and the factors of the
+    /// sky as the site gives it and of what nobody measured.
+    pub fn vectors(&self, records: &[Vec3], sun: Vec3, sky: Vec3, factor: f32) -> Vec<[Vec3; 3]> {
         let first = |(i, ends): (usize, &[u32])| {
             let [mut vectors, guessed] = self.fixed[i];
             for c in 0..3 {
-                vectors[c] += guessed[c] * factor + self.sun[i][c] * sun[c];
+                vectors[c] = vectors[c] * sky[c] + guessed[c] * factor + self.sun[i][c] * sun[c];
             }
             for t in &self.terms[ends[0] as usize..ends[1] as usize] {
                 add(&mut vectors, t.weight, t.rho * records[t.record as usize]);
