@@ -33,13 +33,13 @@ pub struct Settings {
     pub vertices: usize,
     /// Light that differs by less than this share from what lies between two corners is not cut for.
     pub error: f32,
-    /// Find the exposures of the site's views, too.
+    /// Find the exposures of the site's views, and take their mean for the whole.
     pub views: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { vertices: 1_000_000, error: 0.08, views: false }
+        Self { vertices: 1_000_000, error: 0.08, views: true }
     }
 }
 
@@ -55,7 +55,8 @@ pub struct Baked {
     pub triangles: Vec<[u32; 3]>,
     /// Per material (in the scene's order) its first triangle; one more at the end.
     pub materials: Vec<u32>,
-    /// Per lighting, what brings the surface's log-average radiance to middle grey.
+    /// Per lighting, the geometric mean of the views' exposures; without them, what brings the surface's log-average radiance to
+    /// middle grey.
     pub exposures: Vec<Exposure>,
     /// Per view and lighting, what brings the view's picture to middle grey, as its PNG has it; empty if not asked for.
     pub views: Vec<Vec<Exposure>>,
@@ -174,6 +175,11 @@ pub fn bake(
     let mut baked = gathered(scene, &surface, &lit, &setup, &inner);
     if settings.views {
         baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
+        // as people see the place, rather than with all its dark corners
+        for (l, exposure) in baked.exposures.iter_mut().enumerate().filter(|_| !cameras.is_empty()) {
+            let sum: f32 = baked.views.iter().map(|v: &Vec<Exposure>| v[l].0.ln()).sum();
+            *exposure = Exposure((sum / cameras.len() as f32).exp());
+        }
     }
     baked.skies = setup.lights.iter().map(|(_, light)| sky(light)).collect();
     drop(relit);

@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 use crate::scene::{Ray, Scene};
 
 /// Rays from each eye.
-const LOOKS: u32 = 1 << 14;
+const LOOKS: u32 = 1 << 17;
 
 /// Rays from each side, at most and at least, and about so many in all.
 const MOST: usize = 8;

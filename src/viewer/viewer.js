@@ -179,6 +179,12 @@ function buffer(data, target = gl.ARRAY_BUFFER) {
   return b;
 }
 
+/** Whether the picture that is bound shall stay sharp where it is seen from aside. */
+function sharpen(on) {
+  const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
+  if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, on ? 8 : 1);
+}
+
 function texture(source, width, height) {
   const t = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, t);
@@ -190,8 +196,7 @@ function texture(source, width, height) {
   gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, source);
   gl.generateMipmap(gl.TEXTURE_2D);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
-  const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
-  if (sharp && !soft) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+  sharpen(!soft);
   return t;
 }
 
@@ -379,6 +384,7 @@ function draw(fine = false) {
     for (const t of G.pictures) {
       gl.bindTexture(gl.TEXTURE_2D, t);
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, fine ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR_MIPMAP_NEAREST);
+      sharpen(fine);
     }
     G.fine = fine;
   }
