@@ -6,15 +6,16 @@
 #![allow(clippy::print_stdout, reason = "its result goes to the console")]
 
 use clerestory::bake::{self, Bake, bake};
-use clerestory::panorama::{Picture, Radiometry};
+use clerestory::panorama::{self, Panorama, Picture, Radiometry};
 use clerestory::render::{Irradiance, Options, Relit, pictures};
 use clerestory::scene::{self, Health, Scene};
-use clerestory::shoot::Light;
-use clerestory::site::Site;
+use clerestory::shoot::{Light, Outside};
+use clerestory::site::{Environment, Site};
 use clerestory::transfer::{LOT, Point, Transfer};
 use clerestory::volume::{self, Nearby, Volume};
 use glam::Vec3;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 type Fault = Box<dyn std::error::Error + Send + Sync>;
@@ -83,13 +84,24 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let anew: Vec<_> = (light.records.iter().zip(&other).zip(&own))
         .map(|((r, p), (_, radiometry))| (r.shared_hits(), p, *radiometry))
         .collect();
-    let light = Light::new(scene, &anew, light.sun, None);
+    let light = Light::new(scene, &anew, light.sun, outside(site)?);
     let volume = transport.map(|t| Volume::new(scene, t, &light));
     let relit = Relit { scene, light: &light, volume: volume.as_ref(), volume_only: false };
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
     let product = transfer.light(&transfer.measure(&other.iter().collect::<Vec<_>>()), sun, Vec3::ONE);
     tell("another lighting", &product, &direct(&relit, &points));
     Ok(())
+}
+
+/// Light from outside as the site gives it.
+fn outside(site: &Site) -> Result<Option<Outside>, Fault> {
+    Ok(match &site.environment {
+        None => None,
+        Some(Environment::Uniform(radiance)) => Some(Outside::Uniform(*radiance)),
+        Some(Environment::Image { path, rotation, projection }) => {
+            Some(Outside::Image(Arc::new(Panorama::new(panorama::read(path)?, *projection, *rotation))))
+        }
+    })
 }
 
 /// Irradiance as rendering finds it.
