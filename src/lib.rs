@@ -12,6 +12,7 @@
 //! [`scene::Scene::origin`]. Colour is linear Rec. 709 RGB.
 
 pub mod audit;
+pub mod bake;
 pub mod check;
 pub(crate) mod cholesky;
 pub(crate) mod edge_aware;
@@ -30,5 +31,7 @@ pub mod shoot;
 pub mod site;
 pub(crate) mod statistics;
 pub mod study;
+pub mod transfer;
+pub mod viewer;
 pub mod volume;
 pub mod whole;

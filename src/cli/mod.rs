@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 use std::io::{self, Write};
 
 pub(crate) mod audit;
+pub(crate) mod bake;
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod gallery;
@@ -16,6 +17,7 @@ pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
+pub(crate) mod view;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]
@@ -35,6 +37,7 @@ pub(crate) struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Audit(audit::AuditArgs),
+    Bake(bake::BakeArgs),
     Check(check::CheckArgs),
     Demo(demo::DemoArgs),
     Plan(plan::PlanArgs),
@@ -45,6 +48,7 @@ enum Verb {
     Report(report::ReportArgs),
     Simulate(simulate::SimulateArgs),
     Study(study::StudyArgs),
+    View(view::ViewArgs),
 }
 
 /// Runs the verb and writes its result to `out`.
@@ -60,6 +64,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
 fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
     match verb {
         Verb::Audit(args) => audit::run(args, out)?,
+        Verb::Bake(args) => bake::run(args, out)?,
         Verb::Check(args) => check::run(args, out)?,
         Verb::Demo(args) => demo::run(args, out)?,
         Verb::Gallery(args) => gallery::run(args, out)?,
@@ -70,6 +75,7 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
         Verb::Report(args) => report::run(args, out)?,
         Verb::Simulate(args) => simulate::run(args, out)?,
         Verb::Study(args) => study::run(args, out)?,
+        Verb::View(args) => view::run(args, out)?,
     }
     Ok(())
 }

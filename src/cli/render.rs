@@ -8,11 +8,11 @@ use clap::{Args, ValueEnum, ValueHint};
 use clerestory::check::{self, Saving};
 use clerestory::panorama::{self, Exposure, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
-use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, prepare, render};
+use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, exposure_of, prepare, render};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::shoot::read_light;
-use clerestory::site::{Site, View};
-use clerestory::volume::{self, Volume};
+use clerestory::site::{Camera, Site, View};
+use clerestory::volume;
 use clerestory::{paper, radiometry, site};
 use compared::{Compared, compared, photos};
 use print::{Done, NotDone, Outcome, print};
@@ -29,7 +29,8 @@ use std::time::Instant;
     clerestory render sites/chapel\n  \
     clerestory render sites/chapel --view apse --lighting 14:30\n  \
     clerestory render sites/chapel --lighting 10:00 --blend 14:30 --share 0.5\n  \
-    clerestory render sites/chapel --compare --method paper")]
+    clerestory render sites/chapel --compare --method paper\n  \
+    clerestory render sites/chapel --path walk.toml --out walk")]
 pub(crate) struct RenderArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = ValueHint::AnyPath)]
@@ -37,6 +38,9 @@ pub(crate) struct RenderArgs {
     /// Only this view; may be given several times
     #[arg(long, value_name = "NAME")]
     view: Vec<String>,
+    /// Frames along a walk in the place of the site's views: a TOML file with a [path] and its [[key]] frames
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["view", "compare"])]
+    path: Option<PathBuf>,
     /// The probes' pictures of this lighting [default: the site's first]
     #[arg(long, value_name = "NAME")]
     lighting: Option<String>,
@@ -115,6 +119,9 @@ enum Method {
 /// Renders a site's views and tells `out` about it.
 pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let mut site = Site::load(&args.site)?;
+    if let Some(path) = &args.path {
+        site.views = site::walk(&site, path)?;
+    }
     chosen(&site, &args.view)?;
     if args.register {
         let (found, lines) =
@@ -161,18 +168,14 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     };
 
     let start = Instant::now();
-    let volumes: Vec<Option<Volume>> = setup
-        .lights
-        .iter()
-        .zip(&setup.transport_of)
-        .map(|((_, light), t)| t.map(|t| Volume::new(&scene, &setup.transports[t], light)))
-        .collect();
-    setup.timings.volume_s += start.elapsed().as_secs_f64();
+    let volumes = setup.volumes(&scene);
+    let volume_s = start.elapsed().as_secs_f64();
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = super::progress::bar(!args.quiet && !args.json, "{msg:16} {wide_bar} {percent:>3} %  {eta} left");
     bar.set_length(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
+    let mut steady = args.path.is_some().then(|| walk_exposure(&scene, &setup, &volumes, &cameras));
     for view in &views {
         let mut frame: Option<Frame> = None;
         for (i, (_, light)) in setup.lights.iter().enumerate() {
@@ -196,7 +199,12 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         let Compared { error, fit, error_after_fit } = photos
             .get(&view.name)
             .map_or_else(Compared::default, |photo| compared(&scene, &probes, &view.camera, &frame, photo));
-        let file = write(&frame, view, &folder, args.layers)?;
+        // frames of a walk must not flicker
+        let exposure = *steady.get_or_insert_with(|| Exposure::of(&frame.radiance));
+        if args.path.is_none() {
+            steady = None;
+        }
+        let file = write(&frame, view, &folder, args.layers, exposure)?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
         done.push(Done {
             name: view.name.clone(),
@@ -211,7 +219,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     }
     bar.finish_and_clear();
     let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
-    let Setup { timings, records, record_bytes, .. } = setup;
+    let Setup { mut timings, records, record_bytes, .. } = setup;
+    timings.volume_s += volume_s;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome = Outcome {
         setup: timings,
@@ -301,18 +310,21 @@ fn chosen<'a>(site: &'a Site, names: &[String]) -> anyhow::Result<Vec<&'a View>>
 
 /// The lightings that are needed: one, or two to blend.
 fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
-    let known = site.lightings();
-    let first = args.lighting.clone().or_else(|| known.first().cloned()).unwrap_or_default();
+    let first = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     let all: Vec<String> = std::iter::once(first).chain(args.blend.clone()).collect();
-    // a site without probes is told so later
-    for name in all.iter().filter(|_| !known.is_empty()) {
-        if !known.contains(name) {
-            let known: Vec<_> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
-            let known = if known.is_empty() { "one, without a name".to_owned() } else { known.join(", ") };
-            bail!("{}: there is no lighting “{name}”. The site's lightings: {known}", site.file.display());
-        }
-    }
+    all.iter().try_for_each(|name| known_lighting(site, name))?;
     Ok(all)
+}
+
+/// Refuses a lighting that the site does not have; a site without probes is told so later.
+pub(super) fn known_lighting(site: &Site, name: &String) -> anyhow::Result<()> {
+    let known = site.lightings();
+    if known.is_empty() || known.contains(name) {
+        return Ok(());
+    }
+    let known: Vec<_> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
+    let known = if known.is_empty() { "one, without a name".to_owned() } else { known.join(", ") };
+    bail!("{}: there is no lighting “{name}”. The site's lightings: {known}", site.file.display());
 }
 
 /// The paper's method, one per lighting; its timings and records take the place of ours.
@@ -353,17 +365,26 @@ fn plain(
     Ok(all)
 }
 
+/// One exposure for all frames of a walk: the geometric mean of some of theirs.
+fn walk_exposure(scene: &Scene, setup: &Setup, volumes: &[Option<volume::Volume>], cameras: &[Camera]) -> Exposure {
+    const ASKED: usize = 16;
+    let relit = |i: usize| Relit { scene, light: &setup.lights[i].1, volume: volumes[i].as_ref(), volume_only: false };
+    let some: Vec<&Camera> = cameras.iter().step_by(cameras.len().div_ceil(ASKED)).collect();
+    let sum: f32 = some.iter().map(|camera| exposure_of(scene, &relit(0), camera).0.ln()).sum();
+    Exposure((sum / some.len() as f32).exp())
+}
+
 /// Writes a view's pictures, whole or not at all.
-fn write(frame: &Frame, view: &View, folder: &Path, layers: bool) -> anyhow::Result<PathBuf> {
+fn write(frame: &Frame, view: &View, folder: &Path, layers: bool, exposure: Exposure) -> anyhow::Result<PathBuf> {
     let (width, height) = (frame.radiance.width, frame.radiance.height);
     let file = folder.join(format!("{}.exr", view.file_stem()));
     write_exr(&file, width, height, &frame.layers(layers), None)?;
-    write_png(&file.with_extension("png"), &frame.radiance, Exposure::of(&frame.radiance))?;
+    write_png(&file.with_extension("png"), &frame.radiance, exposure)?;
     Ok(file)
 }
 
 /// The most memory that the process has held, where the system tells.
-fn peak_bytes() -> Option<u64> {
+pub(super) fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)

@@ -41,6 +41,9 @@ pub(crate) struct ReportArgs {
     /// Find the poses of probes and photographs first, as `register` does, and render and audit with those that are sure
     #[arg(long)]
     register: bool,
+    /// Make viewer.html too, a page to walk through the relit model in, and link it
+    #[arg(long)]
+    viewer: bool,
     /// Print the manifest as JSON
     #[arg(long)]
     json: bool,
@@ -78,6 +81,13 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
             continue;
         }
         bar.set_message(format!("{verb} …"));
+        if verb == "view" {
+            // what came before is shown in it
+            let shown = |option: &str, file: &str| [option.to_owned(), shown(&folder.join(file))];
+            line.extend(archive.audit.iter().flat_map(|_| shown("--findings", "")));
+            line.extend(archive.plan.iter().flat_map(|_| shown("--plan", "plan.json")));
+            run.command = command(&line);
+        }
         line.push("--json".into());
         let start = Instant::now();
         let printed = super::run_line(&line);
@@ -144,7 +154,7 @@ fn parts(site: &Site, args: &ReportArgs) -> Vec<(&'static str, Option<String>, V
             return Some("not asked for");
         }
         match verb {
-            "render" | "audit" | "study" if no_probe => Some("the site has no probe"),
+            "render" | "audit" | "study" | "view" if no_probe => Some("the site has no probe"),
             "render" | "audit" | "study" if no_view => Some("the site has no view"),
             "audit" if !photos => Some("the site has no photograph"),
             _ => None,
@@ -154,13 +164,17 @@ fn parts(site: &Site, args: &ReportArgs) -> Vec<(&'static str, Option<String>, V
     let compare: &[&str] = if photos { &["--compare"] } else { &[] };
     let budget = args.budget.to_string();
     let part = |verb, options: &[&str]| (verb, why_not(verb).map(str::to_owned), words(options));
-    vec![
+    let mut all = vec![
         part("check", &[]),
         part("plan", &[]),
         part("render", &[register, compare].concat()),
         part("audit", register),
         part("study", &["--budget", &budget]),
-    ]
+    ];
+    if args.viewer {
+        all.push(part("view", &[]));
+    }
+    all
 }
 
 /// Takes what a verb printed or wrote into the archive.
@@ -174,6 +188,7 @@ fn keep(verb: &str, json: &[u8], folder: &Path, archive: &mut Archive) -> anyhow
             write_file(&folder.join("render.json"), json)?;
             archive.render = Some(serde_json::from_slice(json)?);
         }
+        "view" => archive.viewer = Some("viewer.html".to_owned()),
         "plan" => archive.plan = Some(read_json(&folder.join("plan.json"))?),
         "audit" => archive.audit = Some(read_json(&folder.join("findings.json"))?),
         "study" => {

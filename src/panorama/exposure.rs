@@ -36,16 +36,20 @@ impl Exposure {
         if Picture::valid(p) { (p * self.0).min(Vec3::ONE) } else { Vec3::ZERO }
     }
 
-    /// sRGB-encoded screen values in 0..=1, as people see the picture: proportional up to 0.8 of white, then a shoulder
-    /// that bends towards white by the brightest channel, so that windows keep some drawing and their hue.
-    pub fn show(self, p: Vec3) -> Vec3 {
+    /// Linear screen values in 0..=1, as people see the picture: proportional up to 0.8 of white, then a shoulder that bends
+    /// towards white by the brightest channel, so that windows keep some drawing and their hue.
+    pub fn bend(self, p: Vec3) -> Vec3 {
         if !Picture::valid(p) {
             return Vec3::ZERO;
         }
         let p = (p * self.0).min(Vec3::splat(1e30));
         let peak = p.max_element();
-        let scale = if peak > KNEE { shoulder(peak) / peak } else { 1.0 };
-        Vec3::from((p * scale).to_array().map(linear_to_srgb))
+        if peak > KNEE { p * (shoulder(peak) / peak) } else { p }
+    }
+
+    /// [`Exposure::bend`], sRGB-encoded.
+    pub fn show(self, p: Vec3) -> Vec3 {
+        self.bend(p).map(linear_to_srgb)
     }
 }
 

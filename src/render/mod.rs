@@ -15,5 +15,5 @@ mod view;
 pub use frame::{Frame, Source};
 pub use rays::PrimaryRays;
 pub use relight::{Irradiance, Lit, Relit};
-pub use setup::{LeftOut, Options, Setup, SetupError, Timings, prepare};
-pub use view::{render, shown_points};
+pub use setup::{LeftOut, Options, Setup, SetupError, Timings, pictures, prepare, prepare_for};
+pub use view::{exposure_of, render, shown_points};

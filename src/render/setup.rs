@@ -1,5 +1,6 @@
 //! Everything that views share, made once: shooting, giving light, the volume's rays.
 
+use glam::Vec3;
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::Instant;
@@ -9,7 +10,7 @@ use crate::panorama::{self, Panorama, PanoramaError, Picture, Radiometry};
 use crate::scene::Scene;
 use crate::shoot::{Hits, Light, Outside, charted};
 use crate::site::{Camera, Environment, Probe, Site};
-use crate::volume::{self, Transport};
+use crate::volume::{self, Transport, Volume};
 
 /// What to make.
 #[derive(Clone, Debug)]
@@ -96,6 +97,17 @@ pub enum SetupError {
 
 /// Shoots a site's probes and gives them light; casts the volume's rays if some camera shows a point that no probe sees.
 pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options) -> Result<Setup, SetupError> {
+    prepare_for(site, scene, |seen| shown_points(scene, seen, cameras), options)
+}
+
+/// [`prepare`] for other points than cameras show: `wanted` gives points (position, normal) that the volume shall serve,
+/// without those that the given light's probes see, where one is given.
+pub fn prepare_for(
+    site: &Site,
+    scene: &Scene,
+    wanted: impl Fn(Option<&Light>) -> Vec<(Vec3, Vec3)>,
+    options: &Options,
+) -> Result<Setup, SetupError> {
     let name = site.file.display().to_string();
     if site.probes.is_empty() || options.probes == 0 {
         return Err(SetupError::NoProbe { site: name });
@@ -147,7 +159,7 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
     for set in 0..sets.len() {
         let mine: Vec<&Light> =
             lights.iter().zip(&set_of).filter(|(_, s)| **s == set).map(|((_, light), _)| light).collect();
-        let wanted = shown_points(scene, (!options.volume_for_all).then_some(mine[0]), cameras);
+        let wanted = wanted((!options.volume_for_all).then_some(mine[0]));
         if wanted.is_empty() && !options.all_stages {
             let why = "every sampled point in every view is seen by a probe".to_owned();
             left_out.push(LeftOut { stage: "volume", why });
@@ -171,6 +183,32 @@ pub fn prepare(site: &Site, scene: &Scene, cameras: &[Camera], options: &Options
     let records = first().map(|r| r.hits().count()).sum();
     let record_bytes = first().map(|r| r.bytes() + r.hits().bytes()).sum();
     Ok(Setup { lights, transport_of, transports, timings, left_out, records, record_bytes })
+}
+
+impl Setup {
+    /// Per lighting the volume, where there is one.
+    pub fn volumes(&self, scene: &Scene) -> Vec<Option<Volume<'_>>> {
+        let volume = |((_, light), t): (&(String, Light), &Option<usize>)| {
+            t.map(|t| Volume::new(scene, &self.transports[t], light))
+        };
+        self.lights.iter().zip(&self.transport_of).map(volume).collect()
+    }
+}
+
+/// The pictures of a lighting, in the projection that their records lie in, each with its radiometry: what a
+/// [`Transfer`](crate::transfer::Transfer) is fed with.
+///
+/// # Errors
+///
+/// A picture that cannot be read.
+pub fn pictures(site: &Site, lighting: &str, probes: usize) -> Result<Vec<(Picture, Radiometry)>, PanoramaError> {
+    let lit = site.probes.iter().take(probes).flat_map(|p| p.pictures.iter().map(move |file| (p, file)));
+    lit.filter(|(_, file)| file.lighting == lighting)
+        .map(|(probe, file)| {
+            let (picture, coding) = panorama::read_coded(&file.path)?;
+            Ok((charted(picture, probe.projection).1, probe.radiometry(coding)))
+        })
+        .collect()
 }
 
 /// Casts a probe's rays.

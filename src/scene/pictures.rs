@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -31,7 +30,7 @@ struct Picture {
 impl Picture {
     fn load(&self) -> Result<Option<Texture>, SceneError> {
         match &self.embedded {
-            Some(bytes) => Texture::decode(&self.path, Cursor::new(bytes)),
+            Some(bytes) => Texture::decode(&self.path, bytes.clone()),
             None => Texture::load(&self.path),
         }
     }

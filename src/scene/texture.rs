@@ -1,8 +1,7 @@
 //! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
 
 use glam::{Vec2, Vec3, Vec4};
-use std::fs::File;
-use std::io::{BufRead, BufReader, Seek};
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
@@ -26,6 +25,8 @@ pub struct Texture {
     /// The picture's file name, for messages.
     pub name: String,
     levels: Vec<Level>,
+    /// The file it was read from, if that is a PNG or JPEG picture: to be passed on as it is.
+    file: Option<Arc<[u8]>>,
 }
 
 #[derive(Clone, Debug)]
@@ -58,8 +59,9 @@ impl Texture {
     ///
     /// A picture that is damaged, or larger than what may be decoded.
     pub fn load(path: &Path) -> Result<Option<Self>, SceneError> {
-        let file = File::open(path).map_err(|e| SceneError::Texture { path: path.to_owned(), why: e.to_string() })?;
-        Self::decode(path, BufReader::new(file))
+        let bytes =
+            std::fs::read(path).map_err(|e| SceneError::Texture { path: path.to_owned(), why: e.to_string() })?;
+        Self::decode(path, bytes.into())
     }
 
     /// The same from the bytes of a file; `path` is for messages.
@@ -67,9 +69,10 @@ impl Texture {
     /// # Errors
     ///
     /// As [`Texture::load`].
-    pub(super) fn decode(path: &Path, bytes: impl BufRead + Seek) -> Result<Option<Self>, SceneError> {
+    pub(super) fn decode(path: &Path, bytes: Arc<[u8]>) -> Result<Option<Self>, SceneError> {
         let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
-        let mut reader = image::ImageReader::new(bytes).with_guessed_format().map_err(|e| fault(e.to_string()))?;
+        let mut reader =
+            image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| fault(e.to_string()))?;
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(MAX_SIDE);
         limits.max_image_height = Some(MAX_SIDE);
@@ -86,7 +89,25 @@ impl Texture {
         }
         let texels = picture.pixels().map(|p| p.0).collect();
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Some(Self::new(name, width as usize, height as usize, texels)))
+        let texture = Self::new(name, width as usize, height as usize, texels);
+        Ok(Some(Self { file: kind_of(&bytes).map(|_| bytes), ..texture }))
+    }
+
+    /// The picture as a PNG or JPEG file, and its media type: the very file it was read from where that is one.
+    ///
+    /// # Errors
+    ///
+    /// What the encoder says.
+    pub(crate) fn encoded(&self) -> Result<(Arc<[u8]>, &'static str), String> {
+        if let Some((file, kind)) = self.file.as_ref().and_then(|f| Some((f, kind_of(f)?))) {
+            return Ok((file.clone(), kind));
+        }
+        let level = &self.levels[0];
+        let rgb = level.texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect();
+        let picture = image::RgbImage::from_raw(level.width as u32, level.height as u32, rgb).unwrap_or_default();
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+        Ok((bytes.into_inner().into(), PNG))
     }
 
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
@@ -99,7 +120,7 @@ impl Texture {
             let next = last.halved();
             levels.push(next);
         }
-        Self { name, levels }
+        Self { name, levels, file: None }
     }
 
     /// Width and height in texels.
@@ -190,6 +211,17 @@ impl Texture {
         let f = (level - lower as f32).clamp(0.0, 1.0);
         let a = self.levels[lower].bilinear(uv);
         if f < 1e-3 || lower == top { a } else { a.lerp(self.levels[lower + 1].bilinear(uv), f) }
+    }
+}
+
+const PNG: &str = "image/png";
+
+/// The media type of a PNG or JPEG file, by its first bytes.
+fn kind_of(file: &[u8]) -> Option<&'static str> {
+    match file {
+        [0x89, b'P', b'N', b'G', ..] => Some(PNG),
+        [0xff, 0xd8, 0xff, ..] => Some("image/jpeg"),
+        _ => None,
     }
 }
 

@@ -90,8 +90,14 @@ impl Chart {
 
     /// The direction of the middle of a cell, by its index.
     pub fn middle_of(&self, cell: usize) -> Vec3 {
+        let (row, x) = self.row_of(cell);
+        self.middle(row, x)
+    }
+
+    /// The row of a cell, and its place in that.
+    pub fn row_of(&self, cell: usize) -> (usize, usize) {
         let row = self.starts.partition_point(|&start| start as usize <= cell) - 1;
-        self.middle(row, cell - self.row(row).start)
+        (row, cell - self.row(row).start)
     }
 
     /// Whether the left end of a row touches its right end.

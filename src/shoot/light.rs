@@ -1,10 +1,12 @@
 //! What probes and site say about the light under one lighting.
 
 use glam::Vec3;
+use smallvec::SmallVec;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 use super::neighbours::Neighbours;
+use super::sunlight::Sunlit;
 use super::{Hits, Observation, Records, beyond, sunlight};
 use crate::panorama::{Panorama, Picture, Radiometry, luminance};
 use crate::scene::Scene;
@@ -23,6 +25,21 @@ pub struct Light {
     neighbours: OnceLock<Neighbours>,
 }
 
+/// Which of an observation's records tell the irradiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Choice {
+    /// All.
+    All,
+    /// Those in sun.
+    Sun,
+    /// Those in shade.
+    Shade,
+    /// Those in shade, and the sun besides.
+    ShadeAndDirect,
+    /// The sun, but no less than all records say.
+    Direct,
+}
+
 /// Light from outside as the site file gives it.
 #[derive(Clone)]
 pub enum Outside {
@@ -31,6 +48,9 @@ pub enum Outside {
     /// A panorama around the site.
     Image(Arc<Panorama>),
 }
+
+/// Cells and their weights.
+type Cells = SmallVec<[(u32, f32); 4]>;
 
 /// A probe seen less sharply than this share of the sharpest one's solid angle per area is not asked.
 const COARSEST: f32 = 0.25;
@@ -65,7 +85,27 @@ impl Light {
     /// What the probes that see a point most sharply say about it; `None` where none sees it. A probe that is clipped there
     /// is asked only where all that see the point are, and then the brightest of them: light was at least that.
     pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Observation> {
-        self.observe_above(scene, point, normal, LEAST_WEIGHT)
+        self.observe_above(scene, point, normal, LEAST_WEIGHT, |_, _| ())
+    }
+
+    /// [`Light::observe`], or with `least` weight zero [`Light::glimpse`]'s records; `tell` hears of each record that
+    /// counts: its probe, its cell, whether the sun shines on it, and its weight.
+    pub(crate) fn weigh(
+        &self,
+        scene: &Scene,
+        (point, normal): (Vec3, Vec3),
+        glimpse: bool,
+        mut tell: impl FnMut(u32, u32, Sunlit, f32),
+    ) -> Option<Observation> {
+        let least = if glimpse { 0.0 } else { LEAST_WEIGHT };
+        let mut asked: SmallVec<[(usize, f32); 8]> = SmallVec::new();
+        let o = self.observe_above(scene, point, normal, least, |probe, share| asked.push((probe, share)));
+        for (probe, share) in asked {
+            self.records[probe].look(scene, point, normal, |cell, sunlit, weight| {
+                tell(probe as u32, cell as u32, sunlit, share * weight);
+            });
+        }
+        o
     }
 
     /// The probe that sees a point of a surface most sharply, and its cell that is nearest; `None` where none sees it.
@@ -84,7 +124,7 @@ impl Light {
     /// Irradiance by whatever records there are, however little they can be trusted: better than nothing where there is
     /// no volume.
     pub fn glimpse(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
-        self.observe_above(scene, point, normal, 0.0).map(|o| o.value())
+        self.observe_above(scene, point, normal, 0.0, |_, _| ()).map(|o| o.value())
     }
 
     /// Irradiance, without direct sun, of the nearest records that a point sees, or that lie on its surface: where neither
@@ -113,8 +153,18 @@ impl Light {
         self.observe(scene, point, normal).map_or(light, |o| o.value().max(light))
     }
 
-    fn observe_above(&self, scene: &Scene, point: Vec3, normal: Vec3, least: f32) -> Option<Observation> {
+    /// `tell` hears which probes count, and with what share.
+    #[inline]
+    fn observe_above(
+        &self,
+        scene: &Scene,
+        point: Vec3,
+        normal: Vec3,
+        least: f32,
+        mut tell: impl FnMut(usize, f32),
+    ) -> Option<Observation> {
         let mut best = 0.0;
+        let mut brightest = 0;
         let (mut sum, mut bound) = (Observation::default(), Observation::default());
         let mut moments = Vec3::ZERO;
         self.sharpest_first(point, normal, |fine, i| {
@@ -124,18 +174,22 @@ impl Light {
             let o = self.records[i].observe(scene, point, normal);
             if o.weight() > least && o.is_bound() {
                 if luminance(o.value()) > luminance(bound.value()) || bound.weight() == 0.0 {
-                    bound = o;
+                    (bound, brightest) = (o, i);
                 }
             } else if o.weight() > least {
                 best = if best > 0.0 { best } else { fine };
                 let share = (fine / best) * (fine / best);
                 sum.add(&o, share);
+                tell(i, share);
                 moments += Vec3::new(1.0, luminance(o.value()), luminance(o.value()).powi(2)) * (share * o.weight());
             }
             ControlFlow::Continue(())
         });
         if best == 0.0 {
-            return (bound.weight() > 0.0).then_some(bound);
+            return (bound.weight() > 0.0).then(|| {
+                tell(brightest, 1.0);
+                bound
+            });
         }
         let mean = moments.y / moments.x;
         let variance = (moments.z / moments.x - mean * mean).max(0.0);
@@ -174,12 +228,25 @@ impl Light {
     /// Irradiance at a point that an observation is about, given whether the sun reaches it; `cos` is the sun's cosine
     /// there. Records in sun and in shade are never mixed. `None` where the records say too little.
     pub fn resolve(&self, o: &Observation, in_sun: bool, cos: f32) -> Option<Vec3> {
-        let Some(sun) = self.sun else { return Some(o.value()) };
+        let direct = self.sun.map_or(Vec3::ZERO, |sun| sun.irradiance * cos.max(0.0));
+        Some(match self.choose(o, in_sun, cos)? {
+            Choice::All => o.value(),
+            Choice::Sun => o.sun.value(),
+            Choice::Shade => o.shade.value(),
+            Choice::ShadeAndDirect => o.shade.value() + direct,
+            Choice::Direct => o.value().max(direct),
+        })
+    }
+
+    /// Which records tell the irradiance of a point; see [`Light::resolve`].
+    pub(crate) fn choose(&self, o: &Observation, in_sun: bool, cos: f32) -> Option<Choice> {
+        let Some(sun) = self.sun else { return Some(Choice::All) };
         match in_sun {
-            true if o.sun.weight > LEAST_WEIGHT => Some(o.sun.value()),
-            true if o.shade.weight > LEAST_WEIGHT => Some(o.shade.value() + sun.irradiance * cos.max(0.0)),
-            true => Some(o.value().max(sun.irradiance * cos.max(0.0))),
-            false if o.shade.weight > LEAST_WEIGHT => Some(o.shade.value()),
+            true if o.sun.weight > LEAST_WEIGHT => Some(Choice::Sun),
+            true if o.shade.weight > LEAST_WEIGHT => Some(Choice::ShadeAndDirect),
+            true if o.value().cmpge(sun.irradiance * cos.max(0.0)).all() => Some(Choice::All),
+            true => Some(Choice::Direct),
+            false if o.shade.weight > LEAST_WEIGHT => Some(Choice::Shade),
             // taking the sun away from what is nearly all sun leaves only noise: let the volume tell
             false => None,
         }
@@ -247,6 +314,17 @@ impl Light {
             (Some(least), Some(given)) => Some(least.max(given)),
             (least, given) => least.or(given),
         }
+    }
+
+    /// The probe that alone tells of the sky in a direction, and its cells with their shares; `None` where none does.
+    pub(crate) fn sky_cells(&self, direction: Vec3) -> Option<(u32, Cells)> {
+        self.records.iter().enumerate().find_map(|(i, records)| {
+            let mut cells = Cells::new();
+            let (_, clipped) = records.sky_by(direction, |cell, weight| cells.push((cell as u32, weight)))?;
+            let total: f32 = cells.iter().map(|c| c.1).sum();
+            cells.iter_mut().for_each(|c| c.1 /= total);
+            (!clipped).then_some((i as u32, cells))
+        })
     }
 
     /// Mean radiance of all surfaces the probes see.

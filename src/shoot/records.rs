@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::hits::{CellHit, Hits, hides, unpack_normal};
 use super::sunlight::Sunlit;
-use super::{Mean, Observation};
+use super::{Chart, Mean, Observation};
 use crate::panorama::{Picture, Radiometry, radius2};
 use crate::scene::{Ray, Scene};
 
@@ -45,13 +45,7 @@ impl Records {
     pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>) -> Self {
         let sunlit = sun.map(|sun| hits.sunlit(scene, sun));
         let chart = &hits.chart;
-        let measured: Vec<Option<Measured>> = (0..chart.rows())
-            .into_par_iter()
-            .flat_map_iter(|row| {
-                let n = chart.row(row).len();
-                (0..n).map(move |x| row_average(picture, &radiometry, row, x, n))
-            })
-            .collect();
+        let measured = measured(chart, picture, &radiometry);
         let brightness: Vec<f32> = hits.cells.par_iter().zip(&measured).map(|(hit, l)| brightness(hit, *l)).collect();
         let estimate =
             Estimate { hits: &hits, measured: &measured, brightness: &brightness, sunlit: sunlit.as_deref() };
@@ -60,7 +54,7 @@ impl Records {
             .flat_map_iter(|row| {
                 let estimate = &estimate;
                 let middle = chart.middles(row);
-                (0..chart.row(row).len()).map(move |x| estimate.record(row, x, middle(x)))
+                (0..chart.row(row).len()).map(move |x| estimate.record(row, x, middle(x), |_, _| ()))
             })
             .collect();
         Self { hits, records }
@@ -69,6 +63,11 @@ impl Records {
     /// The probe's hits.
     pub fn hits(&self) -> &Hits {
         &self.hits
+    }
+
+    /// The same, to give them another lighting.
+    pub fn shared_hits(&self) -> Arc<Hits> {
+        self.hits.clone()
     }
 
     /// Bytes held beside the hits.
@@ -85,12 +84,28 @@ impl Records {
     /// probe's chart, bilinear, each as far as it lies on the same surface.
     pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Observation {
         let mut sums = Observation::default();
+        self.look(scene, point, normal, |cell, sunlit, weight| {
+            let mean = match sunlit {
+                Sunlit::No => &mut sums.shade,
+                Sunlit::Yes => &mut sums.sun,
+                Sunlit::Partly => &mut sums.edge,
+            };
+            let record = &self.records[cell];
+            mean.add(Vec3::from(record.light), weight);
+            sums.clipped += if record.clipped { weight } else { 0.0 };
+        });
+        sums
+    }
+
+    /// Tells the cells whose records [speak](Self::observe) of a point, whether the sun shines on them, and their weights.
+    #[inline]
+    pub(super) fn look(&self, scene: &Scene, point: Vec3, normal: Vec3, mut tell: impl FnMut(usize, Sunlit, f32)) {
         let chart = &self.hits.chart;
         let p = point - self.hits.origin;
         if normal.dot(p) >= 0.0 {
-            return sums;
+            return;
         }
-        let Some(place) = chart.place(self.hits.to_probe * p) else { return sums };
+        let Some(place) = chart.place(self.hits.to_probe * p) else { return };
         let tolerance = p.length() * chart.cell_angle();
         let around = chart.around(place);
         // neighbours mostly share a normal
@@ -109,18 +124,10 @@ impl Records {
         // a point that the probe itself sees is joined to what it sees beside it: one ray instead of one a cell
         let clear = !behind || weights.iter().all(|w| *w == 0.0) || self.sees(scene, point, normal, tolerance);
         for ((cell, _), weight) in around.into_iter().zip(weights) {
-            let record = &self.records[cell];
             if weight > 0.0 && (clear || self.hits.joined(scene, cell, point, normal, tolerance)) {
-                let mean = match record.sunlit {
-                    Sunlit::No => &mut sums.shade,
-                    Sunlit::Yes => &mut sums.sun,
-                    Sunlit::Partly => &mut sums.edge,
-                };
-                mean.add(Vec3::from(record.light), weight);
-                sums.clipped += if record.clipped { weight } else { 0.0 };
+                tell(cell, self.records[cell].sunlit, weight);
             }
         }
-        sums
     }
 
     /// Whether nothing stands between the probe and a point, seen from just above its surface.
@@ -134,6 +141,11 @@ impl Records {
     /// The sky's radiance in a direction, where all four cells around it see the sky, and whether that is clipped: no
     /// more than a lower bound.
     pub fn sky(&self, direction: Vec3) -> Option<(Vec3, bool)> {
+        self.sky_by(direction, |_, _| ())
+    }
+
+    /// [`Records::sky`]; `tell` hears of each cell that counts and its weight.
+    pub(super) fn sky_by(&self, direction: Vec3, mut tell: impl FnMut(usize, f32)) -> Option<(Vec3, bool)> {
         let place = self.hits.chart.place(self.hits.to_probe * direction)?;
         let (mut mean, mut clipped) = (Mean::default(), false);
         for (cell, kernel) in self.hits.chart.around(place) {
@@ -141,7 +153,9 @@ impl Records {
             if record.plane.is_finite() {
                 return None;
             }
-            mean.add(Vec3::from(record.light), kernel * f32::from(record.trust));
+            let weight = kernel * f32::from(record.trust);
+            mean.add(Vec3::from(record.light), weight);
+            tell(cell, weight);
             clipped |= record.clipped && kernel > 0.0;
         }
         (mean.weight > 0.0).then(|| (mean.value(), clipped))
@@ -275,8 +289,9 @@ impl Estimate<'_> {
     }
 
     /// The record of cell `x` of a row, which looks along `middle`: least squares over the 3 × 3 cells around it under a
-    /// tent kernel.
-    fn record(&self, row: usize, x: usize, middle: Vec3) -> Record {
+    /// tent kernel. `tell` hears which cells count, and how much.
+    #[inline]
+    fn record(&self, row: usize, x: usize, middle: Vec3, mut tell: impl FnMut(usize, f32)) -> Record {
         let chart = &self.hits.chart;
         let cell = chart.row(row).start + x;
         let hit = &self.hits.cells[cell];
@@ -309,6 +324,7 @@ impl Estimate<'_> {
             rho_l += rho * l * weight;
             rho2 += rho * rho * weight;
             trust += weight;
+            tell(other, weight);
         }
         let light = irradiance(rho_l, rho2);
         let trust = (trust / total * 65535.0) as u16;
@@ -324,6 +340,15 @@ fn irradiance(rho_l: Vec3, rho2: Vec3) -> [f32; 3] {
     let count = known.iter().flatten().count().max(1) as f32;
     let mean = known.iter().flatten().map(|e| e / count).sum::<f32>();
     known.map(|e| e.unwrap_or(mean))
+}
+
+/// What each cell of a chart measured, from a picture in the chart's own projection.
+fn measured(chart: &Chart, picture: &Picture, radiometry: &Radiometry) -> Vec<Option<Measured>> {
+    let row = |row: usize| {
+        let n = chart.row(row).len();
+        (0..n).map(move |x| row_average(picture, radiometry, row, x, n))
+    };
+    (0..chart.rows()).into_par_iter().flat_map_iter(row).collect()
 }
 
 /// The mean radiance of cell `x` of `n` in a row, from the picture's pixels that it overlaps; pixels that are not
@@ -358,6 +383,9 @@ impl CellHit {
         if self.purity == u16::MAX { 1.0 } else { (f32::from(self.purity) / 65535.0).powi(4).max(1e-3) }
     }
 }
+
+mod transfer;
+pub use transfer::RecordTransfer;
 
 #[cfg(test)]
 mod equivalence;

@@ -31,6 +31,7 @@ mod pose;
 mod poses;
 mod resection;
 mod resolve;
+mod walk;
 
 pub use camera::Camera;
 pub use fault::SiteError;
@@ -38,6 +39,7 @@ pub(crate) use file::metres_in;
 pub use frame::{Frame, Pose, UNITS, Unit, Up};
 pub use poses::{PoseFileError, photographs as pose_file_photographs};
 pub use resection::{Resection, ResectionError};
+pub use walk::walk;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;

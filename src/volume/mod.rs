@@ -14,12 +14,15 @@ mod nearby;
 mod smooth;
 #[cfg(test)]
 mod tests;
+mod transfer;
 mod transport;
 
 pub use anchors::{Anchor, Anchors, Weighted};
 pub use grid::Grid;
 pub use guide::{Guide, Lobes};
 pub use nearby::Nearby;
+pub use transfer::VolumeTransfer;
+pub(crate) use transfer::of_place;
 pub use transport::{Settings, Transport};
 
 use glam::Vec3;
@@ -30,6 +33,7 @@ use crate::panorama::luminance;
 use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
 use nearby::Seen;
+use smooth::evened;
 
 /// Irradiance at anchors on unseen surfaces, without the sun that falls on them directly.
 pub struct Volume<'a> {
@@ -39,6 +43,8 @@ pub struct Volume<'a> {
     /// Per anchor the share of its hemisphere from where somebody tells what light comes.
     told: Vec<f32>,
     open: bool,
+    /// How its places were evened out.
+    shares: Vec<Vec<(u32, f32)>>,
 }
 
 /// What a volume says of a point.
@@ -105,41 +111,13 @@ impl<'a> Volume<'a> {
             })
             .unzip();
         let (squares, told): (Vec<f32>, Vec<f32>) = sums.into_iter().map(|[squares, told]| (squares, told)).unzip();
-        // Jacobi steps of E = first + K E: each reads only the last one's values
-        let mut last = first.clone();
-        for _ in 0..EXCHANGES {
-            let e: Vec<Vec3> = (last.iter().zip(gathered))
-                .map(|(vectors, g)| irradiance(vectors, anchors.list[g.anchor as usize].normal))
-                .collect();
-            let next: Vec<[Vec3; 3]> = gathered
-                .par_iter()
-                .zip(&first)
-                .map(|(g, first)| {
-                    let mut sum = *first;
-                    for link in &g.links {
-                        let theirs = e[link.other as usize].to_array();
-                        for ((sum, weight), e) in sum.iter_mut().zip(link.weights).zip(theirs) {
-                            *sum += weight * e;
-                        }
-                    }
-                    sum
-                })
-                .collect();
-            let (mut change, mut all) = (0.0, 0.0);
-            for (next, last) in next.iter().flatten().zip(last.iter().flatten()) {
-                change += f64::from(next.distance(*last));
-                all += f64::from(next.length());
-            }
-            last = next;
-            if change <= SETTLED * all {
-                break;
-            }
-        }
-        let last = transport.beside.even(anchors, gathered, &last, &squares);
+        let last = exchanged(transport, first);
+        let shares = transport.beside.shares(anchors, gathered, &last, &squares);
+        let last = evened(&last, &shares);
         let vectors = transport.places.iter().map(|&place| last.get(place as usize).copied()).collect();
         let open = told.iter().any(|t| *t < Filled::TOLD);
         let told = transport.places.iter().map(|&place| told.get(place as usize).copied().unwrap_or(0.0)).collect();
-        Self { anchors, vectors, told, open }
+        Self { anchors, vectors, told, open, shares }
     }
 
     /// Whether some of its places see much of what nobody tells of, as in an open scan.
@@ -160,6 +138,20 @@ impl<'a> Volume<'a> {
     /// Irradiance on a surface, without direct sun; `None` where no value is near that the point can see. `near` keeps
     /// what was found for the last point, which serves for points close by.
     pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Filled> {
+        let (mut sum, mut told, mut total) = (Vec3::ZERO, 0.0, 0.0);
+        self.take(scene, point, normal, near, |index, weight| {
+            if let Some(vectors) = &self.vectors[index as usize] {
+                sum += irradiance(vectors, normal) * weight;
+                told += self.told[index as usize] * weight;
+                total += weight;
+            }
+        });
+        (total > 0.0).then(|| Filled { irradiance: sum / total, told: told / total })
+    }
+
+    /// Tells the anchors that a point takes its value from, with their weights.
+    #[inline]
+    fn take(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby, mut tell: impl FnMut(u32, f32)) {
         /// How far from a point, in cells, what it sees counts as seen.
         const CLOSE: f32 = 0.15;
         let close = CLOSE * self.anchors.grid.cell_m;
@@ -171,17 +163,9 @@ impl<'a> Volume<'a> {
             near.seen.put(point, normal, close, seen);
             seen
         });
-        let mut sum = Vec3::ZERO;
-        let (mut told, mut total) = (0.0, 0.0);
         for index in seen.iter() {
-            if let Some(vectors) = &self.vectors[index as usize] {
-                let weight = self.anchors.weight(index, point, normal);
-                sum += irradiance(vectors, normal) * weight;
-                told += self.told[index as usize] * weight;
-                total += weight;
-            }
+            tell(index, self.anchors.weight(index, point, normal));
         }
-        (total > 0.0).then(|| Filled { irradiance: sum / total, told: told / total })
     }
 
     /// Irradiance on a surface without direct sun, gathered on the spot by a few rays: for the odd point that has no
@@ -223,6 +207,42 @@ impl<'a> Volume<'a> {
         near.gathered.put(point, normal, close, gathered);
         gathered
     }
+}
+
+/// What unseen places have when they have sent each other light until it settles, from what first arrives at them: Jacobi
+/// steps of E = first + K E, each of which reads only the last one's values.
+fn exchanged(transport: &Transport, first: Vec<[Vec3; 3]>) -> Vec<[Vec3; 3]> {
+    let Transport { anchors, gathered, .. } = transport;
+    let mut last = first.clone();
+    for _ in 0..EXCHANGES {
+        let e: Vec<Vec3> = (last.iter().zip(gathered))
+            .map(|(vectors, g)| irradiance(vectors, anchors.list[g.anchor as usize].normal))
+            .collect();
+        let next: Vec<[Vec3; 3]> = gathered
+            .par_iter()
+            .zip(&first)
+            .map(|(g, first)| {
+                let mut sum = *first;
+                for link in &g.links {
+                    let theirs = e[link.other as usize].to_array();
+                    for ((sum, weight), e) in sum.iter_mut().zip(link.weights).zip(theirs) {
+                        *sum += weight * e;
+                    }
+                }
+                sum
+            })
+            .collect();
+        let (mut change, mut all) = (0.0, 0.0);
+        for (next, last) in next.iter().flatten().zip(last.iter().flatten()) {
+            change += f64::from(next.distance(*last));
+            all += f64::from(next.length());
+        }
+        last = next;
+        if change <= SETTLED * all {
+            break;
+        }
+    }
+    last
 }
 
 /// E(n) = n · vector, per channel.

@@ -39,15 +39,15 @@ impl Beside {
         Self(gathered.par_iter().map_init(Vec::new, beside).collect())
     }
 
-    /// Evens out the places' vector irradiances; `squares` is for each place the sum of the squares of what its rays
-    /// add to its irradiance (luminance).
-    pub(super) fn even(
+    /// What each place's evened vector irradiance is made of: places with their shares, which add up to 1, itself first.
+    /// `squares` is for each place the sum of the squares of what its rays add to its irradiance (luminance).
+    pub(super) fn shares(
         &self,
         anchors: &Anchors,
         gathered: &[Gathered],
         vectors: &[[Vec3; 3]],
         squares: &[f32],
-    ) -> Vec<[Vec3; 3]> {
+    ) -> Vec<Vec<(u32, f32)>> {
         /// A difference whose square is so many times the noise of both counts as noise.
         const SURE: f32 = 2.0;
         let variance = |place: usize| {
@@ -60,19 +60,30 @@ impl Beside {
             let normal = anchors.list[gathered[i].anchor as usize].normal;
             let bright = |place: usize| luminance(irradiance(&vectors[place], normal));
             let here = bright(i);
-            let (mut sum, mut total) = (vectors[i], 1.0);
-            for &(other, share) in others {
-                let other = other as usize;
-                let noise = variance[i] + variance[other];
-                let off = (bright(other) - here).powi(2);
-                let weight = share * (-(off - SURE * noise).max(0.0) / noise.max(f32::MIN_POSITIVE)).exp();
-                for (sum, v) in sum.iter_mut().zip(vectors[other]) {
-                    *sum += v * weight;
-                }
-                total += weight;
-            }
-            sum.map(|v| v / total)
+            let weight = |&(other, share): &(u32, f32)| {
+                let noise = variance[i] + variance[other as usize];
+                let off = (bright(other as usize) - here).powi(2);
+                (other, share * (-(off - SURE * noise).max(0.0) / noise.max(f32::MIN_POSITIVE)).exp())
+            };
+            let mut shares: Vec<(u32, f32)> =
+                std::iter::once((i as u32, 1.0)).chain(others.iter().map(weight)).collect();
+            let total: f32 = shares.iter().map(|s| s.1).sum();
+            shares.iter_mut().for_each(|s| s.1 /= total);
+            shares
         };
         self.0.par_iter().enumerate().map(mean).collect()
     }
+}
+
+/// The vector irradiances evened out by [shares](Beside::shares).
+pub(super) fn evened(vectors: &[[Vec3; 3]], shares: &[Vec<(u32, f32)>]) -> Vec<[Vec3; 3]> {
+    let mean = |shares: &Vec<(u32, f32)>| {
+        shares.iter().fold([Vec3::ZERO; 3], |mut sum, &(place, share)| {
+            for (sum, v) in sum.iter_mut().zip(vectors[place as usize]) {
+                *sum += v * share;
+            }
+            sum
+        })
+    };
+    shares.par_iter().map(mean).collect()
 }

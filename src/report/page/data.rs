@@ -25,6 +25,8 @@ pub struct Archive {
     pub audit: Option<Audit>,
     /// Whether there is a study sheet.
     pub study: Option<Study>,
+    /// The viewer's file beside the page.
+    pub viewer: Option<String>,
     /// The verbs that were run, in order.
     pub runs: Vec<Run>,
     /// Every file that was read.

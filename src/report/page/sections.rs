@@ -37,6 +37,13 @@ pub(super) fn all(archive: &Archive) -> Vec<Section> {
 }
 
 fn glance(archive: &Archive) -> String {
+    let walk = archive.viewer.as_ref().map_or_else(String::new, |file| {
+        format!("<p><a href=\"{}\">Walk through the relit model</a></p>\n", escape(file))
+    });
+    walk + &facts(archive)
+}
+
+fn facts(archive: &Archive) -> String {
     let mut facts = Facts::default();
     if let Some(audit) = &archive.audit {
         let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();

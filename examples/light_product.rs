@@ -1,0 +1,136 @@
+//! What a new lighting of the same probes costs as a sparse product, and how far it is from shooting anew.
+//!
+//! `cargo run --release --example light_product -- [SITE] [FRAMES]`, on 2 threads: bakes the site under its first lighting,
+//! makes the operator for all baked vertices, and multiplies. Reading pictures is told apart.
+
+#![allow(clippy::print_stdout, reason = "its result goes to the console")]
+
+use clerestory::bake::{self, Bake, bake};
+use clerestory::panorama::{self, Panorama, Picture, Radiometry};
+use clerestory::render::{Irradiance, Options, Relit, pictures};
+use clerestory::scene::{self, Health, Scene};
+use clerestory::shoot::{Light, Outside};
+use clerestory::site::{Environment, Site};
+use clerestory::transfer::{LOT, Point, Transfer};
+use clerestory::volume::{self, Nearby, Volume};
+use glam::Vec3;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+type Fault = Box<dyn std::error::Error + Send + Sync>;
+
+fn main() -> Result<(), Fault> {
+    let mut arguments = std::env::args().skip(1);
+    let path = PathBuf::from(arguments.next().unwrap_or_else(|| "sites/chapel".to_owned()));
+    let frames: usize = arguments.next().map_or(Ok(100), |n| n.parse())?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
+    let site = Site::load(&path)?;
+    let scene = scene::load(&site, &mut Health::default())?;
+    pool.install(|| measure(&site, &scene, frames))
+}
+
+fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
+    let lightings: Vec<String> = site.lightings().into_iter().take(1).collect();
+    let options = Options {
+        lightings,
+        probes: site.probes.len(),
+        sun: true,
+        volume: volume::Settings::default(),
+        all_stages: false,
+        volume_for_all: false,
+    };
+    let start = Instant::now();
+    let Bake { baked, setup } = bake(site, scene, &options, &bake::Settings::default(), &|_| ())?;
+    println!("bake: {} vertices, {:.1} s", baked.vertices.len(), start.elapsed().as_secs_f64());
+    let points: Vec<Point> = baked.vertices.iter().map(|v| (v.position, v.normal)).collect();
+    let (name, light) = &setup.lights[0];
+    let transport = setup.transport_of[0].map(|t| &setup.transports[t]);
+    let volume = transport.map(|t| Volume::new(scene, t, light));
+    let relit = Relit { scene, light, volume: volume.as_ref(), volume_only: false };
+    let start = Instant::now();
+    let own = pictures(site, name, site.probes.len())?;
+    println!("decode: {:.0} ms", 1e3 * start.elapsed().as_secs_f64());
+    let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
+    let start = Instant::now();
+    let transfer = Transfer::new(&relit, transport, &fed, &points);
+    println!("operator: {:.1} s, terms {:?}, {:?}", start.elapsed().as_secs_f64(), transfer.terms(), transfer.shares());
+    let shown: Vec<&Picture> = own.iter().map(|p| &p.0).collect();
+    let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
+    let (mut least, mut sum, mut product) = ([f64::INFINITY; 2], 0.0, Vec::new());
+    for _ in 0..frames.max(1) {
+        let start = Instant::now();
+        let measured = transfer.measure(&shown);
+        let half = start.elapsed().as_secs_f64();
+        product = transfer.light(&measured, sun, Vec3::ONE);
+        let whole = start.elapsed().as_secs_f64();
+        least = [least[0].min(half), least[1].min(whole - half)];
+        sum += whole;
+    }
+    println!(
+        "a new lighting: cells {:.1} ms + product {:.1} ms at best; {:.1} a second over {frames} frames",
+        1e3 * least[0],
+        1e3 * least[1],
+        frames as f64 / sum
+    );
+    tell("its own lighting", &product, &direct(&relit, &points));
+    // another lighting: warmer, and with one probe's light halved, which weights do not go along with
+    let other: Vec<Picture> = (own.iter().enumerate())
+        .map(|(i, (p, _))| {
+            let tint = Vec3::new(1.2, 1.0, 0.7) * if i == 0 { 0.5 } else { 1.0 };
+            Picture { pixels: p.pixels.iter().map(|l| *l * tint).collect(), ..p.clone() }
+        })
+        .collect();
+    let anew: Vec<_> = (light.records.iter().zip(&other).zip(&own))
+        .map(|((r, p), (_, radiometry))| (r.shared_hits(), p, *radiometry))
+        .collect();
+    let light = Light::new(scene, &anew, light.sun, outside(site)?);
+    let volume = transport.map(|t| Volume::new(scene, t, &light));
+    let relit = Relit { scene, light: &light, volume: volume.as_ref(), volume_only: false };
+    let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
+    let product = transfer.light(&transfer.measure(&other.iter().collect::<Vec<_>>()), sun, Vec3::ONE);
+    tell("another lighting", &product, &direct(&relit, &points));
+    Ok(())
+}
+
+/// Light from outside as the site gives it.
+fn outside(site: &Site) -> Result<Option<Outside>, Fault> {
+    Ok(match &site.environment {
+        None => None,
+        Some(Environment::Uniform(radiance)) => Some(Outside::Uniform(*radiance)),
+        Some(Environment::Image { path, rotation, projection }) => {
+            Some(Outside::Image(Arc::new(Panorama::new(panorama::read(path)?, *projection, *rotation))))
+        }
+    })
+}
+
+/// Irradiance as rendering finds it.
+fn direct(relit: &Relit, points: &[Point]) -> Vec<Vec3> {
+    use rayon::prelude::*;
+    let lot = |points: &[Point]| {
+        let mut near = Nearby::default();
+        let one = |&(p, n): &Point| {
+            let lit = relit.lit(p, n, &mut near);
+            if lit.asks && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
+        };
+        points.iter().map(one).collect::<Vec<_>>()
+    };
+    points.par_chunks(LOT).flat_map_iter(lot).collect()
+}
+
+fn tell(name: &str, product: &[Vec3], truth: &[Vec3]) {
+    let mean = truth.iter().map(|e| e.max_element()).sum::<f32>() / truth.len().max(1) as f32;
+    let off = product.iter().zip(truth).map(|(a, b)| (*a - *b).abs().max_element() / b.max_element().max(0.01 * mean));
+    let mut off: Vec<f32> = off.collect();
+    off.sort_by(f32::total_cmp);
+    let at = |share: f64| off[((off.len() - 1) as f64 * share) as usize];
+    let beyond = off.iter().filter(|o| **o > 1e-5).count() as f64 / off.len().max(1) as f64;
+    println!(
+        "{name}: off by more than 1e-5 at {:.2} % of the vertices; median {:.1e}, 95 % {:.1e}, 99 % {:.1e}, most {:.1e}",
+        100.0 * beyond,
+        at(0.5),
+        at(0.95),
+        at(0.99),
+        at(1.0)
+    );
+}

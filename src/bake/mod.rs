@@ -1,0 +1,321 @@
+//! Baking: irradiance at the vertices of a model, cut where light changes, for programs that draw vertex colours.
+//!
+//! The sides of triangles that can be seen from within ([`sides`]) are cut until their edges are short ([`mesh`]), lit as
+//! [`Relit`] lights pictures, and cut again where light between two corners is not what they say ([`refine`]); pieces that
+//! share an edge are cut at the same place. Scans, whose colour is at their vertices, keep these.
+
+mod glb;
+mod mesh;
+mod ply;
+mod refine;
+mod sides;
+
+pub use glb::write_glb;
+pub use ply::write_ply;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::f32::consts::PI;
+use std::path::PathBuf;
+
+use crate::panorama::{Exposure, Picture, Projection};
+use crate::render::{self, Options, Relit, Setup, SetupError, Source, exposure_of, shown_points};
+use crate::scene::Scene;
+use crate::shoot::Light;
+use crate::site::{Camera, Site};
+use refine::Lit;
+
+/// How finely to bake.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// At most so many samples of light.
+    pub vertices: usize,
+    /// Light that differs by less than this share from what lies between two corners is not cut for.
+    pub error: f32,
+    /// Find the exposures of the site's views, and take their mean for the whole.
+    pub views: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { vertices: 1_000_000, error: 0.08, views: true }
+    }
+}
+
+/// A baked model, local metres.
+pub struct Baked {
+    /// Names of the lightings.
+    pub lightings: Vec<String>,
+    /// The vertices.
+    pub vertices: Vec<Vertex>,
+    /// Irradiance, per lighting one for each vertex.
+    pub irradiance: Vec<Vec<Vec3>>,
+    /// Triangles, sorted by material; counter-clockwise on the side that they were baked for.
+    pub triangles: Vec<[u32; 3]>,
+    /// Per material (in the scene's order) its first triangle; one more at the end.
+    pub materials: Vec<u32>,
+    /// Per lighting, the geometric mean of the views' exposures; without them, what brings the surface's log-average radiance to
+    /// middle grey.
+    pub exposures: Vec<Exposure>,
+    /// Per view and lighting, what brings the view's picture to middle grey, as its PNG has it; empty if not asked for.
+    pub views: Vec<Vec<Exposure>>,
+    /// Per lighting the sky, latitude/longitude, the centre column looking along the program's +y.
+    pub skies: Vec<Picture>,
+    /// Triangles of the model no side of which can be seen from within: left out.
+    pub hidden: usize,
+    /// Irradiance and exposure are on one side of a triangle; so many have both.
+    pub two_sided: usize,
+}
+
+/// A vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// Where it is.
+    pub position: Vec3,
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Texture coordinates, v = 0 at the picture's bottom row.
+    pub uv: Vec2,
+    /// Linear colour of the model's own vertices; white where it has none.
+    pub colour: Vec3,
+    /// Where the light came from.
+    pub source: Source,
+    /// How far probes agree, 0..=1.
+    pub agreement: f32,
+    /// The probe that sees it most sharply.
+    pub probe: Option<u32>,
+    /// Number of probes that see it.
+    pub seen_by: u8,
+}
+
+/// Why a baked model cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// The file system refuses.
+    #[error("{}: {source}. Check the folder and your right to write there", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        source: std::io::Error,
+    },
+    /// A texture cannot be written.
+    #[error("the picture “{name}” cannot be encoded: {why}. Save it as PNG or JPEG")]
+    Picture {
+        /// Its name.
+        name: String,
+        /// What happened.
+        why: String,
+    },
+    /// More than the format can hold.
+    #[error("{}: a binary glTF file holds at most 4 GiB, which this model exceeds. Bake with fewer --vertices", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// A bake with what made it.
+pub struct Bake {
+    /// The model.
+    pub baked: Baked,
+    /// Records and volume, and how long they took.
+    pub setup: Setup,
+}
+
+/// Normals closer than this make one smooth surface: cosine for models, and for scans, whose normals are noise.
+const SMOOTH: [f32; 2] = [0.996, 0.766];
+
+/// Edges longer than the model's longest side ÷ this are cut before any light is asked for.
+const COARSE: f32 = 100.0;
+
+/// Edges shorter than the coarse length ÷ this are not cut.
+const FINEST: f32 = 16.0;
+
+/// Bakes a site under the lightings of `options`. `progress` hears how many samples there are.
+///
+/// # Errors
+///
+/// As [`render::prepare`].
+pub fn bake(
+    site: &Site,
+    scene: &Scene,
+    options: &Options,
+    settings: &Settings,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Bake, SetupError> {
+    let is_scan = !scene.mesh.colours.is_empty();
+    let (low, high) = scene.mesh.bounds();
+    let coarse = (high - low).max_element() / COARSE;
+    let finest = coarse / FINEST;
+    let eyes = crate::check::eyes(site, scene.origin, None);
+    let inner = sides::inner(scene, &eyes, is_scan);
+    let mut surface = mesh::Surface::new(scene, &inner, SMOOTH[usize::from(is_scan)], 0.5 * finest);
+    if !is_scan {
+        refine::cut_long(&mut surface, coarse, settings.vertices / 2);
+    }
+    let cameras: Vec<Camera> = site.views.iter().map(|v| v.camera).collect();
+    let wanted = |seen: Option<&Light>| {
+        let hidden = |s: &&mesh::Sample| seen.is_none_or(|l| l.observe(scene, s.position, s.normal).is_none());
+        let own = surface.samples.par_iter().filter(hidden).map(|s| (s.position, s.normal));
+        let mut all: Vec<(Vec3, Vec3)> = own.collect();
+        all.extend(shown_points(scene, seen, &cameras));
+        all
+    };
+    let setup = render::prepare_for(site, scene, wanted, options)?;
+    let volumes = setup.volumes(scene);
+    let relit: Vec<Relit> = (setup.lights.iter().zip(&volumes))
+        .map(|((_, light), volume)| Relit { scene, light, volume: volume.as_ref(), volume_only: false })
+        .collect();
+    let mut lit = refine::lights(&relit, &surface.samples);
+    if !is_scan {
+        refine::refine(&mut surface, &mut lit, &relit, settings, [coarse, finest], progress);
+    }
+    let mut baked = gathered(scene, &surface, &lit, &setup, &inner);
+    if settings.views {
+        baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
+        // as people see the place, rather than with all its dark corners
+        for (l, exposure) in baked.exposures.iter_mut().enumerate().filter(|_| !cameras.is_empty()) {
+            let sum: f32 = baked.views.iter().map(|v: &Vec<Exposure>| v[l].0.ln()).sum();
+            *exposure = Exposure((sum / cameras.len() as f32).exp());
+        }
+    }
+    baked.skies = setup.lights.iter().map(|(_, light)| sky(light)).collect();
+    drop(relit);
+    drop(volumes);
+    Ok(Bake { baked, setup })
+}
+
+/// Vertices and triangles, sorted by material and place in the model.
+fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, inner: &[bool]) -> Baked {
+    let mesh = &scene.mesh;
+    let material = |p: &mesh::Piece| mesh.materials[p.triangle as usize];
+    let mut order: Vec<u32> = (0..surface.pieces.len() as u32).collect();
+    let (low, high) = mesh.bounds();
+    let key = |i: u32| {
+        let piece = &surface.pieces[i as usize];
+        let middle = piece.corners.iter().map(|p| surface.places[*p as usize]).sum::<Vec3>() / 3.0;
+        (material(piece), morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE)), piece.patch, i)
+    };
+    order.sort_by_cached_key(|&i| key(i));
+    let mut known: HashMap<(u32, u32, [u32; 5]), u32> = HashMap::new();
+    let (mut vertices, mut sample_of) = (Vec::new(), Vec::new());
+    let mut triangles = Vec::with_capacity(order.len());
+    let mut materials = vec![0u32; scene.materials.len() + 1];
+    for &i in &order {
+        let piece = &surface.pieces[i as usize];
+        let m = material(piece);
+        materials[m as usize + 1] += 1;
+        let textured = scene.materials[m as usize].texture.is_some();
+        triangles.push([0, 1, 2].map(|c| {
+            let at = Vec2::from(piece.at[c]);
+            let uv = if textured { rounded(mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
+            let colour = mesh.colour(piece.triangle, at).unwrap_or(Vec3::ONE);
+            let [u, v, r, g, b] = [uv.x, uv.y, colour.x, colour.y, colour.z].map(|v| (v + 0.0).to_bits());
+            *known.entry((piece.samples[c], m, [u, v, r, g, b])).or_insert_with(|| {
+                let sample = piece.samples[c] as usize;
+                let position = surface.places[piece.corners[c] as usize];
+                vertices.push(Vertex {
+                    position,
+                    normal: surface.samples[sample].normal,
+                    uv,
+                    colour,
+                    source: lit.source[sample],
+                    agreement: lit.agreement[sample],
+                    probe: None,
+                    seen_by: 0,
+                });
+                sample_of.push(sample);
+                vertices.len() as u32 - 1
+            })
+        }));
+    }
+    for i in 1..materials.len() {
+        materials[i] += materials[i - 1];
+    }
+    if let Some((_, light)) = setup.lights.first() {
+        vertices.par_iter_mut().zip(&sample_of).for_each(|(v, &s)| {
+            let s = &surface.samples[s];
+            v.probe = light.finest(scene, s.position, s.normal).map(|(probe, _)| probe);
+            let sees = |r: &&crate::shoot::Records| r.hits().find(scene, s.position, s.normal).is_some();
+            v.seen_by = light.records.iter().filter(sees).count().min(255) as u8;
+        });
+    }
+    let lightings = setup.lights.len();
+    let irradiance: Vec<Vec<Vec3>> =
+        (0..lightings).map(|l| sample_of.iter().map(|s| lit.irradiance[s * lightings + l]).collect()).collect();
+    let of_pairs = |count: usize| inner.chunks(2).filter(|p| p.iter().filter(|s| **s).count() == count).count();
+    let mut baked = Baked {
+        lightings: setup.lights.iter().map(|l| l.0.clone()).collect(),
+        vertices,
+        irradiance,
+        triangles,
+        materials,
+        exposures: Vec::new(),
+        views: Vec::new(),
+        skies: Vec::new(),
+        hidden: of_pairs(0),
+        two_sided: of_pairs(2),
+    };
+    baked.exposures = (0..lightings).map(|l| exposure(scene, &baked, l)).collect();
+    baked
+}
+
+/// The sky as probes or the site tell it, black where nobody does.
+fn sky(light: &Light) -> Picture {
+    const WIDTH: usize = 512;
+    let mut picture = Picture::new(WIDTH, WIDTH / 2);
+    picture.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
+        let (x, y) = ((i % WIDTH) as f64 + 0.5, (i / WIDTH) as f64 + 0.5);
+        let direction = Projection::LatLong.direction(WIDTH, WIDTH / 2, x, y);
+        *pixel = direction.map_or(Vec3::ZERO, |d| light.sky(d.as_vec3()));
+    });
+    picture
+}
+
+/// Which of 16³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
+/// order): a viewer draws only the runs of triangles that it sees.
+fn morton(p: Vec3) -> u32 {
+    let cell = (p * 16.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(15));
+    (0..4)
+        .map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit))
+        .sum::<i32>() as u32
+}
+
+/// Texture coordinates to a 65536th of a repeat but at the model's own corners: neighbours share a vertex then.
+fn rounded(uv: Vec2, at: Vec2) -> Vec2 {
+    const STEPS: f32 = 65536.0;
+    let own = [Vec2::ZERO, Vec2::X, Vec2::Y].contains(&at);
+    if own || uv.abs().max_element() > 128.0 { uv } else { (uv * STEPS).round() / STEPS }
+}
+
+/// What brings the log-average radiance of the surface, each part by its area, to middle grey.
+fn exposure(scene: &Scene, baked: &Baked, lighting: usize) -> Exposure {
+    /// So many places say enough, each for the same area.
+    const PLACES: usize = 1 << 14;
+    let e = &baked.irradiance[lighting];
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| baked.vertices[v as usize].position);
+        f64::from((b - a).cross(c - a).length())
+    };
+    let total: f64 = baked.triangles.iter().map(area).sum();
+    let mut pixels = Vec::with_capacity(PLACES);
+    let (mut sum, mut next) = (0.0, 0.0);
+    for (material, ends) in baked.materials.windows(2).enumerate() {
+        let material = &scene.materials[material];
+        let texture = material.texture.map(|t| &scene.textures[t as usize]);
+        for t in &baked.triangles[ends[0] as usize..ends[1] as usize] {
+            sum += area(t);
+            while next < sum && pixels.len() < PLACES {
+                let mean = |of: &dyn Fn(usize) -> Vec3| t.iter().map(|v| of(*v as usize)).sum::<Vec3>() / 3.0;
+                let colour = mean(&|v| baked.vertices[v].colour * e[v]);
+                let texel = texture.map_or(Vec3::ONE, |t| t.sample(Vec2::ZERO, f32::MAX));
+                let lamp = material.emission != Vec3::ZERO;
+                pixels.push(if lamp { Vec3::ONE } else { material.albedo } * texel * colour / PI);
+                next += total / PLACES as f64;
+            }
+        }
+    }
+    Exposure::of(&Picture { width: pixels.len(), height: 1, pixels })
+}

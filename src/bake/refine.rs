@@ -1,0 +1,310 @@
+//! Cuts the surface where light changes.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+use super::Settings;
+use super::mesh::{Edges, Sample, Surface, longest};
+use crate::panorama::luminance;
+use crate::render::{Irradiance, Relit, Source};
+use crate::statistics::median;
+use crate::transfer::LOT;
+use crate::volume::Nearby;
+
+/// Light at samples, under all lightings.
+#[derive(Default)]
+pub(super) struct Lit {
+    /// Per sample and lighting, the lightings of a sample beside each other.
+    pub(super) irradiance: Vec<Vec3>,
+    /// Per sample where the light came from, under the first lighting.
+    pub(super) source: Vec<Source>,
+    /// Per sample how far probes agree, 0..=1, under the lighting where they agree least.
+    pub(super) agreement: Vec<f32>,
+}
+
+impl Lit {
+    fn at(&self, sample: u32, lightings: usize) -> &[Vec3] {
+        &self.irradiance[sample as usize * lightings..][..lightings]
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.irradiance.append(&mut other.irradiance);
+        self.source.append(&mut other.source);
+        self.agreement.append(&mut other.agreement);
+    }
+
+    fn push(&mut self, one: (&[Vec3], Source, f32)) {
+        self.irradiance.extend(one.0);
+        self.source.push(one.1);
+        self.agreement.push(one.2);
+    }
+}
+
+/// Edges longer than this share of the coarse length are looked into even where their ends are lit alike.
+const BLIND: f32 = 0.3;
+
+/// From edges this share of the coarse length on, an edge half as long may be twice as far off: what it blurs is half as wide.
+const FULL: f32 = 0.25;
+
+/// Light below this share of what is usual counts as dark: differences down there are not seen.
+const DARK: f32 = 0.15;
+
+/// Cuts a surface whose corners are lit until light between corners is known within the error asked for, or edges are as
+/// short as wanted, or there are as many samples as allowed.
+pub(super) fn refine(
+    surface: &mut Surface,
+    lit: &mut Lit,
+    relit: &[Relit],
+    settings: &Settings,
+    [coarse, finest]: [f32; 2],
+    progress: &(dyn Fn(usize) + Sync),
+) {
+    let lightings = relit.len();
+    let dark: Vec<f32> = (0..lightings)
+        .map(|l| {
+            let all = lit.irradiance.iter().skip(l).step_by(lightings).map(|e| luminance(*e)).filter(|e| *e > 0.0);
+            DARK * median(all).unwrap_or(0.0)
+        })
+        .collect();
+    // differences of light as an eye sees them
+    let differ = |a: &[Vec3], b: &[Vec3]| -> f32 {
+        let one = |l: usize| {
+            let most = a[l].max(b[l]).max_element();
+            (a[l] - b[l]).abs().max_element() / (most + dark[l]).max(f32::MIN_POSITIVE)
+        };
+        (0..lightings).map(one).fold(0.0, f32::max)
+    };
+    // middles that were looked up, with their light, for edges that had no room so far
+    let mut kept: HashMap<([u32; 2], u32), u32> = HashMap::new();
+    let (mut candidates, mut seen): (Vec<Sample>, Lit) = Default::default();
+    loop {
+        let edges = surface.edges();
+        let tested: Vec<u32> = (0..edges.runs.len() as u32)
+            .into_par_iter()
+            .filter(|&r| {
+                let run = &edges.runs[r as usize];
+                let length = surface.length(run.ends);
+                if length <= finest || edges.of(run).iter().all(|e| even(surface, e.2)) {
+                    return false;
+                }
+                let [a, b] = sample_ends(surface, &edges, run);
+                length > BLIND * coarse || differ(lit.at(a, lightings), lit.at(b, lightings)) > settings.error
+            })
+            .collect();
+        let key = |r: u32| (edges.runs[r as usize].ends, edges.patch(r));
+        let new: Vec<u32> = tested.iter().copied().filter(|&r| !kept.contains_key(&key(r))).collect();
+        let asked: Vec<Sample> = new.par_iter().map(|&r| middle(surface, &edges, r)).collect();
+        seen.append(lights(relit, &asked));
+        for (&r, at) in new.iter().zip(asked) {
+            kept.insert(key(r), candidates.len() as u32);
+            candidates.push(at);
+        }
+        let off = |&r: &u32| {
+            let run = &edges.runs[r as usize];
+            let [a, b] = sample_ends(surface, &edges, run);
+            let (a, b) = (lit.at(a, lightings), lit.at(b, lightings));
+            let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
+            let k = kept.get(&key(r)).copied().unwrap_or(0);
+            let (off, length) = (differ(seen.at(k, lightings), &between), surface.length(run.ends));
+            if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length } else { 0.0 }
+        };
+        let off: Vec<f32> = tested.par_iter().map(off).collect();
+        let mut worst = vec![0.0f32; edges.count];
+        for (&r, &off) in tested.iter().zip(&off) {
+            let run = &edges.runs[r as usize];
+            worst[run.edge as usize] = worst[run.edge as usize].max(off);
+            if off == 0.0 {
+                edges.of(run).iter().for_each(|e| set_even(surface, e.2));
+                kept.remove(&key(r));
+            }
+        }
+        let room = settings.vertices.saturating_sub(surface.samples.len());
+        // the worst first: what is left over for them is worth more than what lies in their order
+        let mut most = room / 2;
+        let known = |r: u32| {
+            let k = *kept.get(&key(r))?;
+            let one = (seen.at(k, lightings), seen.source[k as usize], seen.agreement[k as usize]);
+            Some((candidates[k as usize], one))
+        };
+        progress(surface.samples.len());
+        loop {
+            let marked = marked(&worst, most);
+            if !marked.contains(&true) {
+                return;
+            }
+            if split(surface, lit, relit, &edges, marked, room, known) {
+                break;
+            }
+            // what hangs on them took too much room
+            most /= 2;
+        }
+        // little room is no use
+        if 64 * settings.vertices.saturating_sub(surface.samples.len()) < settings.vertices {
+            return;
+        }
+    }
+}
+
+/// Cuts edges longer than wanted, until none is left; nothing is lit.
+pub(super) fn cut_long(surface: &mut Surface, coarse: f32, most: usize) {
+    loop {
+        let edges = surface.edges();
+        let mut marked = vec![false; edges.count];
+        for run in &edges.runs {
+            marked[run.edge as usize] = surface.length(run.ends) > coarse;
+        }
+        let room = most.saturating_sub(surface.samples.len());
+        if !marked.contains(&true) || !split(surface, &mut Lit::default(), &[], &edges, marked, room, |_| None) {
+            return;
+        }
+    }
+}
+
+/// The edges to be cut: all that are off, or the worst where there are more than that.
+fn marked(worst: &[f32], most: usize) -> Vec<bool> {
+    let mut order: Vec<u32> = (0..worst.len() as u32).filter(|e| worst[*e as usize] > 0.0).collect();
+    if order.len() > most {
+        order.sort_by(|a, b| worst[*b as usize].total_cmp(&worst[*a as usize]).then(a.cmp(b)));
+        order.truncate(most);
+    }
+    let mut marked = vec![false; worst.len()];
+    order.into_iter().for_each(|e| marked[e as usize] = true);
+    marked
+}
+
+/// Cuts marked edges, and the longest edge of each piece that has one. `known` gives for a run the sample at its middle and
+/// its light where that was looked up. False, and nothing done, where there is no room for so many.
+fn split<'a>(
+    surface: &mut Surface,
+    lit: &mut Lit,
+    relit: &[Relit],
+    edges: &Edges,
+    mut marked: Vec<bool>,
+    room: usize,
+    known: impl Fn(u32) -> Option<(Sample, (&'a [Vec3], Source, f32))>,
+) -> bool {
+    let edge_of = |at: u32| edges.runs[edges.run_of[at as usize] as usize].edge as usize;
+    loop {
+        let more: Vec<usize> = (0..surface.pieces.len() as u32)
+            .into_par_iter()
+            .filter_map(|i| {
+                let any = (0..3).any(|e| marked[edge_of(3 * i + e)]);
+                let longest = longest(&surface.places, &surface.pieces[i as usize].corners, |_| any)?;
+                let edge = edge_of(3 * i + longest as u32);
+                (!marked[edge]).then_some(edge)
+            })
+            .collect();
+        if more.is_empty() {
+            break;
+        }
+        more.into_iter().for_each(|e| marked[e] = true);
+    }
+    let mut middles = vec![None; edges.runs.len()];
+    let mut place_of = vec![None; edges.count];
+    let new = edges.runs.iter().filter(|run| marked[run.edge as usize]).count();
+    if new > room {
+        return false;
+    }
+    let mut asked = Vec::new();
+    for (r, run) in edges.runs.iter().enumerate().filter(|(_, run)| marked[run.edge as usize]) {
+        let place = *place_of[run.edge as usize].get_or_insert_with(|| {
+            let [a, b] = run.ends.map(|p| surface.places[p as usize]);
+            surface.places.push(0.5 * (a + b));
+            surface.places.len() as u32 - 1
+        });
+        middles[r] = Some((place, 0));
+        if known(r as u32).is_none() {
+            asked.push(middle(surface, edges, r as u32));
+        }
+    }
+    let found = lights(relit, &asked);
+    let mut next = 0;
+    for (r, slot) in middles.iter_mut().enumerate() {
+        let Some((_, sample)) = slot else { continue };
+        *sample = surface.samples.len() as u32;
+        match known(r as u32) {
+            Some((at, light)) => {
+                surface.samples.push(at);
+                lit.push(light);
+            }
+            None => {
+                surface.samples.push(asked[next]);
+                if !relit.is_empty() {
+                    lit.push((found.at(next as u32, relit.len()), found.source[next], found.agreement[next]));
+                }
+                next += 1;
+            }
+        }
+    }
+    surface.cut(|at| middles[edges.run_of[at as usize] as usize]);
+    true
+}
+
+/// The sample at the middle of a run.
+fn middle(surface: &Surface, edges: &Edges, run: u32) -> Sample {
+    let run = &edges.runs[run as usize];
+    let [a, b] = run.ends.map(|p| surface.places[p as usize]);
+    surface.sample(0.5 * (a + b), edges.of(run).iter().map(|e| e.2 / 3))
+}
+
+/// The samples at the ends of a run.
+fn sample_ends(surface: &Surface, edges: &Edges, run: &super::mesh::Run) -> [u32; 2] {
+    let at = edges.of(run)[0].2;
+    let samples = surface.pieces[at as usize / 3].samples;
+    [samples[at as usize % 3], samples[(at as usize + 1) % 3]]
+}
+
+fn even(surface: &Surface, at: u32) -> bool {
+    surface.pieces[at as usize / 3].even[at as usize % 3]
+}
+
+fn set_even(surface: &mut Surface, at: u32) {
+    surface.pieces[at as usize / 3].even[at as usize % 3] = true;
+}
+
+/// The light at samples, as rendering finds it.
+pub(super) fn lights(relit: &[Relit], samples: &[Sample]) -> Lit {
+    if relit.is_empty() {
+        return Lit::default();
+    }
+    let lot = |samples: &[Sample]| {
+        let mut near: Vec<Nearby> = relit.iter().map(|_| Nearby::default()).collect();
+        let mut all = Lit::default();
+        for s in samples {
+            let (mut source, mut agreement) = (Source::None, 1.0f32);
+            for (l, (relit, near)) in relit.iter().zip(&mut near).enumerate() {
+                let lit = relit.lit(s.position, s.normal, near);
+                let shaded = lit.asks && !relit.in_sun(s.position, s.normal);
+                let (e, from) = if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) };
+                // a sum of the greatest numbers may leave them
+                let e = if e.is_finite() { e.max(Vec3::ZERO) } else { Vec3::splat(f32::MAX).min(e.max(Vec3::ZERO)) };
+                all.irradiance.push(e);
+                if l == 0 {
+                    source = from;
+                }
+                agreement = agreement.min(lit.agreement);
+            }
+            all.source.push(source);
+            all.agreement.push(agreement);
+        }
+        all
+    };
+    let lots: Vec<Lit> = samples.par_chunks(LOT).map(lot).collect();
+    lots.into_iter().fold(Lit::default(), |mut all, lot| {
+        all.append(lot);
+        all
+    })
+}
+
+impl Edges {
+    /// The patch of a run.
+    fn patch(&self, run: u32) -> u32 {
+        self.entries[self.runs[run as usize].range[0] as usize].1
+    }
+
+    /// The entries of a run.
+    pub(super) fn of(&self, run: &super::mesh::Run) -> &[(u64, u32, u32)] {
+        &self.entries[run.range[0] as usize..run.range[1] as usize]
+    }
+}

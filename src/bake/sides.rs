@@ -1,0 +1,91 @@
+//! Which sides of a model's triangles people inside can see.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+
+use crate::scene::{Ray, Scene};
+
+/// Rays from each eye.
+const LOOKS: u32 = 1 << 17;
+
+/// Rays from each side, at most and at least, and about so many in all.
+const MOST: usize = 8;
+const LEAST: usize = 2;
+const ALL: usize = 1 << 22;
+
+/// This share of a side's rays must meet inner sides: what lies outside sees little of them, through windows.
+const ENCLOSED: f32 = 0.4;
+
+/// Marks sides (front of triangle t: 2 t, back: 2 t + 1; the front is where its corners run counter-clockwise) that can be
+/// seen from the eyes, or that mostly see such sides, and so on: all that encloses the rooms in which the eyes are. With no
+/// eye, all front sides.
+///
+/// Of a `scan`, whose surface is open and wound alike, all sides of the kind that the eyes mostly see.
+pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
+    let count = 2 * scene.mesh.triangles.len();
+    if eyes.is_empty() {
+        return (0..count).map(|side| side % 2 == 0).collect();
+    }
+    let side_hit = |ray: &Ray| {
+        let hit = scene.tracer.closest(ray, 1e-4)?;
+        let back = scene.mesh.normal(hit.triangle).dot(ray.direction) > 0.0;
+        Some(2 * hit.triangle + u32::from(back))
+    };
+    let mut inner = vec![false; count];
+    for &origin in eyes {
+        let seen: Vec<u32> = (0..LOOKS)
+            .into_par_iter()
+            .filter_map(|k| {
+                // a golden spiral around the eye
+                let z = 1.0 - 2.0 * (k as f32 + 0.5) / LOOKS as f32;
+                let (sin, cos) = (k as f32 * TAU * 0.381_966_01).sin_cos();
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                side_hit(&Ray { origin, direction: Vec3::new(r * cos, r * sin, z) })
+            })
+            .collect();
+        seen.into_iter().for_each(|side| inner[side as usize] = true);
+    }
+    if scan {
+        /// From this share on one kind of side counts as the seen one.
+        const MOSTLY: f64 = 0.7;
+        let seen = |kind: usize| inner.iter().skip(kind).step_by(2).filter(|s| **s).count() as f64;
+        let fronts = seen(0) / (seen(0) + seen(1)).max(1.0);
+        return (0..count).map(|side| if side % 2 == 0 { fronts > 1.0 - MOSTLY } else { fronts < MOSTLY }).collect();
+    }
+    let rays = (ALL / count).clamp(LEAST, MOST);
+    // per side the sides that it sees
+    let mut sees: Vec<(u32, Vec<u32>)> = (0..count as u32)
+        .into_par_iter()
+        .map(|side| {
+            let [a, b, c] = scene.mesh.corners(side / 2);
+            let normal = scene.mesh.normal(side / 2) * if side % 2 == 0 { 1.0 } else { -1.0 };
+            let (tangent, bitangent) = normal.any_orthonormal_pair();
+            let lift = 1e-4 + 1e-5 * a.abs().max_element();
+            let look = |k: usize| {
+                // places and directions by Roberts's recurrence, turned from side to side
+                let step = |i: u32, by: f64| ((f64::from(i) * by).fract()) as f32;
+                let (u, v) = (step(k as u32 + 1, 0.754_877_666_246_693), step(k as u32 + 1, 0.569_840_290_998_053));
+                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+                let origin = a + (b - a) * u + (c - a) * v + normal * lift;
+                let out = (k as f32 + 0.5) / rays as f32;
+                let (sin, cos) = (TAU * (k as f32 * 0.381_966_01 + step(side, 0.618_033_988_749_895))).sin_cos();
+                let flat = (tangent * cos + bitangent * sin) * out.sqrt();
+                side_hit(&Ray { origin, direction: flat + normal * (1.0 - out).sqrt() })
+            };
+            (side, (0..rays).filter_map(look).collect())
+        })
+        .collect();
+    let enough = (ENCLOSED * rays as f32).ceil() as usize;
+    loop {
+        let before = sees.len();
+        let encloses = |seen: &[u32]| seen.iter().filter(|s| inner[**s as usize]).count() >= enough;
+        let (found, rest): (Vec<_>, Vec<_>) =
+            sees.into_iter().partition(|(side, seen)| inner[*side as usize] || encloses(seen));
+        found.iter().for_each(|(side, _)| inner[*side as usize] = true);
+        sees = rest;
+        if sees.len() == before || sees.is_empty() {
+            return inner;
+        }
+    }
+}

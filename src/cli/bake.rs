@@ -1,0 +1,226 @@
+//! `clerestory bake SITE`.
+
+use clap::{Args, ValueHint};
+use clerestory::bake::{self, Bake, Baked, bake, write_glb, write_ply};
+use clerestory::render::{Options, Timings};
+use clerestory::scene::{self, Health, Scene};
+use clerestory::site::Site;
+use clerestory::volume;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Put the light of the place on the model's vertices, for any 3D viewer.
+///
+/// Writes SITE.glb (original textures, light as vertex colour, no shading) and SITE.ply (for CloudCompare and MeshLab) into
+/// --out, SITE-LIGHTING where the site has several lightings. Triangles are cut where light changes; scans keep their
+/// vertices.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory bake sites/chapel\n  \
+    clerestory bake sites/chapel --lighting 14:30 --error 0.04\n  \
+    clerestory bake sites/chapel --vertices 200000 --out for-the-web")]
+pub(crate) struct BakeArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    pub(super) site: PathBuf,
+    /// Folder for the files [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) how: BakeHow,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    pub(super) quiet: bool,
+}
+
+/// How to bake.
+#[derive(Args, Debug)]
+pub(crate) struct BakeHow {
+    /// Only this lighting; may be given several times [default: all]
+    #[arg(long, value_name = "NAME")]
+    pub(super) lighting: Vec<String>,
+    /// At most so many vertices [default: 1000000; for a page 300000]
+    #[arg(long, value_name = "N", value_parser = vertices)]
+    pub(super) vertices: Option<usize>,
+    /// Cut a triangle where light between its corners is off by this share
+    #[arg(long, value_name = "SHARE", default_value_t = bake::Settings::default().error, value_parser = error)]
+    pub(super) error: f32,
+    /// Cells of the irradiance volume along the model's longest side
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512))]
+    pub(super) cells: u32,
+    /// Rays from each place of the irradiance volume
+    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
+    pub(super) volume_rays: u32,
+}
+
+/// What was made, for scripts.
+#[derive(Serialize)]
+struct Outcome {
+    setup: Timings,
+    bake_s: f64,
+    write_s: f64,
+    vertices: usize,
+    triangles: usize,
+    /// Triangles of the model that nobody inside can see.
+    hidden_triangles: usize,
+    two_sided_triangles: usize,
+    /// Shares of the vertices by where their light came from.
+    records: f64,
+    volume: f64,
+    neighbours: f64,
+    /// Seen by no probe.
+    unseen: f64,
+    files: Vec<PathBuf>,
+    peak_bytes: Option<u64>,
+    warnings: Vec<String>,
+}
+
+/// Bakes a site and tells `out` about it.
+pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let site = Site::load(&args.site)?;
+    let lightings = lightings(&site, &args.how.lighting)?;
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let start = Instant::now();
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
+    let load_s = start.elapsed().as_secs_f64();
+    let Bake { baked, mut setup } =
+        baked(&site, &scene, &lightings, &args.how, bake::Settings::default(), !args.quiet && !args.json)?;
+    let timings = &mut setup.timings;
+    let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
+    let bake_s = start.elapsed().as_secs_f64() - load_s - set_up_s;
+    timings.load_s += load_s;
+    let start = Instant::now();
+    let files = write(&folder, &site, &scene, &baked)?;
+    let share = |of: &dyn Fn(&bake::Vertex) -> bool| {
+        baked.vertices.iter().filter(|v| of(v)).count() as f64 / baked.vertices.len().max(1) as f64
+    };
+    let by = |source: clerestory::render::Source| share(&|v| v.source == source);
+    let outcome = Outcome {
+        setup: setup.timings,
+        bake_s,
+        write_s: start.elapsed().as_secs_f64(),
+        vertices: baked.vertices.len(),
+        triangles: baked.triangles.len(),
+        hidden_triangles: baked.hidden,
+        two_sided_triangles: baked.two_sided,
+        records: by(clerestory::render::Source::Record),
+        volume: by(clerestory::render::Source::Volume),
+        neighbours: by(clerestory::render::Source::Neighbour),
+        unseen: share(&|v| v.seen_by == 0),
+        files,
+        peak_bytes: super::render::peak_bytes(),
+        warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
+    };
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else if !args.quiet {
+        print(&outcome, out)?;
+    }
+    Ok(())
+}
+
+/// Bakes with a bar that shows how many vertices there are; `usual` is how finely if nothing else is asked for.
+pub(super) fn baked(
+    site: &Site,
+    scene: &Scene,
+    lightings: &[String],
+    how: &BakeHow,
+    usual: bake::Settings,
+    shown: bool,
+) -> anyhow::Result<Bake> {
+    let options = Options {
+        lightings: lightings.to_vec(),
+        probes: site.probes.len(),
+        sun: true,
+        volume: volume::Settings { cells: how.cells, rays: how.volume_rays },
+        all_stages: false,
+        volume_for_all: false,
+    };
+    let settings = bake::Settings { vertices: how.vertices.unwrap_or(usual.vertices), error: how.error, ..usual };
+    let bar = super::progress::bar(shown, "{spinner} {msg}  {elapsed}");
+    bar.set_message("shooting …");
+    let made = bake(site, scene, &options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;
+    bar.finish_and_clear();
+    Ok(made)
+}
+
+/// The lightings that were asked for, or all; a site without names for them has one.
+pub(super) fn lightings(site: &Site, asked: &[String]) -> anyhow::Result<Vec<String>> {
+    let known = site.lightings();
+    if asked.is_empty() && !known.is_empty() {
+        return Ok(known);
+    }
+    asked.iter().try_for_each(|name| super::render::known_lighting(site, name))?;
+    // a site without probes is told so later
+    Ok(if asked.is_empty() { vec![String::new()] } else { asked.to_vec() })
+}
+
+/// The site's name as a file may have it.
+pub(super) fn stem(site: &Site) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c.to_ascii_lowercase() } else { '-' };
+    let name: String = site.name.chars().map(plain).collect();
+    if name.trim_matches('-').is_empty() { "site".to_owned() } else { name.trim_matches('-').to_owned() }
+}
+
+fn write(folder: &Path, site: &Site, scene: &Scene, baked: &Baked) -> anyhow::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let command = super::own_command();
+    for (l, lighting) in baked.lightings.iter().enumerate() {
+        let plain = lighting.replace(|c: char| !c.is_alphanumeric() && c != '-', "");
+        let stem = if baked.lightings.len() > 1 { format!("{}-{plain}", stem(site)) } else { stem(site) };
+        let mut notes = Map::new();
+        notes.insert("site".into(), Value::from(site.name.as_str()));
+        notes.insert("command".into(), Value::from(command.as_str()));
+        let glb = folder.join(format!("{stem}.glb"));
+        write_glb(&glb, scene, baked, l, notes)?;
+        let ply = folder.join(format!("{stem}.ply"));
+        write_ply(&ply, scene, &site.frame, baked, l, &command)?;
+        files.extend([glb, ply]);
+    }
+    Ok(files)
+}
+
+fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
+    for warning in &o.warnings {
+        writeln!(out, "warning: {warning}")?;
+    }
+    let percent = |share: f64| 100.0 * share;
+    writeln!(
+        out,
+        "{} vertices, {} triangles: {:.0} % lit by records, {:.0} % by the volume, {:.0} % by neighbours; {:.0} % no probe sees",
+        o.vertices,
+        o.triangles,
+        percent(o.records),
+        percent(o.volume),
+        percent(o.neighbours),
+        percent(o.unseen)
+    )?;
+    if o.hidden_triangles > 0 {
+        writeln!(out, "{} triangles of the model cannot be seen from within and are left out", o.hidden_triangles)?;
+    }
+    let t = o.setup;
+    writeln!(
+        out,
+        "load {:.2} s, shoot {:.2} s, index {:.2} s, volume {:.2} s, bake {:.2} s, write {:.2} s",
+        t.load_s, t.shoot_s, t.index_s, t.volume_s, o.bake_s, o.write_s
+    )?;
+    o.files.iter().try_for_each(|f| writeln!(out, "{}", f.display()))
+}
+
+fn vertices(text: &str) -> Result<usize, String> {
+    let ok = text.parse().ok().filter(|n| (1_000..=50_000_000).contains(n));
+    ok.ok_or_else(|| "expected a number from 1000 to 50000000".to_owned())
+}
+
+fn error(text: &str) -> Result<f32, String> {
+    let ok = text.parse().ok().filter(|e: &f32| (1e-3..=1.0).contains(e));
+    ok.ok_or_else(|| "expected a share from 0.001 to 1".to_owned())
+}

@@ -1,0 +1,91 @@
+//! `clerestory view SITE`.
+
+use clap::{Args, ValueHint};
+use clerestory::bake::{self, Bake};
+use clerestory::scene::{self, Health};
+use clerestory::site::Site;
+use clerestory::viewer::{Extras, write_viewer};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::bake::{BakeHow, baked, lightings};
+
+/// Make a page to walk through the relit model in: one file, no network.
+///
+/// Writes viewer.html into --out; it opens in any browser with WebGL 2, from a disk or a server.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    clerestory view sites/chapel\n  \
+    clerestory view sites/chapel --findings reports/chapel --plan reports/chapel/plan.json\n  \
+    clerestory view sites/chapel --vertices 1000000 --error 0.04")]
+pub(crate) struct ViewArgs {
+    /// The site file, or the folder that holds its site.toml
+    #[arg(value_hint = ValueHint::AnyPath)]
+    site: PathBuf,
+    /// Folder for the page [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Show what an audit found: the folder with its findings.json
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    findings: Option<PathBuf>,
+    /// Show the stations of a plan: its plan.json
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    plan: Option<PathBuf>,
+    #[command(flatten)]
+    how: BakeHow,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// Vertices that a laptop without a graphics card of its own draws fast enough.
+const VERTICES: usize = 300_000;
+
+/// What was made, for scripts.
+#[derive(Serialize)]
+struct Outcome {
+    file: PathBuf,
+    bytes: u64,
+    vertices: usize,
+    triangles: usize,
+    seconds: f64,
+}
+
+/// Makes a site's viewer and tells `out` where it is.
+pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let site = Site::load(&args.site)?;
+    let lightings = lightings(&site, &args.how.lighting)?;
+    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let scene = scene::load(&site, &mut Health::default())?;
+    let usual = bake::Settings { vertices: VERTICES, views: true, ..bake::Settings::default() };
+    let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, usual, !args.quiet && !args.json)?;
+    let extras = Extras { findings: args.findings.clone(), plan: args.plan.clone(), command: super::own_command() };
+    let file = folder.join("viewer.html");
+    write_viewer(&file, &site, &scene, &baked, &extras)?;
+    let outcome = Outcome {
+        bytes: std::fs::metadata(&file)?.len(),
+        file,
+        vertices: baked.vertices.len(),
+        triangles: baked.triangles.len(),
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else if !args.quiet {
+        let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;
+        let megabytes = *bytes as f64 / 1e6;
+        writeln!(
+            out,
+            "{}: {megabytes:.1} MB, {vertices} vertices, {triangles} triangles, {seconds:.1} s",
+            file.display()
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,250 @@
+//! Light as a linear operator: the irradiance of any surface points as a weighted sum of what the probes' cells measured
+//! (precomputed radiance transfer: Sloan, Kautz and Snyder, SIGGRAPH 2002, with measured light in the place of a basis).
+//!
+//! Cells → [records](RecordTransfer) → [places of the volume](VolumeTransfer) → points: each step a sparse matrix that is
+//! found once. A new picture of the same probes lights all points by three products and casts no ray.
+//!
+//! Not linear in [`Relit`] are the weights that hang on the light itself: a record's neighbours count by how alike they
+//! are, clipped cells do not, the volume is evened out by its noise, and the sun's irradiance is a median. Here they stay as
+//! the lighting made them that the operator was built for. So it is exact for that lighting and its multiples; for another
+//! one it takes the first one's weights. What is not measured at all but guessed goes with the mean of what is measured.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+use crate::panorama::{Picture, Radiometry, luminance};
+use crate::render::{Irradiance, Relit, Source};
+use crate::scene::Scene;
+use crate::shoot::{Choice, Light, RecordTransfer};
+use crate::volume::{Nearby, Transport, VolumeTransfer, of_place};
+
+/// A point of a surface and its unit normal, local metres.
+pub type Point = (Vec3, Vec3);
+
+/// Points that are looked up one after the other, so that what is kept from one to the next hangs on nothing else.
+pub const LOT: usize = 64;
+
+/// Irradiance at points as a function of probes' pictures.
+pub struct Transfer<'a> {
+    probes: Vec<RecordTransfer>,
+    volume: Option<VolumeTransfer<'a>>,
+    rows: Rows,
+    /// Luminance of the mean of what cells measured, when it was built.
+    mean: f32,
+}
+
+/// The last step's matrix.
+#[derive(Default)]
+struct Rows {
+    /// Per point its first term among the records, and among the places; one more at the end.
+    starts: Vec<[u32; 2]>,
+    records: Vec<(u32, f32)>,
+    places: Vec<(u32, f32)>,
+    normals: Vec<Vec3>,
+    /// Per point the cosine that the sun's direct irradiance counts with.
+    sun: Vec<f32>,
+    /// Points whose light is no sum of records and places, and that light.
+    guessed: Vec<(u32, Vec3)>,
+}
+
+/// How one point is lit.
+#[derive(Default)]
+struct Row {
+    records: Vec<(u32, u32, f32)>,
+    places: Vec<(u32, f32)>,
+    sun: f32,
+    guessed: Option<Vec3>,
+}
+
+/// What kinds of points an operator has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares {
+    /// Of all points, those that are lit by sums of records.
+    pub records: f64,
+    /// Those lit by sums of the volume's places.
+    pub volume: f64,
+    /// Those whose light is guessed, by what lies near or by a few rays: it goes with the mean of all that is measured.
+    pub guessed: f64,
+}
+
+impl<'a> Transfer<'a> {
+    /// The operator for some points. `pictures` are those that `relit` was lit by, in the probes' order, each with its
+    /// radiometry; `transport` is what its volume was made with.
+    pub fn new(
+        relit: &'a Relit,
+        transport: Option<&'a Transport>,
+        pictures: &[(&Picture, Radiometry)],
+        points: &[Point],
+    ) -> Self {
+        let found: Vec<Row> = points
+            .par_chunks(LOT)
+            .flat_map_iter(|points| {
+                let mut near = Nearby::default();
+                points.iter().map(move |&point| row(relit, transport, point, &mut near)).collect::<Vec<_>>()
+            })
+            .collect();
+        // records are numbered as they come up, then sorted by probe and cell, so that products read memory in order
+        let mut numbers: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        let mut ask = |probe: u32, cell: u32| {
+            let next = numbers.len() as u32;
+            *numbers.entry((probe, cell)).or_insert(next)
+        };
+        let mut rows = Rows { starts: vec![[0; 2]], ..Rows::default() };
+        for (i, row) in found.into_iter().enumerate() {
+            rows.records.extend(row.records.iter().map(|&(probe, cell, w)| (ask(probe, cell), w)));
+            rows.places.extend(row.places);
+            rows.starts.push([rows.records.len() as u32, rows.places.len() as u32]);
+            rows.normals.push(points[i].1);
+            rows.sun.push(row.sun);
+            rows.guessed.extend(row.guessed.map(|e| (i as u32, e)));
+        }
+        let light = relit.light;
+        let mut volume = match (transport, relit.volume) {
+            (Some(transport), Some(volume)) => {
+                Some(VolumeTransfer::new(relit.scene, light, transport, volume, &mut ask))
+            }
+            _ => None,
+        };
+        let mut order = vec![0; numbers.len()];
+        let mut cells = vec![Vec::new(); pictures.len()];
+        for (place, (&(probe, cell), &number)) in numbers.iter().enumerate() {
+            order[number as usize] = place as u32;
+            cells[probe as usize].push(cell);
+        }
+        rows.records.iter_mut().for_each(|t| t.0 = order[t.0 as usize]);
+        volume.iter_mut().for_each(|v| v.renumber(&order));
+        let sun = light.sun.map(|s| s.direction);
+        let probe = |((records, &(picture, radiometry)), cells): ((_, &(&Picture, Radiometry)), &Vec<u32>)| {
+            RecordTransfer::new(records, picture, radiometry, sun, cells)
+        };
+        let probes: Vec<RecordTransfer> = light.records.iter().zip(pictures).zip(&cells).map(probe).collect();
+        let mut all = Self { probes, volume, rows, mean: 0.0 };
+        let pictures: Vec<&Picture> = pictures.iter().map(|p| p.0).collect();
+        all.mean = mean(&all.measure(&pictures));
+        all
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.rows.normals.len()
+    }
+
+    /// Whether it has no point.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of terms of its matrices: from cells to records, from records to places, and to points.
+    pub fn terms(&self) -> [usize; 3] {
+        let of_records = self.probes.iter().map(RecordTransfer::terms).sum();
+        let of_volume = self.volume.as_ref().map_or(0, VolumeTransfer::terms);
+        [of_records, of_volume, self.rows.records.len() + self.rows.places.len()]
+    }
+
+    /// What kinds of points there are.
+    pub fn shares(&self) -> Shares {
+        let n = self.len().max(1) as f64;
+        let guessed = self.rows.guessed.len() as f64 / n;
+        let volume = self.rows.starts.windows(2).filter(|w| w[1][1] > w[0][1]).count() as f64 / n;
+        Shares { records: 1.0 - volume - guessed, volume, guessed }
+    }
+
+    /// What each probe's cells measure in its picture, which has the size of the one that the operator was built with.
+    pub fn measure(&self, pictures: &[&Picture]) -> Vec<Vec<Vec3>> {
+        self.probes.iter().zip(pictures).map(|(probe, picture)| probe.measure(picture)).collect()
+    }
+
+    /// Irradiance at all points under a lighting: what the cells [measured](Transfer::measure), the sun's irradiance on a
+    /// surface that faces it, and how many times as bright as the site gives it the sky is, per channel.
+    pub fn light(&self, measured: &[Vec<Vec3>], sun: Vec3, sky: Vec3) -> Vec<Vec3> {
+        let factor = if self.mean > 0.0 { mean(measured) / self.mean } else { 1.0 };
+        let records: Vec<Vec3> = self
+            .probes
+            .iter()
+            .zip(measured)
+            .map(|(probe, measured)| probe.light(measured))
+            .collect::<Vec<_>>()
+            .concat();
+        let vectors = self.volume.as_ref().map_or_else(Vec::new, |v| v.vectors(&records, sun, sky, factor));
+        let rows = &self.rows;
+        let one = |(i, ends): (usize, &[[u32; 2]])| {
+            let of_records = &rows.records[ends[0][0] as usize..ends[1][0] as usize];
+            let of_places = &rows.places[ends[0][1] as usize..ends[1][1] as usize];
+            let seen: Vec3 = of_records.iter().map(|&(record, weight)| records[record as usize] * weight).sum();
+            let unseen: Vec3 =
+                of_places.iter().map(|&(place, w)| of_place(&vectors[place as usize], rows.normals[i]) * w).sum();
+            seen + unseen + sun * rows.sun[i]
+        };
+        let mut all: Vec<Vec3> = rows.starts.par_windows(2).enumerate().with_min_len(4096).map(one).collect();
+        for &(point, e) in &rows.guessed {
+            all[point as usize] = e * factor;
+        }
+        all
+    }
+}
+
+/// The luminance of the mean of what cells measured.
+fn mean(measured: &[Vec<Vec3>]) -> f32 {
+    let row = |row: &[Vec3]| row.iter().map(|m| f64::from(luminance(*m))).sum::<f64>();
+    let sums: Vec<f64> = measured.iter().flat_map(|m| m.par_chunks(4096).map(row).collect::<Vec<_>>()).collect();
+    (sums.iter().sum::<f64>() / measured.iter().map(Vec::len).sum::<usize>().max(1) as f64) as f32
+}
+
+/// What lights a point, as [`Relit`] finds it.
+fn row(relit: &Relit, transport: Option<&Transport>, (point, normal): Point, near: &mut Nearby) -> Row {
+    let (scene, light) = (relit.scene, relit.light);
+    let lit = relit.lit(point, normal, near);
+    let in_sun = lit.asks && relit.in_sun(point, normal);
+    let (e, source) = if in_sun || !lit.asks { (lit.sun, lit.source) } else { (lit.shade, lit.shade_source) };
+    let guess = || Row { guessed: Some(e), ..Row::default() };
+    if source == Source::Record {
+        return of_records(light, scene, (point, normal), in_sun, lit.asks, relit.volume.is_none())
+            .unwrap_or_else(guess);
+    }
+    let (Source::Volume, Some(volume), Some(transport)) = (source, relit.volume, transport) else { return guess() };
+    let places = volume.places(transport, (scene, point, normal), near);
+    if places.is_empty() {
+        return guess();
+    }
+    let sun = if in_sun { light.sun_cosine(normal).max(0.0) } else { 0.0 };
+    Row { places, sun, ..Row::default() }
+}
+
+/// The sum of records that lights a point; `None` where it is none.
+fn of_records(
+    light: &Light,
+    scene: &Scene,
+    (point, normal): Point,
+    in_sun: bool,
+    asked: bool,
+    glimpse: bool,
+) -> Option<Row> {
+    use crate::shoot::sunlight::Sunlit;
+    let mut all: Vec<(u32, u32, Sunlit, f32)> = Vec::new();
+    let observed = light.weigh(scene, (point, normal), false, |p, c, s, w| all.push((p, c, s, w)));
+    let cos = light.sun_cosine(normal);
+    let in_sun = if asked { in_sun } else { observed.as_ref().and_then(|o| light.sunlit(o)).unwrap_or(in_sun) };
+    let choice = match observed.as_ref().and_then(|o| light.choose(o, in_sun, cos)) {
+        Some(choice) => choice,
+        None if glimpse => {
+            all.clear();
+            light.weigh(scene, (point, normal), true, |p, c, s, w| all.push((p, c, s, w)))?;
+            Choice::All
+        }
+        None => return None,
+    };
+    let of = |which: Option<Sunlit>| -> Vec<(u32, u32, f32)> {
+        let chosen = all.iter().filter(|r| which.is_none_or(|w| r.2 == w));
+        let total: f32 = chosen.clone().map(|r| r.3).sum();
+        chosen.map(|r| (r.0, r.1, r.3 / total)).collect()
+    };
+    let direct = cos.max(0.0);
+    Some(match choice {
+        Choice::All => Row { records: of(None), ..Row::default() },
+        Choice::Sun => Row { records: of(Some(Sunlit::Yes)), ..Row::default() },
+        Choice::Shade => Row { records: of(Some(Sunlit::No)), ..Row::default() },
+        Choice::ShadeAndDirect => Row { records: of(Some(Sunlit::No)), sun: direct, ..Row::default() },
+        Choice::Direct => Row { sun: direct, ..Row::default() },
+    })
+}

@@ -1,0 +1,367 @@
+//! A baked site as one page that needs nothing else: geometry, light and textures inside it, drawn with WebGL 2.
+//!
+//! `viewer.html`, `viewer.css` and `viewer.js` are the page; here its data are packed. Positions have 16 bits along each side
+//! of the model's box, light one exponent a colour, all deflated and in base64; the browser inflates them itself.
+
+mod findings;
+mod pack;
+
+use base64::Engine;
+use glam::{DVec3, Vec3};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::bake::{BakeError, Baked};
+use crate::panorama::{Exposure, PanoramaError, Picture, linear_to_srgb, pinhole_of, undistorted};
+use crate::photograph::{self, PhotographError};
+use crate::scene::Scene;
+use crate::site::{Camera, Site, View};
+use crate::whole::write_whole;
+use findings::{Mark, Shown};
+
+/// What a page shows beside the model.
+#[derive(Clone, Debug, Default)]
+pub struct Extras {
+    /// A folder that `clerestory audit` wrote into.
+    pub findings: Option<PathBuf>,
+    /// A `plan.json` that `clerestory plan` wrote.
+    pub plan: Option<PathBuf>,
+    /// The command that made the page.
+    pub command: String,
+}
+
+/// Why no page can be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewerError {
+    /// A photograph cannot be used.
+    #[error(transparent)]
+    Photograph(#[from] PhotographError),
+    /// A picture cannot be used.
+    #[error(transparent)]
+    Picture(#[from] PanoramaError),
+    /// A texture cannot be used, or the page cannot be written.
+    #[error(transparent)]
+    Bake(#[from] BakeError),
+    /// Findings or a plan cannot be read.
+    #[error("{}: {why}. Expected what `{from}` writes", path.display())]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+        /// The verb that makes such a file.
+        from: String,
+    },
+}
+
+/// What the page's script needs to know; lengths in local metres, program's axes.
+#[derive(Serialize)]
+struct About {
+    site: String,
+    software: &'static str,
+    command: String,
+    vertices: usize,
+    triangles: usize,
+    low: [f32; 3],
+    high: [f32; 3],
+    step: [f32; 3],
+    /// The box's diagonal.
+    size: f32,
+    /// What to add to a local height for the site's own.
+    height: f64,
+    start: [f32; 3],
+    lightings: Vec<Lighting>,
+    sky: [usize; 2],
+    materials: Vec<Range>,
+    pictures: usize,
+    /// Least texture coordinates and their step; nothing without textures.
+    uv: Option<[f32; 3]>,
+    tinted: bool,
+    views: Vec<Shot>,
+    probes: Vec<Mark>,
+    stations: Vec<Mark>,
+    findings: Vec<Shown>,
+}
+
+#[derive(Serialize)]
+struct Lighting {
+    name: String,
+    exposure: f32,
+}
+
+/// Some triangles of a material that lie close together.
+#[derive(Serialize)]
+struct Range {
+    first: u32,
+    count: u32,
+    albedo: [f32; 3],
+    /// Index of its picture; −1 for none.
+    picture: i32,
+    /// The box around them: least and greatest corner.
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+/// A view of the site.
+#[derive(Serialize)]
+struct Shot {
+    name: String,
+    position: [f32; 3],
+    right: [f64; 3],
+    forward: [f64; 3],
+    /// Tangents of the picture's left, right, lower and upper rim.
+    tan: [f64; 4],
+    exposures: Vec<f32>,
+    photo: bool,
+}
+
+/// A part of the page's data.
+struct Block {
+    kind: &'static str,
+    bytes: Vec<u8>,
+}
+
+const STYLE: &str = include_str!("viewer.css");
+const BODY: &str = include_str!("viewer.html");
+const SCRIPT: &str = include_str!("viewer.js");
+
+/// Writes the page of a baked site.
+///
+/// # Errors
+///
+/// Photographs, findings or a plan that cannot be used, or the file system's refusal.
+pub fn write_viewer(
+    path: &Path,
+    site: &Site,
+    scene: &Scene,
+    baked: &Baked,
+    extras: &Extras,
+) -> Result<(), ViewerError> {
+    let io = |source| BakeError::Io { path: path.to_owned(), source };
+    let mut blocks = Vec::new();
+    let (low, step) = geometry(baked, &mut blocks).map_err(io)?;
+    let uv = texture_coordinates(baked, &mut blocks).map_err(io)?;
+    let tinted = !scene.mesh.colours.is_empty();
+    if tinted {
+        let mut bytes = Vec::new();
+        let code = |v: f32| (linear_to_srgb(v) * 255.0 + 0.5) as u8;
+        pack::vertex_bytes(
+            baked.vertices.iter().map(|v| [code(v.colour.x), code(v.colour.y), code(v.colour.z), 0]),
+            &mut bytes,
+        );
+        blocks.push(block(&bytes).map_err(io)?);
+    }
+    for (light, sky) in baked.irradiance.iter().zip(&baked.skies) {
+        for colours in [light, &sky.pixels] {
+            let mut bytes = Vec::new();
+            let codes: Vec<[u8; 4]> = colours.iter().map(|c| pack::shared_exponent(*c)).collect();
+            pack::vertex_bytes(codes.iter().copied(), &mut bytes);
+            blocks.push(block(&bytes).map_err(io)?);
+        }
+    }
+    let (materials, pictures) = materials(scene, baked, &mut blocks)?;
+    let mut views = Vec::new();
+    for (i, view) in site.views.iter().enumerate() {
+        let (shot, photo) = shot(scene, view, baked.views.get(i).unwrap_or(&baked.exposures))?;
+        views.push(shot);
+        blocks.extend(photo);
+    }
+    let high = low + step * 65535.0;
+    let probe =
+        |p: &crate::site::Probe| Mark { name: p.name.clone(), position: scene.local(p.pose.position).to_array() };
+    let about = About {
+        site: site.name.clone(),
+        software: concat!("clerestory ", env!("CARGO_PKG_VERSION")),
+        command: extras.command.clone(),
+        vertices: baked.vertices.len(),
+        triangles: baked.triangles.len(),
+        low: low.to_array(),
+        high: high.to_array(),
+        step: step.to_array(),
+        size: (high - low).length(),
+        height: scene.origin.z,
+        start: site.probes.first().map_or((low + high) / 2.0, |p| scene.local(p.pose.position)).to_array(),
+        lightings: (baked.lightings.iter().zip(&baked.exposures))
+            .map(|(name, exposure)| Lighting {
+                name: if name.is_empty() { "as taken" } else { name }.into(),
+                exposure: exposure.0,
+            })
+            .collect(),
+        sky: baked.skies.first().map_or([1, 1], |s| [s.width, s.height]),
+        materials,
+        pictures,
+        uv,
+        tinted,
+        views,
+        probes: site.probes.iter().map(probe).collect(),
+        stations: extras.plan.as_ref().map_or(Ok(Vec::new()), |plan| findings::stations(site, scene, plan))?,
+        findings: extras.findings.as_ref().map_or(Ok(Vec::new()), |folder| findings::findings(site, scene, folder))?,
+    };
+    let head = head(&about, &blocks);
+    write_whole(path, io, |file| {
+        file.write_all(head.as_bytes()).map_err(io)?;
+        for (i, block) in blocks.iter().enumerate() {
+            let text = base64::engine::general_purpose::STANDARD.encode(&block.bytes);
+            writeln!(file, "<script type=\"text/plain\" id=\"b{i}\">{text}</script><script>P({i})</script>")
+                .map_err(io)?;
+        }
+        write!(file, "<script>\n{SCRIPT}</script>\n</body>\n</html>\n").map_err(io)
+    })?;
+    Ok(())
+}
+
+/// All of the page before its data.
+fn head(about: &About, blocks: &[Block]) -> String {
+    // nothing in a name may end the script
+    let json = |v: serde_json::Value| v.to_string().replace('<', "\\u003c");
+    let data = json(serde_json::to_value(about).unwrap_or_default());
+    let lengths: Vec<_> = blocks.iter().map(|b| serde_json::json!({"kind": b.kind, "bytes": b.bytes.len()})).collect();
+    let lengths = json(lengths.into());
+    let title = crate::report::escape(&about.site);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" \
+         content=\"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<meta \
+         name=\"generator\" content=\"{}\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{BODY}<script>\n\
+         const M = {data}, B = {lengths};\nlet got = 0;\nconst all = B.reduce((sum, b) => sum + b.bytes, 0);\nfunction P(i) {{ \
+         got += B[i].bytes; document.getElementById(\"bar\").value = 0.5 * got / all; }}\n</script>\n",
+        about.software
+    )
+}
+
+fn block(bytes: &[u8]) -> std::io::Result<Block> {
+    Ok(Block { kind: "deflate", bytes: pack::deflated(bytes)? })
+}
+
+/// Packs places, triangles, and what is known of each vertex; gives the box's least corner and the step of the 16 bits.
+fn geometry(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<(Vec3, Vec3)> {
+    let all = || baked.vertices.iter().map(|v| v.position);
+    let (low, high) = all().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let step = ((high - low) / 65535.0).max(Vec3::splat(1e-9));
+    let mut bytes = Vec::new();
+    for c in 0..3 {
+        let codes: Vec<u32> = all().map(|p| ((p[c] - low[c]) / step[c] + 0.5) as u32).map(|v| v.min(65535)).collect();
+        pack::differences(&codes, 2, &mut bytes);
+    }
+    blocks.push(block(&bytes)?);
+    bytes.clear();
+    pack::corners(&baked.triangles, &mut bytes);
+    blocks.push(block(&bytes)?);
+    bytes.clear();
+    let about = baked.vertices.iter().map(|v| {
+        let probe = v.probe.map_or(255, |p| p.min(254) as u8);
+        [v.source as u8 | v.seen_by.min(63) << 2, probe, (v.agreement * 255.0 + 0.5) as u8, 0]
+    });
+    pack::vertex_bytes(about, &mut bytes);
+    blocks.push(block(&bytes)?);
+    Ok((low, step))
+}
+
+/// Packs texture coordinates with 24 bits; gives the least of them and the step; nothing where all are zero.
+fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<Option<[f32; 3]>> {
+    const STEPS: f32 = 16_777_215.0;
+    let all = || baked.vertices.iter().map(|v| v.uv);
+    let low = all().fold(glam::Vec2::INFINITY, glam::Vec2::min);
+    let span = (all().fold(glam::Vec2::NEG_INFINITY, glam::Vec2::max) - low).max_element();
+    if !span.is_finite() || span <= 0.0 {
+        return Ok(None);
+    }
+    // a power of two, so that whole texels stay whole
+    let step = (span / STEPS).log2().ceil().exp2();
+    let low = (low / step).floor() * step;
+    let mut bytes = Vec::new();
+    for c in 0..2 {
+        let codes: Vec<u32> = all().map(|uv| ((uv[c] - low[c]) / step + 0.5) as u32).collect();
+        pack::differences(&codes, 3, &mut bytes);
+    }
+    blocks.push(block(&bytes)?);
+    Ok(Some([low.x, low.y, step]))
+}
+
+/// Triangles that are drawn, or left out, together.
+const RUN: usize = 2048;
+
+/// The materials in use, in runs of triangles, and their pictures as blocks.
+fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(Vec<Range>, usize), ViewerError> {
+    let mut number = vec![None; scene.textures.len()];
+    let (mut all, mut pictures) = (Vec::new(), 0);
+    for (m, ends) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
+        let material = &scene.materials[m];
+        let lamp = material.emission != Vec3::ZERO;
+        let mut picture = -1;
+        if let Some(t) = material.texture.filter(|_| !lamp) {
+            if number[t as usize].is_none() {
+                let texture = &scene.textures[t as usize];
+                let (bytes, kind) =
+                    texture.encoded().map_err(|why| BakeError::Picture { name: texture.name.clone(), why })?;
+                blocks.push(Block { kind, bytes: bytes.to_vec() });
+                number[t as usize] = Some(pictures as i32);
+                pictures += 1;
+            }
+            picture = number[t as usize].unwrap_or(-1);
+        }
+        let albedo = if lamp { Vec3::ONE } else { material.albedo }.to_array();
+        for first in (ends[0]..ends[1]).step_by(RUN) {
+            let count = (ends[1] - first).min(RUN as u32);
+            let corners = baked.triangles[first as usize..(first + count) as usize].iter().flatten();
+            let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
+                let p = baked.vertices[*v as usize].position;
+                (low.min(p), high.max(p))
+            });
+            all.push(Range { first, count, albedo, picture, low: low.to_array(), high: high.to_array() });
+        }
+    }
+    Ok((all, pictures))
+}
+
+/// A view, and its photograph as a JPEG picture without distortion.
+fn shot(scene: &Scene, view: &View, exposures: &[Exposure]) -> Result<(Shot, Option<Block>), ViewerError> {
+    let model = view.camera.model();
+    // a lens that no plane can show is shown by what its middle looks like
+    let straight = if view.camera.is_pinhole() { Some(model) } else { pinhole_of(&model) };
+    let photo = match (&straight, photograph::read(view)?) {
+        (Some(straight), Some((picture, _))) => {
+            let picture = if view.camera.is_pinhole() { picture } else { undistorted(&picture, &model, straight) };
+            Some(jpeg(&picture).map_err(|why| BakeError::Picture { name: view.name.clone(), why })?)
+        }
+        _ => None,
+    };
+    let tan = straight.map_or([-1.0, 1.0, -1.0, 1.0], |s| {
+        let [w, h] = s.size.map(f64::from);
+        let x = |x: f64| (x - s.centre.x) / s.focal.x;
+        let y = |y: f64| (s.centre.y - y) / s.focal.y;
+        [x(0.0), x(w), y(h), y(0.0)]
+    });
+    let Camera { pose, .. } = view.camera;
+    let shot = Shot {
+        name: view.name.clone(),
+        position: scene.local(pose.position).to_array(),
+        right: (pose.rotation * DVec3::X).to_array(),
+        forward: (pose.rotation * DVec3::Y).to_array(),
+        tan,
+        exposures: exposures.iter().map(|e| e.0).collect(),
+        photo: photo.is_some(),
+    };
+    Ok((shot, photo))
+}
+
+/// A picture as people see it, at most so many pixels a side.
+fn jpeg(picture: &Picture) -> Result<Block, String> {
+    const MOST: u32 = 1280;
+    let exposure = Exposure::of(picture);
+    let codes = picture.pixels.iter().flat_map(|p| (exposure.show(*p) * 255.0 + 0.5).to_array().map(|c| c as u8));
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let full = image::RgbImage::from_raw(width, height, codes.collect()).unwrap_or_default();
+    let scale = (f64::from(MOST) / f64::from(width.max(height).max(1))).min(1.0);
+    let size = [width, height].map(|v| ((f64::from(v) * scale) as u32).max(1));
+    let small = if scale < 1.0 {
+        image::imageops::resize(&full, size[0], size[1], image::imageops::FilterType::Triangle)
+    } else {
+        full
+    };
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 88);
+    small.write_with_encoder(encoder).map_err(|e| e.to_string())?;
+    Ok(Block { kind: "image/jpeg", bytes })
+}

@@ -1,0 +1,237 @@
+//! Light as a linear operator and baking, from the site file to the files that other programs open.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
+
+mod support;
+
+use clerestory::bake::{self, Baked, bake, write_glb, write_ply};
+use clerestory::panorama::{Picture, Radiometry};
+use clerestory::render::{Irradiance, Relit, pictures, prepare_for};
+use clerestory::scene::{self, Health, Mesh, Scene};
+use clerestory::shoot::Light;
+use clerestory::site::{Site, walk};
+use clerestory::transfer::{LOT, Point, Transfer};
+use clerestory::volume::{Nearby, Volume};
+use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
+use std::fs;
+use support::{Built, Plan, closed, grey, options, v};
+
+/// A room without a ceiling, sun, and a block that hides part of it from both probes.
+fn room() -> (Plan, Built) {
+    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    quads.remove(1);
+    quads.extend(closed(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), 0));
+    let mut plan = Plan::new(quads, &[grey(0.6)]).probe(v(0.9, 1.4, 1.0), 64).probe(v(1.1, 0.6, 0.7), 64).view(
+        v(3.7, 2.6, 1.7),
+        v(2.0, 1.0, 0.4),
+        48,
+    );
+    plan.more =
+        "[environment]\nradiance = [1, 1, 1]\n[sun]\ndirection = [0.3, 0.2, 1]\nirradiance = [20, 19, 18]".to_owned();
+    let built = plan.build().trace(&plan, 64);
+    (plan, built)
+}
+
+/// Points all over the room's surfaces, on the sides that it shows.
+fn points(built: &Built) -> Vec<Point> {
+    let scene = &built.scene;
+    let inside = |p: Vec3, low: DVec3, high: DVec3| p.cmpgt(built.local(low)).all() && p.cmplt(built.local(high)).all();
+    let shown = |&(p, n): &Point| {
+        let above = p + n * 0.01;
+        inside(above, DVec3::ZERO, v(4.0, 3.0, 2.5)) && !inside(above, v(2.0, 0.5, -1.0), v(2.3, 2.5, 1.4))
+    };
+    let mut all = Vec::new();
+    for t in 0..scene.mesh.triangles.len() as u32 {
+        let ([a, b, c], n) = (scene.mesh.corners(t), scene.mesh.normal(t));
+        for i in 1..12 {
+            for j in 1..12 - i {
+                let p = a + (b - a) * (i as f32 / 12.0) + (c - a) * (j as f32 / 12.0);
+                all.extend([(p, n), (p, -n)].into_iter().filter(shown));
+            }
+        }
+    }
+    all
+}
+
+/// Those of some points that a light's probes do not see.
+fn unseen(scene: &Scene, seen: Option<&Light>, points: &[Point]) -> Vec<Point> {
+    let hidden = |(p, n): &&Point| seen.is_none_or(|light| light.observe(scene, *p, *n).is_none());
+    points.iter().filter(hidden).copied().collect()
+}
+
+/// Irradiance as rendering finds it.
+fn direct(relit: &Relit, points: &[Point]) -> Vec<Vec3> {
+    points
+        .chunks(LOT)
+        .flat_map(|points| {
+            let mut near = Nearby::default();
+            points
+                .iter()
+                .map(|&(p, n)| {
+                    let lit = relit.lit(p, n, &mut near);
+                    if lit.asks && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// The operator gives what shooting and rendering anew give, for its own lighting and its multiples up to 10⁹; scaling a
+/// colour alone leaves weights that hang on the light a little off.
+#[test]
+fn a_sparse_product_relights_as_shooting_anew_does() {
+    let (_, built) = room();
+    let site = Site::load(built.folder.path()).unwrap();
+    let scene = &built.scene;
+    let points = points(&built);
+    let setup = prepare_for(&site, scene, |seen| unseen(scene, seen, &points), &options(24)).unwrap();
+    let (light, transport) = (&setup.lights[0].1, &setup.transports[0]);
+    let volume = Volume::new(scene, transport, light);
+    let relit = Relit { scene, light, volume: Some(&volume), volume_only: false };
+    let own = pictures(&site, "", 2).unwrap();
+    let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
+    let transfer = Transfer::new(&relit, Some(transport), &fed, &points);
+    let shares = transfer.shares();
+    assert!(shares.records > 0.3 && shares.volume > 0.1 && shares.guessed < 0.02, "{shares:?}");
+    let sun = light.sun.unwrap().irradiance;
+    for (scale, sky) in
+        [(Vec3::ONE, 1.0), (Vec3::splat(1e9), 1e9), (Vec3::splat(1e-6), 1e-6), (Vec3::new(1.0, 2.0, 0.5), 1.0)]
+    {
+        let scaled: Vec<Picture> = own
+            .iter()
+            .map(|(p, _)| Picture { pixels: p.pixels.iter().map(|l| *l * scale).collect(), ..p.clone() })
+            .collect();
+        let anew: Vec<_> = light
+            .records
+            .iter()
+            .zip(&scaled)
+            .zip(&own)
+            .map(|((r, p), (_, radiometry))| (r.shared_hits(), p, *radiometry))
+            .collect();
+        let outside = clerestory::shoot::Outside::Uniform(Vec3::splat(sky));
+        let given = clerestory::site::Sun { irradiance: sun * scale, ..light.sun.unwrap() };
+        let light = Light::new(scene, &anew, Some(given), Some(outside));
+        let volume = Volume::new(scene, transport, &light);
+        let relit = Relit { scene, light: &light, volume: Some(&volume), volume_only: false };
+        let truth = direct(&relit, &points);
+        let measured = transfer.measure(&scaled.iter().collect::<Vec<_>>());
+        let product = transfer.light(&measured, light.sun.map_or(Vec3::ZERO, |s| s.irradiance), Vec3::splat(sky));
+        let mut off: Vec<f32> = product
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| (*a - *b).abs().max_element() / b.max_element().max(1e-3 * scale.max_element()))
+            .collect();
+        off.sort_by(f32::total_cmp);
+        let (median, most) = (off[off.len() / 2], off[off.len() - 1]);
+        if scale.min_element() == scale.max_element() {
+            assert!(most <= 1e-5, "scale {scale}: off by {most}");
+        } else {
+            assert!(median <= 0.01 && most > 1e-5, "scale {scale}: median {median}, most {most}");
+        }
+    }
+}
+
+fn baked(built: &Built, threads: usize, settings: &bake::Settings) -> Baked {
+    let site = Site::load(built.folder.path()).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| bake(&site, &built.scene, &options(24), settings, &|_| ()).unwrap().baked)
+}
+
+/// Per edge (its ends' places) how many triangles run along it one way and the other.
+fn edges(baked: &Baked) -> BTreeMap<[[u32; 3]; 2], [usize; 2]> {
+    let place = |v: u32| (baked.vertices[v as usize].position + 0.0).to_array().map(f32::to_bits);
+    let mut all: BTreeMap<_, [usize; 2]> = BTreeMap::new();
+    for t in &baked.triangles {
+        for e in 0..3 {
+            let (a, b) = (place(t[e]), place(t[(e + 1) % 3]));
+            all.entry([a.min(b), a.max(b)]).or_default()[usize::from(a > b)] += 1;
+        }
+    }
+    all
+}
+
+/// Cut for the edges of a sun patch and of shadows, a closed room stays closed: at each edge two sides meet, wound alike.
+#[test]
+fn cutting_opens_no_crack_and_follows_the_light() {
+    let quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    let plan = Plan::new(quads, &[grey(0.6)]).probe(v(1.0, 1.4, 1.0), 64).probe(v(3.0, 1.9, 1.3), 64);
+    let step = |p: Vec3| if p.x + 0.3 * p.y > 0.4 { 8.0 } else { 1.0 };
+    let built = plan.build().paint(&plan, |_, s| s.map_or(Vec3::ZERO, |s| Vec3::splat(step(s.position))));
+    let settings = bake::Settings { vertices: 20_000, error: 0.1, views: false };
+    let baked = baked(&built, 2, &settings);
+    assert!(baked.vertices.len() <= settings.vertices && baked.vertices.len() > 2_000, "{}", baked.vertices.len());
+    assert_eq!(baked.hidden, 0);
+    let edges = edges(&baked);
+    assert!(edges.values().all(|ways| *ways == [1, 1]), "a crack or a fold");
+    // short edges lie where light changes, long ones where it does not
+    let length = |e: &[[u32; 3]; 2]| {
+        let [a, b] = e.map(|p| Vec3::from(p.map(f32::from_bits)));
+        (a.distance(b), 0.5 * (a + b))
+    };
+    let shortest = edges.keys().map(length).fold((f32::INFINITY, Vec3::ZERO), |s, e| if e.0 < s.0 { e } else { s });
+    assert!(shortest.0 < 0.012 && (shortest.1.x + 0.3 * shortest.1.y - 0.4).abs() < 0.3, "{shortest:?}");
+    // what is between vertices is as the room has it, away from the step
+    let off = baked.triangles.iter().map(|t| {
+        let mean = |of: &dyn Fn(usize) -> f32| t.iter().map(|v| of(*v as usize)).sum::<f32>() / 3.0;
+        let middle = t.iter().map(|v| baked.vertices[*v as usize].position).sum::<Vec3>() / 3.0;
+        let truth = std::f32::consts::PI * step(middle) / 0.6;
+        let far = (middle.x + 0.3 * middle.y - 0.4).abs() > 0.6;
+        if far { (mean(&|v| baked.irradiance[0][v].x) / truth - 1.0).abs() } else { 0.0 }
+    });
+    let mut off: Vec<f32> = off.collect();
+    off.sort_by(f32::total_cmp);
+    assert!(off[off.len() / 2] < 0.02, "{}", off[off.len() / 2]);
+}
+
+/// The files are the same bytes on any number of threads, and our own reader finds in them what was put there.
+#[test]
+fn a_baked_file_is_the_same_on_any_threads_and_reads_back() {
+    let (_, built) = room();
+    let settings = bake::Settings { vertices: 8_000, error: 0.1, views: false };
+    let write = |threads: usize| -> (Vec<u8>, Vec<u8>) {
+        let baked = baked(&built, threads, &settings);
+        let [glb, ply] = ["baked.glb", "baked.ply"].map(|n| built.folder.path().join(n));
+        write_glb(&glb, &built.scene, &baked, 0, serde_json::Map::new()).unwrap();
+        write_ply(&ply, &built.scene, &built.site.frame, &baked, 0, "test").unwrap();
+        (fs::read(glb).unwrap(), fs::read(ply).unwrap())
+    };
+    let one = write(1);
+    assert!(one == write(3), "three threads");
+    let baked = baked(&built, 2, &settings);
+    let area = |m: &Mesh| (0..m.triangles.len() as u32).map(|t| f64::from(m.area(t))).sum::<f64>();
+    let own: f64 = baked
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| baked.vertices[v as usize].position);
+            f64::from((b - a).cross(c - a).length()) / 2.0
+        })
+        .sum();
+    for (name, up) in [("baked.glb", "y"), ("baked.ply", "z")] {
+        let text = format!("[site]\nname = \"Again\"\nunits = \"m\"\nup = \"{up}\"\n[model]\npath = \"{name}\"\n");
+        fs::write(built.folder.path().join("again.toml"), text).unwrap();
+        let site = Site::load(&built.folder.path().join("again.toml")).unwrap();
+        let scene = scene::load(&site, &mut Health::default()).unwrap();
+        // no more than slivers go lost
+        assert!((area(&scene.mesh) / own - 1.0).abs() < 1e-4, "{name}");
+        assert_eq!(scene.mesh.colours.len(), scene.mesh.positions.len(), "{name}: light as colours");
+        let world = |scene: &Scene| scene.origin + scene.mesh.bounds().0.as_dvec3();
+        assert!(world(&scene).distance(world(&built.scene)) < 1e-3, "{name}: in its place");
+    }
+}
+
+/// A walk through two places and a view gives frames that stand where it says.
+#[test]
+fn a_walk_leads_through_its_key_frames() {
+    let (_, built) = room();
+    let file = built.folder.path().join("walk.toml");
+    fs::write(&file, "[path]\nframes = 5\nsize = [16, 8]\n[[key]]\nposition = [1, 1, 1]\nlook_at = [3, 1, 1]\n[[key]]\nview = \"v0\"\nfov_y = 40\n").unwrap();
+    let frames = walk(&built.site, &file).unwrap();
+    assert_eq!((frames.len(), frames[4].name.as_str()), (5, "frame_0005"));
+    assert!(frames[4].camera.pose.position.distance(built.site.views[0].camera.pose.position) < 1e-9);
+    assert!((frames[4].camera.fov_y_deg() - 40.0).abs() < 1e-6);
+    fs::write(&file, "[path]\nframes = 5\n[[key]]\nview = \"nowhere\"\n").unwrap();
+    let told = walk(&built.site, &file).unwrap_err().to_string();
+    assert!(told.contains("nowhere") && told.contains("v0") && told.contains(":4:"), "{told}");
+}
