@@ -162,7 +162,7 @@ fn other_formats_are_named() {
     ];
     for (bytes, kind) in cases {
         let text = message(load(folder(METRES_Z, &[("m.obj", bytes)]).path()));
-        assert!(text.contains(kind) && text.contains("expected an OBJ, PLY or glTF model"), "{text}");
+        assert!(text.contains(kind) && text.contains("expected an OBJ, PLY, glTF or E57 model"), "{text}");
     }
 }
 

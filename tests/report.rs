@@ -82,7 +82,7 @@ fn the_kept_report_is_what_the_program_makes() {
     let made = tempfile::tempdir().unwrap();
     report(Path::new("sites/chapel"), made.path(), &["--without", "study", "-q"]).success().stdout("");
     let study = |name: &String| name.starts_with("study");
-    let kept_out = |name: &String| name.ends_with(".exr") || name.ends_with(".ply");
+    let kept_out = |name: &String| [".exr", ".ply", ".pdf"].iter().any(|end| name.ends_with(end));
     let of_the_site = |name: &String| !study(name) && !kept_out(name);
     let wanted: BTreeSet<String> = names(&kept).into_iter().filter(of_the_site).collect();
     let found: BTreeSet<String> = names(made.path()).into_iter().filter(of_the_site).collect();

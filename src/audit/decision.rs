@@ -95,7 +95,7 @@ pub(super) fn judged(
 ) -> Option<Judged> {
     let f = Figures::of(prepared, maps, scores, &region, least);
     let mut evidence = vec![
-        Evidence::new("geometry mismatch", f.swept.here, MISMATCH, "× variance"),
+        Evidence::new("geometry mismatch", f.swept.dull, MISMATCH, "× variance"),
         Evidence::new("texture", f.texture, 1.0, "× threshold"),
         Evidence::new("odds of another structure", f.odds, REGION_ODDS, "logarithm"),
     ];
@@ -171,8 +171,8 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
     // its place
     let beside = f.border.as_ref().is_some_and(|b| b.alike_in_shape(f.maps));
     let torn =
-        f.textured >= TEXTURED && !beside && (swept.here > MISMATCH || (swept.here > TORN && explains(f) > 0.05));
-    let wrong = f.able && (torn || (f.marked > MARKED && swept.here > PLAIN && f.texture > PLAIN_TEXTURE));
+        f.textured >= TEXTURED && !beside && (swept.dull > MISMATCH || (swept.dull > TORN && explains(f) > 0.05));
+    let wrong = f.able && (torn || (f.marked > MARKED && swept.dull > PLAIN && f.texture > PLAIN_TEXTURE));
     if !moved && !wrong {
         return None;
     }
@@ -203,7 +203,7 @@ fn shape(f: &Figures, shares: &[(u32, u32)]) -> Option<Decision> {
         && f.texture < CODED_TEXTURE
         && f.odds < CODED_ODDS;
     Some(Decision {
-        strength: f.geometry.max(swept.here / MISMATCH).max(f.texture),
+        strength: f.geometry.max(swept.dull / MISMATCH).max(f.texture),
         kind: Kind::Geometry,
         what,
         displacement: (moved && !gone)

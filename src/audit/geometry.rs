@@ -97,6 +97,12 @@ impl Geometry {
         self.of.iter().zip(probes).map(|(of, probe)| of.cost(probe, i, point)).sum()
     }
 
+    /// The same at the model's own place, without what gloss would do.
+    pub(super) fn dull_cost(&self, surfaces: &Surfaces, probes: &[ProbeView], i: usize) -> f32 {
+        let seen = self.of.iter().zip(probes).filter(|(of, _)| of.weight[i] > 0.0);
+        seen.map(|(of, probe)| of.dull_cost(probe, i, surfaces.position[i])).sum()
+    }
+
     /// The photograph's logarithm in a pixel, as soft as a probe and in its light; NaN where they cannot be compared.
     pub(super) fn soft(&self, probe: usize, i: usize) -> Vec3 {
         self.of[probe].soft[i]
@@ -130,13 +136,24 @@ impl OfProbe {
         if self.weight[i] == 0.0 {
             return 0.0;
         }
-        self.plain[i].unwrap_or_else(|| {
-            let d = self.soft[i] - probe.log_radiance(point, usize::from(self.level[i]));
-            let [below, above] = self.bounds[i];
-            let d = d - d.clamp(below, above);
-            let e = d.length_squared() / (3.0 * self.variance[i]);
-            if e.is_finite() { e.min(MOST) } else { MOST }
-        })
+        self.plain[i].unwrap_or_else(|| self.of_difference(i, self.difference(probe, i, point)))
+    }
+
+    /// The cost without what gloss would do.
+    fn dull_cost(&self, probe: &ProbeView, i: usize, point: Vec3) -> f32 {
+        let [below, above] = self.bounds[i];
+        let d = self.difference(probe, i, point);
+        self.of_difference(i, d - d.clamp(below, above))
+    }
+
+    /// The photograph over what the probe saw of a point, as logarithms.
+    fn difference(&self, probe: &ProbeView, i: usize, point: Vec3) -> Vec3 {
+        self.soft[i] - probe.log_radiance(point, usize::from(self.level[i]))
+    }
+
+    fn of_difference(&self, i: usize, difference: Vec3) -> f32 {
+        let e = difference.length_squared() / (3.0 * self.variance[i]);
+        if e.is_finite() { e.min(MOST) } else { MOST }
     }
 }
 
@@ -303,8 +320,12 @@ fn of_probe(
         parallax,
     };
     let here: Vec<f32> = (0..n).into_par_iter().map(|i| of.cost(probe, i, surfaces.position[i])).collect();
-    of.mismatch = surfaces.shape.mean(&here, &of.weight, WINDOW);
-    of.rest = here.iter().zip(&of.variance).map(|(c, v)| c * v).collect();
+    let dull: Vec<f32> = (0..n)
+        .into_par_iter()
+        .map(|i| if of.weight[i] > 0.0 { of.dull_cost(probe, i, surfaces.position[i]) } else { 0.0 })
+        .collect();
+    of.mismatch = surfaces.shape.mean(&dull, &of.weight, WINDOW);
+    of.rest = dull.iter().zip(&of.variance).map(|(c, v)| c * v).collect();
     // contrast that the noise alone would give says nothing of a surface's place
     of.plain = (0..n).map(|i| (in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).then_some(here[i])).collect();
     of

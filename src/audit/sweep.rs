@@ -10,6 +10,8 @@ use super::view::{Maps, Prepared};
 pub(super) struct Swept {
     /// Mean cost per probe and pixel at the model's own place.
     pub(super) here: f32,
+    /// The same without what gloss would do.
+    pub(super) dull: f32,
     /// And at the best one.
     pub(super) least: f32,
     pub(super) best_m: f64,
@@ -63,6 +65,7 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
         let costs = chosen.iter().map(|i| f64::from(g.cost(&maps.surfaces, &prepared.probes, *i, metres as f32)));
         costs.sum::<f64>() / weights.max(1.0)
     };
+    let dull = chosen.iter().map(|i| f64::from(g.dull_cost(&maps.surfaces, &prepared.probes, *i))).sum::<f64>();
     let (places, own) = places();
     let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
     let better = |best: usize, k: usize| if mean[k] < mean[best] { k } else { best };
@@ -103,6 +106,7 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
         .next();
     Swept {
         here: mean[own] as f32,
+        dull: (dull / weights.max(1.0)) as f32,
         least: least as f32,
         best_m,
         uncertainty_m,

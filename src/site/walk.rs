@@ -63,8 +63,8 @@ struct Key {
 
 /// Reads a walk and gives its frames as views named `frame_0001` and so on. Key frames come in proportion to the way and the
 /// turn between them; places and fields of view run along monotone cubics (Fritsch and Carlson, *Monotone piecewise cubic
-/// interpolation*, 1980), which never swing out past a key frame into a wall, turns along splines of quaternions (Shoemake,
-/// *Animating rotation with quaternion curves*, 1985).
+/// interpolation*, 1980), which never swing out past a key frame into a wall, turns the short way round (Shoemake, *Animating
+/// rotation with quaternion curves*, 1985: slerp).
 ///
 /// # Errors
 ///
@@ -161,8 +161,8 @@ fn at(keys: &[Key], t: f64) -> (Pose, f64) {
     let u = if b.at > a.at { ((t - a.at) / (b.at - a.at)).clamp(0.0, 1.0) } else { 0.0 };
     let along = |of: &dyn Fn(&Key) -> f64| monotone(keys, i, u, of);
     let position = DVec3::from([0, 1, 2].map(|c| along(&|k| k.position[c])));
-    let turn =
-        a.turn.slerp(b.turn, u).slerp(inner(keys, i).slerp(inner(keys, (i + 1).min(last)), u), 2.0 * u * (1.0 - u));
+    // the short way round from each key frame to the next: splines of quaternions swing where turns are wide
+    let turn = a.turn.slerp(b.turn, u);
     let pose = Pose { position, rotation: DMat3::from_quat(turn.normalize()) };
     (pose, along(&|k| k.fov_y))
 }
@@ -183,14 +183,6 @@ fn monotone(keys: &[Key], i: usize, u: f64, of: &dyn Fn(&Key) -> f64) -> f64 {
     let (p, q, m, n) = (of(&keys[i]), of(&keys[i + 1]), tangent(i) * width, tangent(i + 1) * width);
     let (u2, u3) = (u * u, u * u * u);
     p * (2.0 * u3 - 3.0 * u2 + 1.0) + m * (u3 - 2.0 * u2 + u) + q * (3.0 * u2 - 2.0 * u3) + n * (u3 - u2)
-}
-
-/// Shoemake's inner quadrangle point of a key frame's turn.
-fn inner(keys: &[Key], i: usize) -> DQuat {
-    let q = keys[i].turn;
-    let way = |k: usize| (q.inverse() * keys[k].turn).to_scaled_axis();
-    let (before, after) = (way(i.saturating_sub(1)), way((i + 1).min(keys.len() - 1)));
-    q * DQuat::from_scaled_axis((before + after) * -0.25)
 }
 
 #[cfg(test)]
