@@ -1,7 +1,7 @@
 //! Baking: irradiance at the vertices of a model, cut where light changes, for programs that draw vertex colours.
 //!
-//! The sides of triangles that can be seen from within ([`sides`]) are cut until their edges are short ([`mesh`]), lit as
-//! [`Relit`] lights pictures, and cut again where light between two corners is not what they say ([`refine`]); pieces that
+//! The sides of triangles that can be seen from within (`sides`) are cut until their edges are short (`mesh`), lit as
+//! [`Relit`] lights pictures, and cut again where light between two corners is not what they say (`refine`); pieces that
 //! share an edge are cut at the same place. Scans, whose colour is at their vertices, keep these.
 
 mod glb;
