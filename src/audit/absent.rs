@@ -140,20 +140,22 @@ fn beyond(prepared: &Prepared, maps: &Maps) -> Beyond {
         .collect();
     let mut seen = vec![0u8; n];
     for (k, probe) in prepared.probes.iter().enumerate() {
+        let lights: Vec<Option<f32>> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                let level = maps.level(k, i).filter(|_| usable(i) && !along(probe, i))?;
+                let log = probe.log_radiance(s.position[i], level);
+                log.is_finite().then(|| log_luminance(log.map(f32::exp)))
+            })
+            .collect();
         // the photograph as soft as the probe: beside an edge, a probe's pixel holds what is on both sides
         let asked = centred(&|i| {
-            let level = maps.level(k, i).filter(|_| usable(i) && !along(probe, i))?;
-            let (soft, log) = (maps.geometry.soft(k, i), probe.log_radiance(s.position[i], level));
-            Some(log_luminance(soft.map(f32::exp)) - log_luminance(log.map(f32::exp)))
-                .filter(|_| soft.is_finite() && log.is_finite())
+            let (light, soft) = (lights[i]?, maps.geometry.soft(k, i));
+            soft.is_finite().then(|| log_luminance(soft.map(f32::exp)) - light)
         });
-        let of_probe = |i: usize, d: f32| {
-            let level = maps.level(k, i).unwrap_or(0);
-            dull(d, Some(k), i, log_luminance(probe.log_radiance(s.position[i], level).map(f32::exp)))
-        };
         for i in 0..n {
-            if let (Some(b), Some(d)) = (by[i], asked[i]) {
-                by[i] = Some(nearest(b, of_probe(i, d)));
+            if let (Some(b), Some(d), Some(light)) = (by[i], asked[i], lights[i]) {
+                by[i] = Some(nearest(b, dull(d, Some(k), i, light)));
                 seen[i] += 1;
             }
         }

@@ -73,17 +73,6 @@ impl Fields {
     }
 }
 
-/// How a region stands out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Alarm {
-    /// Expected number of squares of its size in a photograph, where the model is right, that are as far off.
-    pub(super) false_alarms: f64,
-    /// Its mean, the quantiles of the squares' means and how many squares there were.
-    pub(super) mean: f64,
-    pub(super) usual: [f64; 2],
-    pub(super) squares: usize,
-}
-
 /// Squares that hold more than this share of the region's own place are no comparison.
 const OWN: f64 = 0.25;
 
@@ -91,8 +80,9 @@ const OWN: f64 = 0.25;
 /// fills less than what is above the second does not pull at it.
 const SPREAD: [f64; 2] = [0.5, 0.9];
 
-/// The expected number of false alarms of a region of one of the views; `None` where nothing is left to compare it with.
-pub(super) fn alarm(views: &[&Fields], view: usize, statistic: Statistic, pixels: &[usize]) -> Option<Alarm> {
+/// The expected number of false alarms of a region of one of the views: of squares of its size in a photograph, where the model is
+/// right, that are as far off. `None` where nothing is left to compare it with.
+pub(super) fn false_alarms(views: &[&Fields], view: usize, statistic: Statistic, pixels: &[usize]) -> Option<f64> {
     let own = views[view];
     let (mean, told) = own.mean(statistic, pixels);
     if told == 0 {
@@ -127,14 +117,16 @@ pub(super) fn alarm(views: &[&Fields], view: usize, statistic: Statistic, pixels
             }
         }
     }
-    let squares = means.len();
+    if means.len() < 8 {
+        return None;
+    }
     let usual = SPREAD.map(|q| quantile(&mut means, q).map_or(f64::NAN, f64::from));
     let apart = ((1.0 - SPREAD[0]) / (1.0 - SPREAD[1])).ln();
     let spread = (usual[1] - usual[0]) / apart;
-    if squares < 8 || spread.is_nan() || spread <= 0.0 {
+    if spread.is_nan() || spread <= 0.0 {
         return None;
     }
     let tail = (1.0 - SPREAD[1]) * (-(mean - usual[1]) / spread).exp();
     let in_picture = (own.width * own.height) as f64 / (side * side) as f64;
-    Some(Alarm { false_alarms: in_picture * tail.min(1.0), mean, usual, squares })
+    Some(in_picture * tail.min(1.0))
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use super::alarm::{Alarm, Fields, Statistic, alarm};
+use super::alarm::{Fields, Statistic, false_alarms};
 use super::judge::{self, Judged};
 use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
@@ -199,18 +199,17 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
 /// Says of each finding how often a right model would give one like it; what it would give more often than asked for is a doubt.
 fn count_false_alarms(assessed: &mut [Assessed], allowed: f64) {
     let fields: Vec<&Fields> = assessed.iter().map(|a| &a.fields).collect();
-    let alarms: Vec<Vec<Option<Alarm>>> = assessed
+    let alarms: Vec<Vec<Option<f64>>> = assessed
         .iter()
         .enumerate()
-        .map(|(v, a)| a.found.par_iter().map(|f| alarm(&fields, v, f.statistic?, &f.pixels)).collect())
+        .map(|(v, a)| a.found.par_iter().map(|f| false_alarms(&fields, v, f.statistic?, &f.pixels)).collect())
         .collect();
     for (a, alarms) in assessed.iter_mut().zip(alarms) {
         for (f, alarm) in a.found.iter_mut().zip(alarms) {
-            let Some(alarm) = alarm else { continue };
-            f.finding.false_alarms = Some(alarm.false_alarms);
-            let e = &mut f.finding.evidence;
-            e.push(Evidence::new("expected false alarms", alarm.false_alarms, allowed, "a photograph"));
-            if alarm.false_alarms > allowed && f.finding.reason == Reason::None {
+            let Some(expected) = alarm else { continue };
+            f.finding.false_alarms = alarm;
+            f.finding.evidence.push(Evidence::new("expected false alarms", expected, allowed, "a photograph"));
+            if expected > allowed && f.finding.reason == Reason::None {
                 f.finding.reason = Reason::Usual;
                 f.finding.note = note(&f.finding);
             }

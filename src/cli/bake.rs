@@ -119,8 +119,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
         warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
     };
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&outcome, out)?;
     } else if !args.quiet {
         print(&outcome, out)?;
     }

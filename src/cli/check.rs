@@ -22,8 +22,7 @@ pub(crate) struct CheckArgs {
 pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let result = check(&Site::load(&args.site)?)?;
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &result).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&result, out)?;
     } else {
         print(&result, out)?;
     }

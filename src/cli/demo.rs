@@ -107,8 +107,7 @@ pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> anyhow::Result<()> {
         sites: [dir.join("site.toml"), dir.join("as_modelled.toml")],
     };
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &written).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&written, out)?;
     } else {
         tell(&written, out)?;
     }

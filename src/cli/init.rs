@@ -116,8 +116,7 @@ pub(crate) fn run(args: &InitArgs, out: &mut impl Write) -> anyhow::Result<()> {
         next: next(&file, &draft),
     };
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&outcome, out)?;
     } else if !args.quiet {
         tell(&outcome, out)?;
     }

@@ -3,6 +3,8 @@
 use anyhow::{Context, bail};
 use clerestory::site::Site;
 use clerestory::whole::folder_of;
+use serde::Serialize;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The folder asked for, else the site's own under `reports`; made where it is not there yet.
@@ -37,4 +39,9 @@ fn by_default(site: &Site) -> PathBuf {
         None => PathBuf::from(folder),
     };
     Path::new("reports").join(name)
+}
+/// Tells a value as JSON, and ends the line.
+pub(super) fn json(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, value)?;
+    writeln!(out)
 }

@@ -79,8 +79,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let files = write(&site, &plan, &outward, &json, &folder)?;
     spinner.finish_and_clear();
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &json).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&json, out)?;
     } else if !args.quiet {
         for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
             writeln!(out, "! {warning}")?;

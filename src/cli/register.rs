@@ -134,8 +134,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome = Outcome { pictures: told, written: target, warnings };
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&outcome, out)?;
     } else if !args.quiet {
         print(&outcome, &site, &all, out)?;
     }

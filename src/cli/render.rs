@@ -17,7 +17,7 @@ use clerestory::{paper, radiometry, site};
 use compared::{Compared, compared, photos};
 use print::{Done, NotDone, Outcome, print};
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -233,8 +233,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         gains,
     };
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&outcome, out)?;
     } else if !args.quiet {
         print(&outcome, out)?;
     }

@@ -152,8 +152,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
     }
     outcome.seconds = start.elapsed().as_secs_f64();
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&outcome, out)?;
     }
     Ok(())
 }

@@ -100,8 +100,7 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     study.summary = Some(summary.clone());
     study.save(&folder.join("study.json"))?;
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &summary).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&summary, out)?;
     } else if !args.quiet {
         print(&study, &summary, out).context("cannot write the result")?;
         writeln!(out, "{}", folder.join("study.svg").display())?;

@@ -6,7 +6,7 @@ use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use clerestory::viewer::{Extras, write_viewer};
 use serde::Serialize;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -76,8 +76,7 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
         seconds: start.elapsed().as_secs_f64(),
     };
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &outcome).map_err(io::Error::from)?;
-        writeln!(out)?;
+        super::out::json(&outcome, out)?;
     } else if !args.quiet {
         let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;
         let megabytes = *bytes as f64 / 1e6;
