@@ -5,11 +5,7 @@ use glam::Vec3;
 use super::regions::Region;
 use super::surfaces::{NONE, Surfaces};
 use super::view::{Maps, Prepared};
-use super::{correlation, log_luminance};
 use crate::scene::{Hit, Ray, Scene};
-
-/// An albedo whose logarithm varies by less than this variance shows no picture.
-const LEAST_VARIANCE: f64 = 1e-3;
 
 /// Mean cost of the region as it is and of what the model has behind it, if it has anything there: small behind means
 /// that the region's surface is not there at all.
@@ -50,34 +46,6 @@ pub(super) fn behind(prepared: &Prepared, maps: &Maps, region: &Region) -> Optio
         }
     }
     (count > 20).then(|| ((here / f64::from(count)) as f32, (behind / f64::from(count)) as f32))
-}
-
-/// Correlation of the photograph's brightness with the albedo of the region, and of what the model has behind it: for
-/// where no probe can be asked. `None` where nothing with a picture of its own is behind.
-pub(super) fn picture_behind(prepared: &Prepared, maps: &Maps, region: &Region) -> Option<[f32; 2]> {
-    /// Surfaces behind that are tried.
-    const LAYERS: usize = 8;
-    let s = &maps.surfaces;
-    let step = region.pixels.len().div_ceil(2000).max(1);
-    let mut all: Vec<[f32; 3]> = Vec::new();
-    for &i in region.pixels.iter().step_by(step).filter(|i| maps.usable[**i] > 0.0 && s.triangle[**i] != NONE) {
-        // a thin thing has a back: what is behind is another part
-        let part = prepared.part(s.triangle[i]);
-        let other = layers(prepared.scene, s, i).take(LAYERS).find(|(_, hit)| prepared.part(hit.triangle) != part);
-        if let Some((ray, hit)) = other {
-            let surface = prepared.scene.surface(&ray, &hit);
-            let cos = surface.normal.dot(s.ray[i]).abs().max(0.1);
-            let width = hit.t / s.focal / cos.sqrt();
-            let albedo = prepared.scene.filtered_albedo(surface.triangle, surface.barycentric, width);
-            let photo = log_luminance(maps.log_photo[i].map(f32::exp));
-            all.push([photo, log_luminance(maps.albedo[i]), log_luminance(albedo)]);
-        }
-    }
-    if 2 * all.len() * step < region.pixels.len() || all.len() < 60 {
-        return None;
-    }
-    let with = |k: usize| correlation(all.iter().map(|v| (v[0], v[k])), LEAST_VARIANCE).0;
-    Some([with(1), with(2)])
 }
 
 /// What a pixel's ray meets behind its surface, one after another.

@@ -16,8 +16,6 @@ pub(super) struct Explained {
     pub(super) what: What,
     /// Correlation of brightness between photograph and model as it is.
     pub(super) as_is: f32,
-    /// Logarithm of the odds of another laying of the texture against the model's; 0 where none is told.
-    pub(super) odds: f32,
 }
 
 /// Says what became of a region's texture, whose colour is off by so many times the threshold.
@@ -29,6 +27,5 @@ pub(super) fn explain(scene: &Scene, maps: &Maps, region: &Region, colour: f32) 
     let other = if as_is > 0.6 || colour > 1.5 { What::Recoloured } else { What::Changed };
     let relaid =
         if as_is > 0.75 { None } else { relaid(scene, maps, &region.pixels).filter(|r| r.what != What::Moved) };
-    let (what, odds) = relaid.map_or((other, 0.0), |r| (r.what, r.odds));
-    Explained { what, as_is, odds }
+    Explained { what: relaid.map_or(other, |r| r.what), as_is }
 }

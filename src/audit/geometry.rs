@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::cmp::Ordering;
 
 use super::gloss::Gloss;
-use super::photo::Reduced;
+use super::noise::{Noise, Parts, Sample};
 use super::probe_view::ProbeView;
 use super::radiometry::{Radiometry, Sights};
 use super::surfaces::Surfaces;
@@ -38,7 +38,7 @@ pub(super) fn place(k: usize) -> f32 {
 }
 
 /// Standard deviation of the windows, pixels.
-const WINDOW: f32 = 4.0;
+const WINDOW: f32 = 3.0;
 
 /// And of those that places are compared over.
 const SWEEP_WINDOW: f32 = 6.0;
@@ -46,17 +46,11 @@ const SWEEP_WINDOW: f32 = 6.0;
 /// A squared difference counts at most this many times its variance: outliers do not outvote.
 const MOST: f32 = 16.0;
 
-/// Where a surface may be taken for a probe's error of registration: this share of its pixel.
-const PROBE_SLACK: f32 = 0.25;
-
-/// And this many pixels of the photograph.
-const PHOTO_SLACK: f32 = 0.3;
+/// Over windows, this much: most of one must be off, and not an edge in it.
+const MOST_IN_WINDOW: f32 = 6.0;
 
 /// Contrast, over that of the noise, from which on a surface's place can be told.
 const TELLING: f32 = 1.5;
-
-/// And this share of the contrast may be lost.
-const LOST: f32 = 0.3;
 
 /// A probe must move by so many of its pixels (or the photograph's, if greater) when the surface moves by 10 cm, or it
 /// cannot tell.
@@ -85,6 +79,7 @@ pub(super) struct Geometry {
     pub(super) parallax: Vec<f32>,
     /// What each probe needs to compare places with.
     of: Vec<OfProbe>,
+    noise: Noise,
 }
 
 impl Geometry {
@@ -94,18 +89,7 @@ impl Geometry {
     pub(super) fn cost(&self, surfaces: &Surfaces, probes: &[ProbeView], i: usize, metres: f32) -> f32 {
         let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
         let point = surfaces.position[i] + ray * (metres / normal.dot(ray).min(-0.1));
-        self.of.iter().zip(probes).map(|(of, probe)| of.cost(probe, i, point)).sum()
-    }
-
-    /// The same at the model's own place, without what gloss would do.
-    pub(super) fn dull_cost(&self, surfaces: &Surfaces, probes: &[ProbeView], i: usize) -> f32 {
-        let seen = self.of.iter().zip(probes).filter(|(of, _)| of.weight[i] > 0.0);
-        seen.map(|(of, probe)| of.dull_cost(probe, i, surfaces.position[i])).sum()
-    }
-
-    /// The photograph's logarithm in a pixel, as soft as a probe and in its light; NaN where they cannot be compared.
-    pub(super) fn soft(&self, probe: usize, i: usize) -> Vec3 {
-        self.of[probe].soft[i]
+        self.of.iter().zip(probes).map(|(of, probe)| of.cost(&self.noise, probe, i, point)).sum()
     }
 
     /// Whether some probe sees enough in a pixel for its place to be told.
@@ -118,8 +102,6 @@ struct OfProbe {
     /// The photograph as soft as the probe and in its light.
     soft: Vec<Vec3>,
     level: Vec<u8>,
-    /// What gloss may add to the difference of logarithms.
-    bounds: Vec<[Vec3; 2]>,
     /// Variance of the difference where the model is right.
     variance: Vec<f32>,
     /// Cost at the model's own place, where nothing else can be told.
@@ -132,55 +114,118 @@ struct OfProbe {
 }
 
 impl OfProbe {
-    fn cost(&self, probe: &ProbeView, i: usize, point: Vec3) -> f32 {
+    fn cost(&self, noise: &Noise, probe: &ProbeView, i: usize, point: Vec3) -> f32 {
         if self.weight[i] == 0.0 {
             return 0.0;
         }
-        self.plain[i].unwrap_or_else(|| self.of_difference(i, self.difference(probe, i, point)))
-    }
-
-    /// The cost without what gloss would do.
-    fn dull_cost(&self, probe: &ProbeView, i: usize, point: Vec3) -> f32 {
-        let [below, above] = self.bounds[i];
-        let d = self.difference(probe, i, point);
-        self.of_difference(i, d - d.clamp(below, above))
-    }
-
-    /// The photograph over what the probe saw of a point, as logarithms.
-    fn difference(&self, probe: &ProbeView, i: usize, point: Vec3) -> Vec3 {
-        self.soft[i] - probe.log_radiance(point, usize::from(self.level[i]))
-    }
-
-    fn of_difference(&self, i: usize, difference: Vec3) -> f32 {
-        let e = difference.length_squared() / (3.0 * self.variance[i]);
-        if e.is_finite() { e.min(MOST) } else { MOST }
+        self.plain[i].unwrap_or_else(|| {
+            let difference = self.soft[i] - probe.log_radiance(point, usize::from(self.level[i]));
+            limited(noise.squared(difference, self.variance[i]))
+        })
     }
 }
+
+fn limited(squared: f32) -> f32 {
+    if squared.is_finite() { squared.min(MOST) } else { MOST }
+}
+
+/// What a probe shows of each pixel's surface at the model's place, beside the photograph.
+struct Carried {
+    soft: Vec<Vec3>,
+    here: Vec<Vec3>,
+    level: Vec<u8>,
+    /// What the parts of the variance are to be multiplied by.
+    by: Vec<Parts>,
+    seen: Vec<bool>,
+}
+
+/// Carries a probe's light over the model into the view. `soft` is the photograph as soft as the probe and in its light.
+fn carried(
+    surfaces: &Surfaces,
+    sights: &[Option<super::probe_view::Sight>],
+    probe: &ProbeView,
+    soft: Vec<Vec3>,
+) -> Carried {
+    let n = soft.len();
+    let w = surfaces.width;
+    let level: Vec<u8> =
+        (0..n).map(|i| sights[i].as_ref().map_or(0, |x| Sights::level(surfaces, i, x) as u8)).collect();
+    let here: Vec<Vec3> = (0..n)
+        .into_par_iter()
+        .map(|i| match &sights[i] {
+            Some(_) => probe.log_radiance(surfaces.position[i], usize::from(level[i])),
+            None => Vec3::NAN,
+        })
+        .collect();
+    let seen: Vec<bool> = (0..n).map(|i| soft[i].is_finite() && here[i].is_finite()).collect();
+    // mean squared slope to the four neighbours
+    let slope = |values: &[Vec3], i: usize| -> f32 {
+        let d = |j: usize| {
+            let d = (values[j] - values[i]).length_squared() / 3.0;
+            if d.is_finite() { d } else { 0.0 }
+        };
+        let (x, y) = (i % w, i / w);
+        if x > 0 && x + 1 < w && y > 0 && i + w < n { 0.5 * (d(i - 1) + d(i + 1) + d(i - w) + d(i + w)) } else { 0.0 }
+    };
+    let weight: Vec<f32> = seen.iter().map(|s| if *s { 1.0 } else { 0.0 }).collect();
+    let smoothed = surfaces.shape.smoothed(&weight, WINDOW);
+    let contrast = |values: &[Vec3]| -> Vec<f32> {
+        let bright: Vec<f32> =
+            values.iter().map(|v| v.element_sum() / 3.0).map(|b| if b.is_finite() { b } else { 0.0 }).collect();
+        let square: Vec<f32> = bright.iter().map(|v| v * v).collect();
+        let mean = surfaces.shape.mean_with(&bright, &weight, &smoothed, WINDOW);
+        let square = surfaces.shape.mean_with(&square, &weight, &smoothed, WINDOW);
+        square.iter().zip(&mean).map(|(s, m)| (s - m * m).max(0.0)).collect()
+    };
+    let (in_photo, in_probe) = (contrast(&soft), contrast(&here));
+    let by = (0..n)
+        .into_par_iter()
+        .map(|i| {
+            let Some(sight) = &sights[i] else { return [1.0, 0.0, 0.0] };
+            // registration is off by as much in pixels of either picture
+            let ratio = (sight.footprint / surfaces.footprint(i)).max(1.0);
+            let slopes = 0.5 * (slope(&soft, i) + slope(&here, i)) * (1.0 + ratio * ratio);
+            [1.0, slopes, 0.5 * (in_photo[i] + in_probe[i])]
+        })
+        .collect();
+    Carried { soft, here, level, by, seen }
+}
+
+/// Every how many pixels the variance is fitted to.
+const EVERY: usize = 5;
 
 /// Runs the test.
 pub(super) fn test(
     surfaces: &Surfaces,
     sights: &Sights,
     probes: &[ProbeView],
-    photo: &Reduced,
     soft: &[Vec<Vec3>],
     radiometry: &Radiometry,
     gloss: &Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
-    let each: Vec<OfProbe> = probes
+    let all: Vec<Carried> = probes
         .iter()
         .enumerate()
         .map(|(k, probe)| {
-            // most of the picture is right: the spread over all of it is what a right model has
-            let base = radiometry.spread[k].unwrap_or(0.1).clamp(0.03, 0.2).max(photo.noise);
             let shift = radiometry.offset - radiometry.gains[k];
             // in the probe's light
             let lit = |i: usize| soft[k][i] + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
-            of_probe(surfaces, &sights.of[k], probe, (0..n).map(lit).collect(), base, |i, light| {
-                gloss.bounds(Some(k), i, light)
-            })
+            carried(surfaces, &sights.of[k], probe, (0..n).map(lit).collect())
         })
+        .collect();
+    let samples: Vec<Vec<Sample>> = all
+        .iter()
+        .map(|c| {
+            let chosen = (0..n).step_by(EVERY).filter(|i| c.seen[*i]);
+            chosen.map(|i| Sample { difference: c.soft[i] - c.here[i], by: c.by[i] }).collect()
+        })
+        .collect();
+    let noise = Noise::fit(&samples);
+    let each: Vec<OfProbe> = all
+        .into_iter()
+        .enumerate()
+        .map(|(k, c)| of_probe(surfaces, &sights.of[k], &probes[k], c, k, &noise, gloss))
         .collect();
     let mut seen = vec![0u8; n];
     let mut able = vec![0u8; n];
@@ -212,6 +257,7 @@ pub(super) fn test(
         able,
         parallax: most,
         of: each,
+        noise,
     };
     let windowed = |k: usize| {
         let costs: Vec<f32> = (0..n).into_par_iter().map(|i| geometry.cost(surfaces, probes, i, place(k))).collect();
@@ -246,89 +292,42 @@ pub(super) fn test(
     geometry
 }
 
-/// One probe's part: `soft` is the photograph as soft as the probe and in its light, `base` the standard deviation of their
-/// difference where the model is right and nothing has edges, `bounds` what gloss may add to it in a pixel of this light.
+/// One probe's part.
 fn of_probe(
     surfaces: &Surfaces,
     sights: &[Option<super::probe_view::Sight>],
     probe: &ProbeView,
-    soft: Vec<Vec3>,
-    base: f32,
-    bounds: impl Fn(usize, Vec3) -> [Vec3; 2],
+    carried: Carried,
+    k: usize,
+    noise: &Noise,
+    gloss: &Gloss,
 ) -> OfProbe {
-    let n = sights.len();
-    let w = surfaces.width;
-    let here: Vec<Vec3> = (0..n)
-        .into_par_iter()
-        .map(|i| match &sights[i] {
-            Some(sight) => probe.log_radiance(surfaces.position[i], Sights::level(surfaces, i, sight)),
-            None => Vec3::NAN,
-        })
-        .collect();
-    // variance of a difference: the view's own spread, and both pictures' slopes times how far they may be off
-    let slope = |values: &[Vec3], i: usize| -> f32 {
-        let d = |j: usize| {
-            let d = (values[j] - values[i]).length_squared() / 3.0;
-            if d.is_finite() { d } else { 0.0 }
-        };
-        let (x, y) = (i % w, i / w);
-        let mut sum = 0.0;
-        if x > 0 && x + 1 < w && y > 0 && i + w < n {
-            sum = 0.5 * (d(i - 1) + d(i + 1) + d(i - w) + d(i + w));
-        }
-        sum
-    };
-    // a probe's picture may be softer or noisier than it should be: part of the contrast may be missing in either
-    let usable: Vec<f32> = (0..n).map(|i| if soft[i].is_finite() && here[i].is_finite() { 1.0 } else { 0.0 }).collect();
-    let smoothed = surfaces.shape.smoothed(&usable, WINDOW);
-    let contrast = |values: &[Vec3]| -> Vec<f32> {
-        let bright: Vec<f32> = values.iter().map(|v| v.element_sum() / 3.0).collect();
-        let square: Vec<f32> = bright.iter().map(|v| v * v).collect();
-        let mean = surfaces.shape.mean_with(&bright, &usable, &smoothed, WINDOW);
-        let square = surfaces.shape.mean_with(&square, &usable, &smoothed, WINDOW);
-        square.iter().zip(&mean).map(|(s, m)| (s - m * m).max(0.0)).collect()
-    };
-    let (in_photo, in_probe) = (contrast(&soft), contrast(&here));
-    let variance: Vec<f32> = (0..n)
-        .into_par_iter()
-        .map(|i| {
-            let Some(sight) = &sights[i] else { return 1.0 };
-            let ratio = sight.footprint / surfaces.footprint(i);
-            let slack = PROBE_SLACK * ratio.max(1.0) + PHOTO_SLACK;
-            base * base
-                + 0.5 * (slope(&soft, i) + slope(&here, i)) * slack * slack
-                + 0.5 * (in_photo[i] + in_probe[i]) * LOST * LOST
-        })
-        .collect();
-    let seen: Vec<bool> = (0..n).map(|i| soft[i].is_finite() && here[i].is_finite()).collect();
+    let Carried { soft, here, level, by, seen } = carried;
+    let n = soft.len();
+    let variance: Vec<f32> = by.iter().map(|by| noise.variance(k, *by)).collect();
     let parallax: Vec<f32> = (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
     let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
     let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
-    let level = |i: usize| sights[i].as_ref().map_or(0, |s| Sights::level(surfaces, i, s));
-    let mut of = OfProbe {
-        soft,
-        level: (0..n).map(|i| level(i) as u8).collect(),
-        bounds: (0..n)
-            .map(|i| if here[i].is_finite() { bounds(i, here[i].map(f32::exp)) } else { [Vec3::ZERO; 2] })
-            .collect(),
-        variance,
-        plain: vec![None; n],
-        weight,
-        mismatch: vec![],
-        rest: vec![],
-        seen,
-        parallax,
-    };
-    let here: Vec<f32> = (0..n).into_par_iter().map(|i| of.cost(probe, i, surfaces.position[i])).collect();
     let dull: Vec<f32> = (0..n)
         .into_par_iter()
-        .map(|i| if of.weight[i] > 0.0 { of.dull_cost(probe, i, surfaces.position[i]) } else { 0.0 })
+        .map(|i| {
+            if weight[i] == 0.0 {
+                return 0.0;
+            }
+            let [below, above] = gloss.bounds(Some(k), i, here[i].map(f32::exp));
+            let difference = soft[i] - here[i];
+            limited(noise.squared(difference - difference.clamp(below, above), variance[i]))
+        })
         .collect();
-    of.mismatch = surfaces.shape.mean(&dull, &of.weight, WINDOW);
-    of.rest = dull.iter().zip(&of.variance).map(|(c, v)| c * v).collect();
+    let capped: Vec<f32> = dull.iter().map(|d| d.min(MOST_IN_WINDOW)).collect();
+    let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
+    let rest = dull.iter().zip(&variance).map(|(c, v)| c * v).collect();
     // contrast that the noise alone would give says nothing of a surface's place
-    of.plain = (0..n).map(|i| (in_photo[i].max(in_probe[i]) < (TELLING * base).powi(2)).then_some(here[i])).collect();
-    of
+    let telling = (TELLING * noise.floor(k)).powi(2);
+    let plain = (0..n)
+        .map(|i| (2.0 * by[i][2] < telling && seen[i]).then(|| limited(noise.squared(soft[i] - here[i], variance[i]))))
+        .collect();
+    OfProbe { soft, level, variance, plain, weight, mismatch, rest, seen, parallax }
 }
 
 /// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use std::f32::consts::FRAC_1_SQRT_2;
 
 use super::probe_view::ProbeView;
 use super::radiometry::Sights;
@@ -18,8 +19,8 @@ use crate::volume::Nearby;
 /// Reflectance of varnish, wax and polished stone seen straight on: refractive index 1.5.
 const STRAIGHT: f32 = 0.04;
 
-/// How wide such surfaces spread what they mirror, radians.
-const LOBE: f32 = 0.12;
+/// How wide such surfaces spread what they mirror, radians: rings of directions around the mirrored one.
+const LOBE: [f32; 2] = [0.1, 0.25];
 
 /// Every how many pixels along each side mirrored light is looked up.
 const STRIDE: usize = 4;
@@ -35,7 +36,8 @@ pub(super) struct Gloss {
 impl Gloss {
     /// Looks up what is mirrored in a view.
     pub(super) fn look(relit: &Relit, surfaces: &Surfaces, probes: &[ProbeView], sights: &Sights) -> Self {
-        let beyond = relit.light.beyond(relit.scene);
+        // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
+        let beyond = probes.iter().map(ProbeView::brightest).fold(relit.light.beyond(relit.scene), Vec3::max);
         let towards = |eye: Vec3, sees: &(dyn Fn(usize) -> bool + Sync)| -> Vec<Vec3> {
             let (w, h) = (surfaces.width, surfaces.height);
             let wide = w.div_ceil(STRIDE);
@@ -86,10 +88,21 @@ fn mirrored(relit: &Relit, beyond: Vec3, point: Vec3, normal: Vec3, along: Vec3,
     }
     let middle = along + normal * (2.0 * cos);
     let (a, b) = middle.any_orthonormal_pair();
-    let lobe = [Vec3::ZERO, a, -a, b, -b].map(|d| (middle + d * LOBE).normalize());
-    let lights =
-        lobe.map(|d| if d.dot(normal) > 0.0 { radiance(relit, beyond, point, d, scratch) } else { Vec3::ZERO });
-    let brightest = lights.into_iter().fold(Vec3::ZERO, |m, l| if luminance(l) > luminance(m) { l } else { m });
+    let ring = [
+        a,
+        -a,
+        b,
+        -b,
+        (a + b) * FRAC_1_SQRT_2,
+        (a - b) * FRAC_1_SQRT_2,
+        (b - a) * FRAC_1_SQRT_2,
+        -(a + b) * FRAC_1_SQRT_2,
+    ];
+    let lobe = std::iter::once(Vec3::ZERO).chain(LOBE.iter().flat_map(|r| ring.map(|d| d * *r)));
+    let lights = lobe
+        .map(|d| (middle + d).normalize())
+        .map(|d| if d.dot(normal) > 0.0 { radiance(relit, beyond, point, d, scratch) } else { Vec3::ZERO });
+    let brightest = lights.fold(Vec3::ZERO, |m, l| if luminance(l) > luminance(m) { l } else { m });
     // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
     brightest * (STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5))
 }
@@ -99,13 +112,12 @@ fn radiance(relit: &Relit, beyond: Vec3, point: Vec3, direction: Vec3, scratch: 
     let scene: &Scene = relit.scene;
     let ray = Ray { origin: point, direction };
     let Some(hit) = scene.tracer.closest(&ray, 1e-3) else {
-        // through an opening that no probe looks through comes what comes through the others
-        return relit.light.told_sky(direction).unwrap_or(beyond);
+        return relit.light.told_sky(direction).unwrap_or_default().max(beyond);
     };
     let s = scene.surface(&ray, &hit);
     let lit = relit.lit(s.position, s.normal, scratch);
     let e = if lit.asks && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
-    let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE * hit.t) * e / std::f32::consts::PI;
+    let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE[0] * hit.t) * e / std::f32::consts::PI;
     if Picture::valid(light) { light } else { Vec3::ZERO }
 }
 

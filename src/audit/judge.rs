@@ -1,14 +1,12 @@
 //! From both tests' maps to regions with a kind: what they mark is cut into regions, each is judged by itself, and what
 //! belongs together is joined.
 
-use super::absent::{self, Silhouette};
-use super::alarm::{Fields, Statistic};
+use super::alarm::Field;
 use super::outline::{self, Shifted};
 use super::regions::{Region, closed, components, opened};
 use super::scores::{LOW, Scores};
-use super::surfaces::NONE;
 use super::view::{Maps, Prepared};
-use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, extent, relaid};
+use super::{Displacement, Evidence, Kind, Reason, Shift, What, decision, relaid};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(super) const WHITE: f32 = 8.0;
@@ -16,6 +14,17 @@ pub(super) const WHITE: f32 = 8.0;
 const LEAST_SHARE: f64 = 6e-4;
 /// Nor are fewer pixels than this a region.
 const LEAST_PX: usize = 30;
+
+/// What says that a region is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum By {
+    /// A figure whose logarithm of odds is this.
+    Figure(f32),
+    /// That its structure is not the albedo's, as it is nowhere else.
+    Structure,
+    /// That something else fits, so surely that no right model gives it.
+    Fit,
+}
 
 /// A region that both tests have had their say on.
 pub struct Judged {
@@ -34,8 +43,8 @@ pub struct Judged {
     pub reason: Reason,
     /// The figures behind it.
     pub evidence: Vec<Evidence>,
-    /// What tells it from what is right elsewhere; `None` where the test behind it has odds of its own.
-    pub(super) statistic: Option<Statistic>,
+    /// What says that it is wrong, and how often that is said of a right model.
+    pub(super) by: By,
 }
 
 impl Judged {
@@ -46,50 +55,37 @@ impl Judged {
 }
 
 /// Finds the regions of a view and judges each.
-pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> (Vec<Judged>, Fields) {
+pub(super) fn judge(prepared: &Prepared, maps: &Maps, scores: &Scores) -> (Vec<Judged>, Field) {
     let (w, h) = maps.size();
     let least = least(maps);
-    let mut taken = vec![false; w * h];
-    let mut judged = Vec::new();
-    // what both mark is one thing: regions are cut from the union, then told apart
-    let both = scores.both();
-    let high: Vec<bool> = both.iter().map(|s| *s >= 1.0).collect();
-    let low: Vec<bool> = both.iter().map(|s| *s >= LOW).collect();
-    let high = opened(&high, w, h, 2);
-    let low = closed(&opened(&low, w, h, 1), w, h, 2);
     let s = &maps.surfaces;
-    let shares = s.pieces.shares(&low);
-    let same = |i: usize, j: usize| s.material[i] == s.material[j];
-    for region in components(&low, &high, w, least, same) {
-        let judged_one = decision::judged(prepared, maps, scores, &shares, region, least);
-        // of a doubt behind a window or door nobody could say where it is
-        let nowhere = |j: &Judged| {
-            let off = j.region.pixels.iter().filter(|i| s.triangle[**i] == NONE).count();
-            j.reason != Reason::None && 2 * off > j.region.pixels.len()
-        };
-        if let Some(j) = judged_one.filter(|j| !nowhere(j)) {
-            for &i in &j.region.pixels {
-                taken[i] = true;
-            }
-            judged.push(j);
-        }
-    }
-    let judged = united(with_relaid(judged, prepared, maps), maps);
-    let judged = extent::grown(prepared, maps, with_shifted(judged, outline::shifted(prepared, maps), maps));
-    let (silhouettes, brightness) = absent::silhouettes(prepared, maps, least);
-    let told = |values: &[f32], of: &dyn Fn(usize) -> bool| -> Vec<f32> {
-        values.iter().enumerate().map(|(i, v)| if of(i) { *v } else { f32::NAN }).collect()
-    };
-    let place = told(&maps.geometry.mismatch, &|i| maps.geometry.able[i] > 0);
-    let picture = told(&scores.texture, &|i| maps.texture.tested[i]);
-    let fields = Fields::new(w, maps.surfaces.position.clone(), [place, picture, brightness]);
-    let mut judged = with_absent(judged, silhouettes, maps);
+    let told = |i: usize| if maps.texture.tested[i] { scores.texture[i] } else { f32::NAN };
+    let field = Field::new(w, s.position.clone(), (0..w * h).map(told).collect());
     // what the photograph does not show is nobody's fault
+    let marked = |scores: &dyn Fn(usize) -> f32| -> (Vec<bool>, Vec<bool>) {
+        let over = |least: f32| (0..w * h).map(|i| maps.usable[i] > 0.0 && scores(i) >= least).collect::<Vec<bool>>();
+        (closed(&opened(&over(LOW), w, h, 1), w, h, 2), opened(&over(1.0), w, h, 2))
+    };
+    // a place that is wrong looks wrong, too: of the rest, pictures are judged
+    let (low, high) = marked(&|i| scores.geometry[i]);
+    let shares = s.pieces.shares(&low);
+    let mut judged: Vec<Judged> = components(&low, &high, w, least, |_, _| true)
+        .into_iter()
+        .filter_map(|region| decision::shape(prepared, maps, &shares, region))
+        .collect();
+    let mut taken = vec![false; w * h];
+    judged.iter().flat_map(|j| &j.region.pixels).for_each(|&i| taken[i] = true);
+    let (low, high) = marked(&|i| if taken[i] { 0.0 } else { scores.texture[i] });
+    let same = |i: usize, j: usize| s.material[i] == s.material[j];
+    let pictures = components(&low, &high, w, least, same);
+    judged.extend(pictures.into_iter().filter_map(|region| decision::picture(prepared, maps, region)));
+    let judged = united(with_relaid(judged, prepared, maps), maps);
+    let mut judged = with_shifted(judged, outline::shifted(prepared, maps), maps);
     for j in &mut judged {
         j.region.pixels.retain(|i| maps.usable[*i] > 0.0);
     }
     judged.retain(|j| j.region.pixels.len() >= least);
-    (judged, fields)
+    (judged, field)
 }
 
 /// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
@@ -119,57 +115,8 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &Prepared, maps: &Maps) -> Vec
                 Evidence::new("correlation with the model's texture", found.as_is, 0.5, "correlation"),
                 Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
             ],
-            statistic: None,
+            by: By::Fit,
             region: Region { pixels: piece.clone() },
-        });
-    }
-    judged
-}
-
-/// Adds what stands before the model's surfaces, unless another finding explains most of it already. It explains doubts that
-/// lie mostly within it, and a surface beside it that is hidden by something: the probes saw that thing, too, each on what is
-/// behind it from there.
-fn with_absent(mut judged: Vec<Judged>, silhouettes: Vec<Silhouette>, maps: &Maps) -> Vec<Judged> {
-    for s in silhouettes {
-        let pixels = &s.region.pixels;
-        let within = |j: &Judged| j.region.pixels.iter().filter(|i| pixels.binary_search(i).is_ok()).count();
-        let hidden = |j: &Judged| j.what == What::Missing && j.displacement.is_none();
-        let few = |j: &Judged| (pixels.len() as f32) < absent::FEW * j.region.pixels.len() as f32;
-        let evidence = Evidence::new(absent::EVIDENCE, s.excess, s.threshold, "logarithm");
-        if let Some(j) = judged.iter_mut().find(|j| hidden(j) && few(j) && 2 * within(j) > pixels.len()) {
-            // two tests in different light, unless one probe alone is behind both
-            j.reason = if s.several { Reason::None } else { j.reason };
-            j.evidence.push(evidence);
-            continue;
-        }
-        let told = |j: &&Judged| j.reason == Reason::None && !hidden(j);
-        let explained: usize = judged.iter().filter(told).map(within).sum();
-        if 2 * explained > pixels.len() {
-            continue;
-        }
-        let strength = s.excess / s.threshold;
-        let share = strength * strength * pixels.len() as f32 / maps.usable.len() as f32;
-        if share < absent::DOUBT_SHARE {
-            continue;
-        }
-        // what one probe alone saw elsewhere may be that probe's own
-        let sure = s.several && share >= absent::SURE_SHARE;
-        if sure {
-            judged.retain(|j| {
-                let inside = within(j);
-                told(&j) || (2 * inside <= j.region.pixels.len() && (inside == 0 || !hidden(j)))
-            });
-        }
-        judged.push(Judged {
-            score: confidence(f64::from(strength), pixels.len() as f32),
-            kind: Kind::Geometry,
-            what: What::Missing,
-            displacement: None,
-            shift: None,
-            reason: if sure { Reason::None } else { Reason::Undecided },
-            evidence: vec![evidence],
-            statistic: Some(Statistic::Brightness),
-            region: s.region,
         });
     }
     judged
@@ -194,7 +141,7 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, maps: &Maps) -> 
             shift: part.shift(),
             reason: Reason::None,
             evidence: part.evidence(),
-            statistic: None,
+            by: By::Fit,
             region: Region { pixels: part.pixels },
         });
     }

@@ -5,19 +5,15 @@
 //! surface, without albedo; `texture` compares it with albedo under irradiance gathered from all around. What is mapped in
 //! one piece is then tried as a whole, laid otherwise: `relaid`.
 
-mod absent;
 mod alarm;
 mod align;
 mod behind;
 mod bins;
-mod border;
 mod coding;
 mod colour;
 mod decision;
 mod error;
 mod explain;
-mod extent;
-mod figures;
 mod files;
 mod findings;
 mod fourier;
@@ -27,6 +23,7 @@ mod gloss;
 mod judge;
 mod laid;
 mod mapping;
+mod noise;
 mod outline;
 mod parts;
 mod photo;

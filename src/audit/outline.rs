@@ -55,7 +55,7 @@ pub(super) const FOUND: f32 = 0.6;
 const GAINED: f32 = 0.1;
 
 /// Logarithm of the odds that it takes, after all the shifts that are tried.
-pub(super) const ODDS: f32 = 8.0;
+pub(super) const ODDS: f32 = 16.0;
 
 /// A part whose outline the photograph shows elsewhere.
 pub(super) struct Shifted {

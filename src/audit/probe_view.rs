@@ -80,6 +80,13 @@ impl ProbeView {
         Self { name: probe.name.clone(), origin, to_probe: to_world.transpose(), levels, depth }
     }
 
+    /// The brightest light in its picture, over 4 × 4 pixels.
+    pub(super) fn brightest(&self) -> Vec3 {
+        let level = &self.levels[2.min(self.levels.len() - 1)];
+        let valid = level.log.iter().filter(|l| l.is_finite());
+        valid.fold(Vec3::ZERO, |m, l| if l.element_sum().exp() > m.element_product() { l.map(f32::exp) } else { m })
+    }
+
     /// Angle of a pixel, radians.
     pub(super) fn pixel_angle(&self) -> f32 {
         PI / self.levels[0].height as f32

@@ -11,6 +11,9 @@ use crate::scene::Scene;
 /// A correlation from which on a texture counts as found.
 const FOUND: f32 = 0.45;
 
+/// A correlation from which on a texture is where the model has it.
+const FITS: f32 = 0.75;
+
 /// Logarithm of the odds from which on another laying is told: many are tried.
 pub(super) const TOLD: f32 = 12.0;
 
@@ -97,8 +100,8 @@ fn searched(laid: &Laid) -> Option<Relaid> {
         let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
         0.5 * n * (left(from) / left(to)).ln()
     };
-    // even a perfect fit would not be enough
-    if odds(as_is, 0.98) < TOLD {
+    // a texture that fits is not laid otherwise, and elsewhere even a perfect fit may not be enough
+    if as_is > FITS || odds(as_is, 0.98) < TOLD {
         return None;
     }
     // most can be left after a coarse look, which sees somewhat less than a close one

@@ -90,8 +90,6 @@ fn continued(surfaces: &Surfaces, source: usize, i: usize) -> Option<f32> {
 pub(super) struct Bridged {
     /// How surely (1 is the threshold) a surface of the model goes on over what the model has there.
     pub(super) score: Vec<f32>,
-    /// The photograph fits what the probes saw at that place and nowhere else on the pixel's ray.
-    pub(super) distinct: Vec<bool>,
 }
 
 /// Continues the surfaces of a view past their edges.
@@ -115,7 +113,6 @@ pub(super) fn test(
     let (own, owned) = (mean(&own, &has_own), surfaces.shape.smoothed(&has_own, WINDOW));
     let mut score = vec![0.0f32; n];
     let mut sides = vec![0u8; n];
-    let mut distinct = vec![false; n];
     for along in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
         let from = sources(surfaces, along);
         // on the continued surface, and elsewhere on the same rays
@@ -161,7 +158,6 @@ pub(super) fn test(
             };
             let s = fits.min(better.max(elsewhere)).min(2.0);
             sides[i] += u8::from(s >= SECOND);
-            distinct[i] |= s >= 1.0 && elsewhere >= 1.0;
             score[i] = score[i].max(s);
         }
     }
@@ -169,7 +165,7 @@ pub(super) fn test(
     for (s, sides) in score.iter_mut().zip(sides) {
         *s = if sides >= 2 { *s } else { s.min(0.7) };
     }
-    Bridged { score, distinct }
+    Bridged { score }
 }
 
 /// Mean squared difference of logarithms between the photograph and the probes that see a point, if any does; without a

@@ -4,13 +4,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use super::alarm::{Fields, Statistic, false_alarms};
-use super::judge::{self, Judged};
+use super::alarm::{Field, false_alarms};
+use super::judge::{self, By, Judged};
 use super::scores::{self, Scores};
 use super::view::{Maps, Prepared, Settings, examine};
 use super::{
     Audit, AuditError, AuditedView, Evidence, Finding, Kind, Method, Photo, ProbeGain, Reason, Shares, Verdict,
-    ViewSummary, What, absent, relaid, verdict,
+    ViewSummary, What, decision, relaid, verdict,
 };
 use crate::panorama::{self, Picture};
 use crate::photograph::Photograph;
@@ -122,7 +122,7 @@ fn without_misfits(
 /// A view with its findings and doubts, before they have numbers.
 struct Assessed {
     view: AuditedView,
-    fields: Fields,
+    field: Field,
     found: Vec<Found>,
 }
 
@@ -133,13 +133,13 @@ struct Found {
     pixels: Vec<usize>,
     /// Mean of the modelled surface's normals, of length 1.
     normal: Vec3,
-    statistic: Option<Statistic>,
+    by: By,
 }
 
 /// Judges a view and brings everything to the photograph's size.
 fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &Maps) -> Assessed {
     let scores = Scores::of(maps);
-    let (judged, fields) = judge::judge(prepared, maps, &scores);
+    let (judged, field) = judge::judge(prepared, maps, &scores);
     let (small_verdicts, small_reasons) = verdict::verdicts(maps, &judged);
     let (w, h) = (photo.picture.width, photo.picture.height);
     let n = maps.reduced_by as usize;
@@ -189,21 +189,23 @@ fn assess(site: &Site, prepared: &Prepared, view: &View, photo: &Photo, maps: &M
             let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
             let finding = finding(site, prepared, view, maps, &j, &mask, w);
             let normal = j.region.pixels.iter().map(|i| maps.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
-            Found { finding, mask, pixels: j.region.pixels, normal, statistic: j.statistic }
+            Found { finding, mask, pixels: j.region.pixels, normal, by: j.by }
         })
         .collect();
     let view = AuditedView { summary, photograph, render, verdicts, reasons, suspicion, masks: Vec::new() };
-    Assessed { view, fields, found }
+    Assessed { view, field, found }
 }
 
 /// Says of each finding how often a right model would give one like it; what it would give more often than asked for is a doubt.
 fn count_false_alarms(assessed: &mut [Assessed], allowed: f64) {
-    let fields: Vec<&Fields> = assessed.iter().map(|a| &a.fields).collect();
-    let alarms: Vec<Vec<Option<f64>>> = assessed
-        .iter()
-        .enumerate()
-        .map(|(v, a)| a.found.par_iter().map(|f| false_alarms(&fields, v, f.statistic?, &f.pixels)).collect())
-        .collect();
+    let fields: Vec<&Field> = assessed.iter().map(|a| &a.field).collect();
+    let expected = |view: usize, f: &Found| match f.by {
+        By::Figure(log_odds) => Some(decision::false_alarms(log_odds)),
+        By::Structure => false_alarms(&fields, view, &f.pixels),
+        By::Fit => None,
+    };
+    let alarms: Vec<Vec<Option<f64>>> =
+        assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| expected(v, f)).collect()).collect();
     for (a, alarms) in assessed.iter_mut().zip(alarms) {
         for (f, alarm) in a.found.iter_mut().zip(alarms) {
             let Some(expected) = alarm else { continue };
@@ -452,9 +454,6 @@ fn gathered(site: &Site, lighting: &str, settings: &Settings, mut assessed: Vec<
         ("sensitivity", verdict::SENSITIVITY),
         ("structure_log_odds", scores::ODDS),
         ("colour_delta_e00", scores::COLOUR),
-        ("foreign_chroma", scores::FOREIGN),
-        ("shading", scores::SHADING),
-        ("brightness_beyond_predictions", absent::EXCESS),
         ("false_alarms_a_photograph", settings.false_alarms as f32),
     ];
     let method = Method {

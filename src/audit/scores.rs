@@ -9,22 +9,13 @@ use super::view::Maps;
 /// pixels at edges, which are too thin to become regions.
 pub(super) const ODDS: f32 = 3.0;
 pub(super) const COLOUR: f32 = 6.5;
-pub(super) const FOREIGN: f32 = 0.16;
-pub(super) const MISMATCH: f32 = 5.0;
+pub(super) const MISMATCH: f32 = 3.0;
 pub(super) const PIXELS_OFF: f32 = 0.7;
 pub(super) const GAIN: f32 = 250.0;
 /// How many times better than what is left a displacement must explain a difference.
 pub(super) const RATIO: f32 = 1.0;
 /// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
 const NOISE: f32 = 5.0;
-/// The same for colour that is not smooth, over three quarters of the picture: coding leaves much of it in few places.
-const FOREIGN_NOISE: f32 = 4.0;
-/// A difference of colour that bears out what the geometry test marks, ΔE00.
-const STRONG_COLOUR: f32 = 12.0;
-/// Logarithm of brightness over the smooth prediction that is no error of the prediction.
-const BRIGHTNESS: f32 = 0.4;
-/// Brightness that the albedo does not have, from which on it may be a shadow.
-pub(super) const SHADING: f32 = 0.25;
 /// A piece of a texture is wrong as a whole from these odds on, with less than half of its structure there, if at least
 /// this share of it has structure …
 const PIECE_ODDS: f32 = 8.0;
@@ -40,11 +31,6 @@ pub(super) const LOW: f32 = 0.75;
 pub(super) struct Scores {
     pub(super) texture: Vec<f32>,
     pub(super) geometry: Vec<f32>,
-    /// The parts of the texture's score that are colour, and not structure: smooth, and not smooth.
-    pub(super) colour: Vec<f32>,
-    pub(super) foreign: Vec<f32>,
-    /// The smooth surface that each pixel is on, whatever its material.
-    pub(super) surface: Vec<u32>,
 }
 
 impl Scores {
@@ -55,7 +41,6 @@ impl Scores {
         let bins = Bins::new(&maps.log_photo);
         let level = |values: &[f32], counts: &dyn Fn(usize) -> bool| bins.quantile(values, 0.5, counts);
         let tested = |i: usize| t.tested[i];
-        let able = |i: usize| g.able[i] > 0;
         let over = |values: &[f32], least: f32, times: f32, usual: [f32; BINS]| -> Vec<f32> {
             let of = |i: usize| values[i] / least.max(times * usual[bins.of[i]]);
             (0..n).map(|i| if t.tested[i] { of(i) } else { 0.0 }).collect()
@@ -64,28 +49,18 @@ impl Scores {
         // over a whole piece, coding and noise average out
         let in_all = over(&t.piece_colour, COLOUR, NOISE, level(&t.piece_colour, &tested));
         let colour: Vec<f32> = colour.iter().zip(&in_all).map(|(c, p)| c.max(*p)).collect();
-        let foreign = over(&t.foreign, FOREIGN, FOREIGN_NOISE, bins.quantile(&t.foreign, 0.75, tested));
-        let shading = level(&t.shading, &tested);
-        let mismatch = level(&g.mismatch, &able);
         let structure = |i: usize| if t.tested[i] { t.odds[i] / ODDS } else { 0.0 };
-        let mut texture: Vec<f32> = (0..n).map(|i| colour[i].max(foreign[i]).max(structure(i))).collect();
+        let mut texture: Vec<f32> = (0..n).map(|i| colour[i].max(structure(i))).collect();
         let geometry = (0..n)
             .map(|i| {
                 let bridged = maps.bridged.score[i];
                 if g.able[i] == 0 {
                     return bridged;
                 }
-                // where the photograph shows the model's structure in its place, something is in the probes' way
-                let vouched = t.structured[i] && t.odds[i] <= -ODDS;
-                let wrong = if vouched { 0.0 } else { g.mismatch[i] / MISMATCH.max(NOISE * mismatch[bins.of[i]]) };
-                // a probe that differs where the photograph is as the model predicts has another fault
-                let shaded =
-                    (t.shading[i] / (0.8 * SHADING).max(NOISE * shading[bins.of[i]])).max(t.brightness[i] / BRIGHTNESS);
-                let other = (colour[i] * COLOUR / STRONG_COLOUR).max(foreign[i]).max(structure(i));
-                let borne_out = if t.tested[i] { other.max(shaded) } else { 1.0 };
+                let wrong = g.mismatch[i] / MISMATCH;
                 let off = g.best_m[i].abs() * g.parallax[i] / PIXELS_OFF;
                 let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
-                wrong.min(borne_out).max(moved).max(bridged)
+                wrong.max(moved).max(bridged)
             })
             .collect();
         for piece in &maps.surfaces.pieces.pixels {
@@ -93,7 +68,7 @@ impl Scores {
                 piece.iter().for_each(|&i| texture[i] = texture[i].max(score));
             }
         }
-        Self { texture, geometry, colour, foreign, surface: maps.surfaces.shape.labels() }
+        Self { texture, geometry }
     }
 
     /// The greater of both, to rank pixels by.

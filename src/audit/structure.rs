@@ -57,7 +57,7 @@ pub(super) fn structure(
         (0..n).map(|i| if weight[i] > 0.0 { v[i] - smooth[i] } else { 0.0 }).collect()
     };
     let a = band(photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p.map(f32::exp)) } else { 0.0 }).collect());
-    let b = band(albedo.iter().map(|p| log(*p)).collect());
+    let b = band(albedo.iter().map(|p| log(*p + Vec3::splat(super::texture::BLACK))).collect());
     let smoothed = joins.smoothed(weight, WINDOW);
     let mean = |f: &dyn Fn(usize) -> f32| {
         let values: Vec<f32> = (0..n).map(f).collect();

@@ -99,6 +99,7 @@ impl Surfaces {
             paint: EdgeAware::open(1, 1),
             pieces: Pieces::default(),
         };
+        this.smooth_normals();
         this.shape = EdgeAware::new(width, height, |i, j| this.one_surface(i, j));
         let painted =
             EdgeAware::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
@@ -111,6 +112,33 @@ impl Surfaces {
         this.paint = cut(&painted, |i, j| runs_on(&scene.mesh, mapped(i), mapped(j)));
         this.pieces = Pieces::new(&this.paint);
         this
+    }
+
+    /// Takes for each normal the mean of those around it on the same surface: a scan is rough where the wall is not. Beyond a
+    /// crease lies another surface.
+    fn smooth_normals(&mut self) {
+        const RADIUS: usize = 3;
+        const CREASE: f32 = 0.75;
+        let (w, h) = (self.width, self.height);
+        let mean = |i: usize| {
+            if self.triangle[i] == NONE {
+                return self.normal[i];
+            }
+            let (x, y, n) = (i % w, i / w, self.normal[i]);
+            let reach = RADIUS as f32 * self.distance[i] / self.focal;
+            let mut sum = Vec3::ZERO;
+            for v in y.saturating_sub(RADIUS)..=(y + RADIUS).min(h - 1) {
+                for u in x.saturating_sub(RADIUS)..=(x + RADIUS).min(w - 1) {
+                    let j = v * w + u;
+                    let beside = n.dot(self.position[j] - self.position[i]).abs() < reach;
+                    if self.triangle[j] != NONE && n.dot(self.normal[j]) > CREASE && beside {
+                        sum += self.normal[j];
+                    }
+                }
+            }
+            sum.try_normalize().unwrap_or(n)
+        };
+        self.normal = (0..w * h).into_par_iter().map(mean).collect();
     }
 
     /// Whether two neighbouring pixels see one smooth surface: normals within 18° and each point near the other's plane.

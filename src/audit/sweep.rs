@@ -10,16 +10,12 @@ use super::view::{Maps, Prepared};
 pub(super) struct Swept {
     /// Mean cost per probe and pixel at the model's own place.
     pub(super) here: f32,
-    /// The same without what gloss would do.
-    pub(super) dull: f32,
     /// And at the best one.
     pub(super) least: f32,
     pub(super) best_m: f64,
     pub(super) uncertainty_m: f64,
     /// Pixels of parallax that this is.
     pub(super) pixels: f32,
-    /// Share of the region that some probe can tell the place of.
-    pub(super) able: f32,
     /// Another place does nearly as well.
     pub(super) twin: Option<f32>,
 }
@@ -53,7 +49,6 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
     }
     let wide = dilated(&mask, w, h, 2);
     let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
-    let able = region.pixels.iter().filter(|i| g.able[**i] > 0).count() as f32 / region.pixels.len() as f32;
     // what shows nothing fits no place better than another, and would only hide that the rest does
     let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();
     let pixels = if telling.len() as f32 >= TELLING_SHARE * pixels.len() as f32 { telling } else { pixels };
@@ -65,7 +60,6 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
         let costs = chosen.iter().map(|i| f64::from(g.cost(&maps.surfaces, &prepared.probes, *i, metres as f32)));
         costs.sum::<f64>() / weights.max(1.0)
     };
-    let dull = chosen.iter().map(|i| f64::from(g.dull_cost(&maps.surfaces, &prepared.probes, *i))).sum::<f64>();
     let (places, own) = places();
     let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
     let better = |best: usize, k: usize| if mean[k] < mean[best] { k } else { best };
@@ -106,12 +100,10 @@ pub(super) fn sweep(prepared: &Prepared, maps: &Maps, region: &Region) -> Swept 
         .next();
     Swept {
         here: mean[own] as f32,
-        dull: (dull / weights.max(1.0)) as f32,
         least: least as f32,
         best_m,
         uncertainty_m,
         pixels: (best_m.abs() * parallax) as f32,
-        able,
         twin,
     }
 }

@@ -6,12 +6,12 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::EdgeAware;
 use super::colour::{colour_difference, colour_of};
 use super::regions::{Pieces, Region, bounds};
 use super::structure::{Structure, structure};
 use super::surfaces::{NONE, Surfaces};
 use super::view::Maps;
+use crate::panorama::luminance;
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::statistics::{median, quantile};
@@ -53,10 +53,6 @@ pub(super) struct Texture {
     pub(super) colour: Vec<f32>,
     /// The same over all that is mapped in one piece.
     pub(super) piece_colour: Vec<f32>,
-    /// Standard deviation over a window of the colour (not brightness) that the albedo does not have.
-    pub(super) foreign: Vec<f32>,
-    /// Standard deviation over a window of brightness that the albedo does not have.
-    pub(super) shading: Vec<f32>,
     /// Brightness over the prediction, as the size of its logarithm, over a window.
     pub(super) brightness: Vec<f32>,
     /// ΔE00 of what was taken out of all the picture's colours together.
@@ -121,23 +117,29 @@ pub(super) fn test(
             inside[i]
                 && usable[i] > 0.0
                 && surfaces.triangle[i] != NONE
-                && albedo[i].min_element() > BLACK
+                && luminance(albedo[i]) > BLACK
                 && irradiance[i].min_element() > 0.0
                 && log_photo[i].is_finite()
         })
         .collect();
     let weight: Vec<f32> = tested.iter().map(|t| if *t { 1.0 } else { 0.0 }).collect();
     let ln = |v: Vec3| v.max(Vec3::splat(1e-6)).map(f32::ln);
-    let mut ratio: Vec<Vec3> =
-        (0..n).map(|i| if tested[i] { log_photo[i] - ln(albedo[i]) - ln(irradiance[i]) } else { Vec3::ZERO }).collect();
+    // what the photograph says the albedo is
+    let mut apparent: Vec<Vec3> = (0..n)
+        .map(|i| if tested[i] { log_photo[i] - ln(irradiance[i] / std::f32::consts::PI) } else { Vec3::ZERO })
+        .collect();
     // what is left of exposure and white balance
-    let channel = |c: usize| median((0..n).filter(|i| tested[*i]).map(|i| ratio[i][c])).unwrap_or(0.0);
+    let channel =
+        |c: usize| median((0..n).filter(|i| tested[*i]).map(|i| apparent[i][c] - ln(albedo[i])[c])).unwrap_or(0.0);
     let middle = Vec3::from([0, 1, 2].map(channel));
-    for (r, t) in ratio.iter_mut().zip(&tested) {
-        *r = if *t { *r - middle } else { Vec3::ZERO };
-    }
+    apparent.iter_mut().for_each(|a| *a -= middle);
     let white_balance = colour_of(middle.x - middle.y, middle.z - middle.y);
-    let Structure { bands, odds, structured, usual, variance } = structure(joins, pieces, &weight, log_photo, albedo);
+    // what is darker than a camera or a scan can tell apart says little
+    let damped = |v: Vec3| (v + Vec3::splat(BLACK)).map(f32::ln);
+    let apparent: Vec<Vec3> = apparent.iter().map(|a| damped(a.map(f32::exp))).collect();
+    let ratio: Vec<Vec3> =
+        (0..n).map(|i| if tested[i] { apparent[i] - damped(albedo[i]) } else { Vec3::ZERO }).collect();
+    let Structure { bands, odds, structured, usual, variance } = structure(joins, pieces, &weight, &apparent, albedo);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let brightness: Vec<f32> = joins.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
     // light that is far off in brightness is none to judge a colour by
@@ -149,23 +151,7 @@ pub(super) fn test(
         .map(|i| if lit[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
     let piece_colour = by_piece(pieces, &chroma, &lit, albedo);
-    let foreign = foreign(joins, &chroma, &weight);
-    let shading = deviation(joins, &bright, &weight);
-    Texture {
-        ratio,
-        odds,
-        bands,
-        usual,
-        variance,
-        colour,
-        piece_colour,
-        foreign,
-        shading,
-        brightness,
-        white_balance,
-        tested,
-        structured,
-    }
+    Texture { ratio, odds, bands, usual, variance, colour, piece_colour, brightness, white_balance, tested, structured }
 }
 
 impl Texture {
@@ -249,21 +235,9 @@ fn by_piece(pieces: &Pieces, chroma: &[Vec<f32>; 2], tested: &[bool], albedo: &[
     pieces.of.iter().zip(tested).map(|(k, t)| if *t { each[*k as usize] } else { 0.0 }).collect()
 }
 
-/// Standard deviation over a window of chroma that is not smooth.
-fn foreign(joins: &EdgeAware, chroma: &[Vec<f32>; 2], weight: &[f32]) -> Vec<f32> {
-    let [x, y] = [0, 1].map(|c| deviation(joins, &chroma[c], weight));
-    x.iter().zip(&y).map(|(x, y)| (x * x + y * y).sqrt()).collect()
-}
-
-/// Standard deviation over a window of the difference of Gaussians 1 to 8 pixels.
-fn deviation(joins: &EdgeAware, values: &[f32], weight: &[f32]) -> Vec<f32> {
-    let (fine, coarse) = (joins.mean(values, weight, 1.0), joins.mean(values, weight, 8.0));
-    let square: Vec<f32> = fine.iter().zip(&coarse).map(|(f, c)| (f - c) * (f - c)).collect();
-    joins.mean(&square, weight, 6.0).iter().map(|v| v.max(0.0).sqrt()).collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::EdgeAware;
     use super::*;
 
     const SIDE: usize = 64;

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::Kind;
 use super::judge::Judged;
-use super::scores::SHADING;
 use super::surfaces::NONE;
 use super::texture::BLACK;
 use super::view::Maps;
+use crate::panorama::luminance;
 
 /// A moved surface must raise the cost by this much for its place to count as tested.
 pub(super) const SENSITIVITY: f32 = 120.0;
@@ -154,7 +154,7 @@ pub(super) fn verdicts(maps: &Maps, judged: &[Judged]) -> (Vec<Verdict>, Vec<Rea
             if s.normal[i].dot(s.ray[i]).abs() < 0.12 { Reason::Grazing } else { Reason::Unseen }
         } else if g.able[i] == 0 {
             Reason::NoParallax
-        } else if maps.albedo[i].min_element() <= BLACK {
+        } else if luminance(maps.albedo[i]) <= BLACK {
             Reason::BlackAlbedo
         } else if !t.tested[i] {
             Reason::Grazing
@@ -165,9 +165,7 @@ pub(super) fn verdicts(maps: &Maps, judged: &[Judged]) -> (Vec<Verdict>, Vec<Rea
         };
         reasons[i] = reason;
         if reason == Reason::None {
-            let shaded = t.shading[i] > SHADING && !t.structured[i];
-            verdicts[i] = if shaded { Verdict::Ambiguous } else { Verdict::Ok };
-            reasons[i] = if shaded { Reason::Shadow } else { Reason::None };
+            verdicts[i] = Verdict::Ok;
         }
     }
     for j in judged {

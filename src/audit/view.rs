@@ -93,6 +93,8 @@ pub struct Maps {
     pub(super) texture: Texture,
     pub(super) pose: PoseCorrection,
     pub(super) refine_asked: bool,
+    /// False alarms that are allowed in a photograph.
+    pub(super) false_alarms: f64,
 }
 
 /// Aligns a view's photograph with the model and runs both tests. `mask` is true where the photograph is to be left
@@ -109,7 +111,10 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
     let mut pose = PoseCorrection::default();
     let mut surfaces = Surfaces::look(scene, &camera);
     let mut frame = render(scene, &relit, &camera, 4, &|_, _| {});
-    if settings.refine_pose {
+    // a model without colours shows nothing to lay over a photograph
+    let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > texture::BLACK).count();
+    let seen = surfaces.triangle.iter().filter(|t| **t != NONE).count();
+    if settings.refine_pose && 2 * coloured > seen {
         // a clipped pixel is still as bright as that: its edges tell of the pose
         let to_align: Vec<f32> = photo
             .unusable
@@ -143,7 +148,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
     let gloss = Gloss::look(&relit, &surfaces, &prepared.probes, &sights);
-    let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &photo, &soft, &radiometry, &gloss);
+    let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &soft, &radiometry, &gloss);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
@@ -178,6 +183,7 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         texture,
         pose,
         refine_asked: settings.refine_pose,
+        false_alarms: settings.false_alarms,
     }
 }
 
@@ -185,11 +191,6 @@ impl Maps {
     /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         (self.surfaces.width, self.surfaces.height)
-    }
-
-    /// The level of a probe's picture that is no sharper than the photograph in a pixel; `None` where the probe does not see it.
-    pub(super) fn level(&self, probe: usize, i: usize) -> Option<usize> {
-        self.sights.of[probe][i].as_ref().map(|sight| Sights::level(&self.surfaces, i, sight))
     }
 
     /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
