@@ -436,3 +436,17 @@ fn a_view_never_takes_the_name_of_the_reports_own_files() {
     let stems: Vec<String> = site.views.iter().map(clerestory::site::View::file_stem).collect();
     assert_eq!(stems, ["view-study", "view-Plan-ground", "apse"]);
 }
+
+#[test]
+fn a_materials_name_does_not_steer_the_terminal() {
+    let dir = folder(&format!("{HEAD}{PROBE}image = \"p.png\"\n"));
+    let model = fs::read_to_string(dir.path().join("m.obj")).unwrap();
+    fs::write(dir.path().join("m.obj"), format!("{model}usemtl gold\u{1b}]0;owned\u{7}\u{9b}2J\nf 1 2 4\nf 1 2 3\n"))
+        .unwrap();
+    for more in [&[][..], &["--json"]] {
+        let out = Command::cargo_bin("clerestory").unwrap().arg("check").arg(dir.path()).args(more).assert().success();
+        let text = String::from_utf8(out.get_output().stdout.clone()).unwrap();
+        assert!(text.contains("\\u001b]0;owned"), "{text}");
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
+    }
+}

@@ -9,6 +9,8 @@ use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::visible::visible;
+
 /// Find where the model is wrong, from photographs.
 ///
 /// Compares each view's photograph with the model under the probes' light, and writes a sheet per view (audit-VIEW.svg
@@ -88,7 +90,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
-        bar.set_message(what.to_owned());
+        bar.set_message(visible(what).into_owned());
     };
     let mut audit = audit::audit(&site, &scene, &lighting, &args.view, &settings, &tell)?;
     bar.finish_and_clear();

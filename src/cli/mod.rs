@@ -18,6 +18,7 @@ pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
 pub(crate) mod view;
+pub(crate) mod visible;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]

@@ -5,7 +5,7 @@ use clap::{Args, ValueHint};
 use clerestory::plan::output::{self, Outward};
 use clerestory::plan::ply;
 use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
-use clerestory::report::{coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
+use clerestory::report::{Imprint, coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
@@ -101,9 +101,15 @@ fn write(
 ) -> anyhow::Result<Vec<String>> {
     let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
     let mut names = Vec::new();
-    for floor in &plan.floors {
+    for (i, floor) in plan.floors.iter().enumerate() {
+        let imprint = |number| Imprint {
+            site: &site.name,
+            project: &site.project,
+            sheet: [number, 2 * plan.floors.len()],
+            made_by: &made_by,
+        };
         let sheets =
-            [plan_sheet(&site.name, floor, outward, &made_by), coverage_sheet(&site.name, floor, outward, &made_by)];
+            [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
         for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
             names.push(format!("{stem}.svg, .png, .pdf"));
