@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
-use clerestory::report::write_audit_sheets;
+use clerestory::report::{Marker, write_audit_sheets, write_markers};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use std::io::{self, Write};
@@ -14,7 +14,8 @@ use super::visible::visible;
 /// Find where the model is wrong, from photographs.
 ///
 /// Compares each view's photograph with the model under the probes' light, and writes a sheet per view (audit-VIEW.svg
-/// and .png), findings.json, findings.csv and a mask PNG per finding into --out.
+/// and .png), findings.json, findings.csv, a mask PNG per finding, and the findings as points for Maya (findings.ma) and
+/// CloudCompare (findings-cloudcompare.txt) into --out.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     clerestory audit sites/chapel/as_modelled.toml\n  \
@@ -97,12 +98,25 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     audit.warnings.extend(health.warnings.into_iter().chain(found));
     audit.write(&folder)?;
     write_audit_sheets(&site, &scene, &audit, &super::own_command(), &folder)?;
+    write_markers(&markers(&audit, &site), &folder)?;
     if args.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if !args.quiet {
         print(&audit, &folder, out)?;
     }
     Ok(())
+}
+
+/// Findings, then doubts, as points.
+fn markers(audit: &Audit, site: &Site) -> Vec<Marker> {
+    let marker = |f: &Finding| Marker {
+        name: f.id.clone(),
+        kind: format!("{} {}", f.kind.name(), f.what.name()),
+        position: f.position,
+        size: f.size_m / site.frame.metres_per_unit,
+        note: f.note.clone(),
+    };
+    audit.findings.iter().chain(&audit.doubts).map(marker).collect()
 }
 
 fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::Result<()> {
@@ -162,7 +176,7 @@ fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::R
         line(out, f)?;
     }
     if !audit.doubts.is_empty() {
-        writeln!(out, "cannot be told:")?;
+        writeln!(out, "doubts (something disagrees, and it is not clear what):")?;
         for f in &audit.doubts {
             line(out, f)?;
         }

@@ -143,7 +143,7 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     )?;
     if !plan.present.is_empty() {
         let share = 100.0 * plan.present_fraction;
-        writeln!(out, "#   {} probes are there already and see {share:.1} %", plan.present.len())?;
+        writeln!(out, "#   {} taken already see {share:.1} %", output::counted(plan.present.len(), "probe"))?;
     }
     let more = stations.saturating_sub(plan.needed);
     let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };

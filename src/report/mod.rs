@@ -13,6 +13,8 @@ mod lengths;
 mod loglog;
 mod manifest;
 mod marked;
+mod markers;
+mod overview;
 pub mod page;
 mod pdf;
 mod plan_sheet;
@@ -33,6 +35,8 @@ pub use dxf::plan_dxf;
 pub use imprint::{Imprint, TITLE_BLOCK, title_block};
 pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
+pub use markers::{Marker, cloud_compare, maya, write_markers};
+pub use overview::{Overview, overview, overview_csv, overview_page};
 pub use pdf::pdf;
 pub use plan_sheet::plan_sheet;
 pub use png::{png, text_width, wrap};
@@ -55,6 +59,14 @@ pub enum ReportError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// A folder or file that no report is made of.
+    #[error("{path}: {what}")]
+    NotAReport {
+        /// The folder or file.
+        path: PathBuf,
+        /// What was expected, what was found, and what to do.
+        what: String,
     },
     /// No picture can be made of the sheet.
     #[error("a sheet could not be drawn: {what}")]

@@ -5,6 +5,7 @@ use super::loglog::{Mark, Plot};
 use super::study_table::{orders, table};
 use super::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use super::{Anchor, Svg, Text, wrap};
+use crate::plan::output::counted;
 use crate::study::{
     EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto,
     rounded,
@@ -90,7 +91,12 @@ fn subtitle(study: &Study) -> String {
         s if s >= 1.0 => String::new(),
         s => format!(", in tiles that make up {:.0} % of the pictures", 100.0 * s),
     };
-    format!("{} views{lighting}; {} threads; error against {}{share}", study.blocks.len(), study.threads, truth(study))
+    format!(
+        "{}{lighting}; {}; error against {}{share}",
+        counted(study.blocks.len(), "view"),
+        counted(study.threads, "thread"),
+        truth(study)
+    )
 }
 
 fn truth(study: &Study) -> String {

@@ -2,25 +2,34 @@
 //! gltf.
 //!
 //! Taken: triangles, strips and fans under all nodes' transforms, colours of vertices, the base colour's factor and
-//! picture with its set of texture coordinates and `KHR_texture_transform`, and light sent out. What else a file holds says nothing of
+//! picture with its set of texture coordinates, sampler, alpha mask and `KHR_texture_transform`, and light sent out; whole
+//! numbers by `KHR_mesh_quantization`. What else a file holds says nothing of
 //! a diffuse surface, or is named in a warning.
 
 use base64::Engine;
 use glam::{DMat4, DVec3, Mat4, Vec2, Vec3, Vec4};
+use gltf::accessor::{DataType, Item};
+use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
-use gltf::{Document, Gltf};
+use gltf::texture::WrappingMode;
+use gltf::{Accessor, Document, Gltf, Semantic};
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::Wrap;
 use super::load::SceneError;
 use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO, centre};
 use crate::site::Frame;
 use crate::site::files::find_loosely;
 
 /// Extensions that a file may not be read without, and that are known here.
-const KNOWN: [&str; 3] = ["KHR_texture_transform", "KHR_materials_unlit", "KHR_materials_emissive_strength"];
+const KNOWN: [&str; 4] =
+    ["KHR_texture_transform", "KHR_materials_unlit", "KHR_materials_emissive_strength", QUANTIZATION];
+
+/// Positions and texture coordinates as whole numbers, which the crate does not know.
+const QUANTIZATION: &str = "KHR_mesh_quantization";
 
 /// Reads a glTF file and its buffers, brings it into metres and the program's axes, and centres it.
 ///
@@ -37,7 +46,9 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
         if !unknown.is_empty() {
             return Err(format!("it cannot be read without {}. Export it without", unknown.join(", ")));
         }
-        let document = Document::from_json(document.into_json()).map_err(|e| e.to_string())?;
+        let mut json = document.into_json();
+        json.extensions_required.retain(|e| e != QUANTIZATION);
+        let document = Document::from_json(json).map_err(|e| e.to_string())?;
         File::open(path, document, blob)?.model(frame)
     }));
     read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)
@@ -84,8 +95,8 @@ impl<'a> File<'a> {
     fn model(self, frame: &Frame) -> Result<Model, String> {
         let mut model = Model::default();
         let placed = self.placed();
-        let points = placed.iter().flat_map(|p| self.points(p));
-        model.origin = centre(points, frame);
+        let points = placed.iter().map(|p| self.points(p)).collect::<Result<Vec<_>, String>>()?;
+        model.origin = centre(points.iter().flatten().copied(), frame);
         // faces without a material come first
         model.material_names.push(None);
         for material in self.document.materials() {
@@ -94,20 +105,28 @@ impl<'a> File<'a> {
             model.own.push(own);
         }
         let some_uv = placed.iter().any(|p| uv_set(&p.primitive).is_some());
-        let some_colour = placed.iter().any(|p| p.primitive.get(&gltf::Semantic::Colors(0)).is_some());
-        for placed in &placed {
-            self.add(&mut model, placed, frame, some_uv, some_colour)?;
+        let some_colour = placed.iter().any(|p| p.primitive.get(&Semantic::Colors(0)).is_some());
+        for (placed, points) in placed.iter().zip(points) {
+            self.add(&mut model, placed, points, frame, [some_uv, some_colour])?;
         }
         model.settle_colours();
         let mut passed = BTreeSet::new();
         if self.document.skins().len() > 0 {
             passed.insert("skins (bodies stand as they are modelled)");
         }
-        if self.document.materials().any(|m| m.alpha_mode() != gltf::material::AlphaMode::Opaque) {
-            passed.insert("transparency (surfaces are taken as closed)");
+        if self.document.materials().any(|m| m.alpha_mode() == AlphaMode::Blend) {
+            passed.insert("see-through surfaces (they are taken as closed)");
+        }
+        if placed.iter().any(|p| p.primitive.morph_targets().len() > 0) {
+            passed.insert("morph targets (bodies stand as they are modelled)");
         }
         let passed = passed.into_iter().map(|what| format!("The model has {what}, which is passed over."));
         model.oddities.others.extend(passed);
+        let unknown: BTreeSet<&str> = self.document.extensions_used().filter(|e| !KNOWN.contains(e)).collect();
+        if !unknown.is_empty() {
+            let names = unknown.into_iter().collect::<Vec<_>>().join(", ");
+            model.oddities.others.push(format!("Extensions of glTF passed over: {names}."));
+        }
         model.files = self.files;
         Ok(model)
     }
@@ -141,10 +160,46 @@ impl<'a> File<'a> {
         all
     }
 
-    fn points<'s>(&'s self, placed: &Placed<'s>) -> impl Iterator<Item = DVec3> + use<'s> {
-        let to_scene = placed.to_scene;
-        let reader = placed.primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
-        reader.read_positions().into_iter().flatten().map(move |p| to_scene.transform_point3(Vec3::from(p).as_dvec3()))
+    fn points(&self, placed: &Placed) -> Result<Vec<DVec3>, String> {
+        let Some(accessor) = placed.primitive.get(&Semantic::Positions) else { return Ok(Vec::new()) };
+        let points = self.numbers::<3>(&accessor)?;
+        Ok(points.into_iter().map(|p| placed.to_scene.transform_point3(Vec3::from(p).as_dvec3())).collect())
+    }
+
+    /// An accessor's vectors as numbers: floats, or whole numbers, which are shares of their greatest where the accessor
+    /// says that they are normalised (*glTF 2.0*, 3.6.2.2; `KHR_mesh_quantization`).
+    fn numbers<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>, String>
+    where
+        [f32; N]: Item,
+        [i8; N]: Item,
+        [u8; N]: Item,
+        [i16; N]: Item,
+        [u16; N]: Item,
+    {
+        let fault = || format!("accessor {} is not made of {N} numbers that can be read", accessor.index());
+        if accessor.dimensions().multiplicity() != N {
+            return Err(fault());
+        }
+        let share = |most: f32| if accessor.normalized() { (most.recip(), -1.0) } else { (1.0, f32::MIN) };
+        macro_rules! whole {
+            ($kind:ty) => {{
+                let (scale, least) = share(f32::from(<$kind>::MAX));
+                let all = self.items::<[$kind; N]>(accessor).ok_or_else(fault)?;
+                all.map(|v| v.map(|c| (f32::from(c) * scale).max(least))).collect()
+            }};
+        }
+        Ok(match accessor.data_type() {
+            DataType::F32 => self.items::<[f32; N]>(accessor).ok_or_else(fault)?.collect(),
+            DataType::I8 => whole!(i8),
+            DataType::U8 => whole!(u8),
+            DataType::I16 => whole!(i16),
+            DataType::U16 => whole!(u16),
+            DataType::U32 => return Err(fault()),
+        })
+    }
+
+    fn items<'s, T: Item>(&'s self, accessor: &Accessor<'s>) -> Option<gltf::accessor::Iter<'s, T>> {
+        gltf::accessor::Iter::new(accessor.clone(), |b| self.buffers.get(b.index()).map(Vec::as_slice))
     }
 
     /// Adds a primitive's triangles.
@@ -152,20 +207,20 @@ impl<'a> File<'a> {
         &self,
         model: &mut Model,
         placed: &Placed,
+        points: Vec<DVec3>,
         frame: &Frame,
-        some_uv: bool,
-        some_colour: bool,
+        [some_uv, some_colour]: [bool; 2],
     ) -> Result<(), String> {
         let primitive = &placed.primitive;
         let reader = primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
-        let first = model.add_vertices(self.points(placed), frame)?;
+        let first = model.add_vertices(points.into_iter(), frame)?;
         let (from, count) = (first as usize, model.positions.len() - first as usize);
         if some_uv {
             let (set, transform) = uv_set(primitive).unwrap_or((0, UvTransform::default()));
-            let uvs = reader.read_tex_coords(set).map(|uvs| uvs.into_f32());
+            let uvs = primitive.get(&Semantic::TexCoords(set)).map(|a| self.numbers::<2>(&a)).transpose()?;
             // v runs downwards in glTF
             let upright = |uv: [f32; 2]| transform.of(Vec2::from(uv)) * Vec2::new(1.0, -1.0) + Vec2::Y;
-            model.uvs.extend(uvs.into_iter().flatten().take(count).map(upright));
+            model.uvs.extend(uvs.unwrap_or_default().into_iter().take(count).map(upright));
             model.uvs.resize(from + count, Vec2::NAN);
         }
         model.oddities.vertices += count as u64;
@@ -213,21 +268,33 @@ impl<'a> File<'a> {
         let pbr = material.pbr_metallic_roughness();
         let factor = Vec4::from(pbr.base_color_factor()).truncate();
         let albedo = if factor.is_finite() { factor.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::splat(UNKNOWN_ALBEDO) };
-        let map = pbr.base_color_texture().and_then(|t| self.picture(&t.texture().source(), &name, warnings));
+        let texture = pbr.base_color_texture().map(|info| info.texture());
+        let wrap = texture.as_ref().map_or([Wrap::Repeat; 2], |t| {
+            [t.sampler().wrap_s(), t.sampler().wrap_t()].map(|mode| match mode {
+                WrappingMode::ClampToEdge => Wrap::Clamp,
+                WrappingMode::MirroredRepeat => Wrap::Mirror,
+                WrappingMode::Repeat => Wrap::Repeat,
+            })
+        });
+        let map = texture.and_then(|t| self.picture(&t.source(), &name, warnings));
         let map = map.map(|(name, embedded)| Map {
             name,
             file: self.path.to_owned(),
             line: 0,
             plain_albedo: albedo,
             embedded,
+            wrap,
         });
+        let cutoff = material.alpha_cutoff().unwrap_or(0.5);
+        let cutout = (material.alpha_mode() == AlphaMode::Mask).then_some([pbr.base_color_factor()[3], cutoff]);
         let glow = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
         if material.emissive_texture().is_some() && glow != Vec3::ZERO {
             warnings
                 .push(format!("Material “{name}” glows by a picture, which is passed over: it sends out no light."));
         }
         let lamp = material.emissive_texture().is_none() && glow.is_finite();
-        ModelMaterial { name, albedo, emission: if lamp { glow.max(Vec3::ZERO) } else { Vec3::ZERO }, map }
+        let emission = if lamp { glow.max(Vec3::ZERO) } else { Vec3::ZERO };
+        ModelMaterial { name, albedo, emission, map, cutout }
     }
 
     /// A picture's name and, where it stands in the file, its bytes.

@@ -11,14 +11,14 @@ pub(super) fn floors(plan: &Plan) -> Markup {
 }
 
 fn floor(index: usize, floor: &Floor) -> Markup {
-    let says = |stem: &str| {
+    let drawn = |stem: &str| {
         let what = if stem.starts_with("coverage") { "how often it is seen" } else { "where to put the tripod" };
-        format!("{}: {what}", floor.name)
+        sheet(stem, &format!("{}: {what}", floor.name), &["svg", "png", "pdf"])
     };
     let blocks: Vec<String> = floor.stations.iter().map(block).collect();
     html! {
         div class="floor" {
-            div class="says" {
+            div class="lead" {
                 h3 { (floor.name) }
                 p {
                     (format!("At {:.2} in the model’s units; {:.1} m² open. ", floor.elevation, floor.area_m2))
@@ -27,8 +27,9 @@ fn floor(index: usize, floor: &Floor) -> Markup {
                         points to see. ", percent(floor.covered_fraction), floor.lower_bound))
                     (format!("{:.1} m² are seen from no allowed place.", floor.unreachable_m2))
                 }
+                @for stem in floor.sheets.iter().take(1) { (drawn(stem)) }
             }
-            @for stem in &floor.sheets { (sheet(stem, &says(stem), &["svg", "png", "pdf"])) }
+            @for stem in floor.sheets.iter().skip(1) { (drawn(stem)) }
             div class="stations" {
                 (stations(&floor.stations))
                 @if !blocks.is_empty() {

@@ -12,11 +12,12 @@ mod summary;
 mod tests;
 
 pub use data::*;
+pub use parts::file as address;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+pub(super) const STYLE: &str = include_str!("page.css");
+pub(super) const SCRIPT: &str = include_str!("page.js");
 /// Nothing but the page's own style, script and pictures.
 const POLICY: &str =
     "default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";

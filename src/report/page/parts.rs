@@ -63,7 +63,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// A file's name as a relative address: what a URL keeps for itself is percent-encoded.
-pub(super) fn file(name: &str) -> String {
+pub fn file(name: &str) -> String {
     let mut out = String::new();
     for byte in name.bytes() {
         if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {

@@ -52,10 +52,7 @@ fn verdict(audit: &Audit) -> Markup {
     let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();
     let doubts = match audit.doubts.len() {
         0 => String::new(),
-        n => format!(
-            " {} to look at: something disagrees there that the photographs do not explain.",
-            counted(n, "more place")
-        ),
+        n => format!(" {} to look at again: something disagrees there, and it is not clear what.", counted(n, "place")),
     };
     let tested = 1.0 - mean(audit.views.iter().map(|v| v.shares.untestable));
     html! {
