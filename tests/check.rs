@@ -450,3 +450,18 @@ fn a_materials_name_does_not_steer_the_terminal() {
         assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
     }
 }
+
+#[test]
+fn a_project_is_read_and_its_fields_have_one_line() {
+    let project = "[project]\ntitle = \"Survey of spring\"\ninstitution = \" Office \"\ndate = 2026-05-12\n";
+    let site = load(project);
+    let p = &site.project;
+    assert_eq!(
+        (p.title.as_str(), p.institution.as_str(), p.date.as_str()),
+        ("Survey of spring", "Office", "2026-05-12")
+    );
+    assert!(p.author.is_empty() && p.rights.is_empty());
+    assert_eq!(load("[project]\ndate = \"spring 2026\"\n").project.date, "spring 2026");
+    let said = fault(&format!("{HEAD}[project]\nrights = \"two\\nlines\"\n"));
+    assert!(said.contains("rights") && said.contains("one line"), "{said}");
+}

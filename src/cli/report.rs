@@ -114,7 +114,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     inputs.sort();
     inputs.dedup();
     archive.inputs = fingerprints(&inputs, &home)?;
-    archive.sheets_pdf = sheets_together(&archive.site, &folder)?;
+    archive.sheets_pdf = sheets_together(&archive, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
 
     let manifest = Manifest {
@@ -270,22 +270,21 @@ fn findings(
     Ok(Some(file))
 }
 
-/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, audits, the study; gives whether there are any.
-fn sheets_together(site: &str, folder: &Path) -> anyhow::Result<bool> {
-    const ORDER: [&str; 5] = ["plan-", "coverage-", "register-", "audit-", "study"];
-    let mut sheets: Vec<(usize, PathBuf)> = Vec::new();
-    for file in files_in(folder)?.into_iter().filter(|f| f.extension().is_some_and(|e| e == "svg")) {
-        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        sheets.extend(ORDER.iter().position(|begin| name.starts_with(begin)).map(|place| (place, file)));
+/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, views, the study; gives whether there are any.
+fn sheets_together(archive: &Archive, folder: &Path) -> anyhow::Result<bool> {
+    let floors = archive.plan.iter().flat_map(|p| &p.floors).flat_map(|f| f.sheets.iter().cloned());
+    let views = archive.views.iter().filter_map(|v| v.sheet.clone());
+    let study = archive.study.iter().map(|_| "study".to_owned());
+    let mut texts = Vec::new();
+    for stem in floors.chain(views).chain(study) {
+        let file = folder.join(stem + ".svg");
+        texts.push(std::fs::read_to_string(&file).with_context(|| file.display().to_string())?);
     }
-    sheets.sort();
-    let read = |(_, file): &(usize, PathBuf)| std::fs::read_to_string(file).with_context(|| file.display().to_string());
-    let texts = sheets.iter().map(read).collect::<anyhow::Result<Vec<String>>>()?;
     if texts.is_empty() {
         return Ok(false);
     }
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    write_file(&folder.join("report.pdf"), &pdf(site, &texts)?)?;
+    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts)?)?;
     Ok(true)
 }
 

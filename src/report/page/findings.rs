@@ -66,7 +66,7 @@ fn table(title: &str, list: &[Finding]) -> Markup {
         [("Id", false), ("What is wrong", false), ("Sure", true), ("Size", true), ("Place", false), ("Note", false)];
     let rows = html! {
         table class="sortable findings" {
-            caption { (title) "; a column’s title sorts by it" }
+            caption { (title) span class="screen" { "; a column’s title sorts by it" } }
             (heads(&columns))
             tbody { @for f in list { (row(f)) } }
         }
