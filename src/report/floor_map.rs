@@ -112,7 +112,7 @@ impl FloorMap {
             }
             svg.text([x, y - 1.0], "0", &Text::new(2.8));
             svg.text([x + mm, y - 1.0], &says, &Text::new(2.8).anchor(Anchor::Middle));
-            svg.text([x + mm + 8.0, y + 1.8], &format!("1 : {}", self.scale), &Text::new(3.0));
+            svg.text([x + mm + 8.0, y + 1.8], &self.lengths.scale_says(self.scale), &Text::new(3.0));
         });
         svg.group("north", "north", |svg| {
             let middle = DVec2::new(x + w - 8.0, y + 10.0);

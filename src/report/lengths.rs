@@ -7,8 +7,21 @@ const FOOT_M: f64 = 0.3048;
 /// Scales of metric drawings, 1 to ….
 const METRIC: [f64; 16] =
     [20.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0];
-/// Scales of drawings in feet, 1 to …: 1″, ¾″, ½″, ⅜″, ¼″, ³⁄₁₆″, ⅛″, ³⁄₃₂″, ¹⁄₁₆″ and ¹⁄₃₂″ to the foot, then engineers'.
-const IMPERIAL: [f64; 12] = [12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 384.0, 600.0, 1200.0];
+/// Scales of drawings in feet, 1 to …, and what stands for a length of them.
+const IMPERIAL: [(f64, &str); 12] = [
+    (12.0, "1″ = 1′"),
+    (16.0, "¾″ = 1′"),
+    (24.0, "½″ = 1′"),
+    (32.0, "3/8″ = 1′"),
+    (48.0, "¼″ = 1′"),
+    (64.0, "3/16″ = 1′"),
+    (96.0, "1/8″ = 1′"),
+    (128.0, "3/32″ = 1′"),
+    (192.0, "1/16″ = 1′"),
+    (384.0, "1/32″ = 1′"),
+    (600.0, "1″ = 50′"),
+    (1200.0, "1″ = 100′"),
+];
 
 /// How a sheet writes lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,8 +81,19 @@ impl Lengths {
 
     /// The finest usual scale that is not finer than 1 to `needed`.
     pub(super) fn scale(self, needed: f64) -> f64 {
-        let usual: &[f64] = if self == Self::Metric { &METRIC } else { &IMPERIAL };
-        usual.iter().copied().find(|s| *s >= needed).unwrap_or_else(|| (needed / 1000.0).ceil() * 1000.0)
+        let usual = match self {
+            Self::Metric => METRIC.into_iter().find(|s| *s >= needed),
+            Self::Imperial => IMPERIAL.into_iter().map(|s| s.0).find(|s| *s >= needed),
+        };
+        usual.unwrap_or_else(|| (needed / 1000.0).ceil() * 1000.0)
+    }
+
+    /// A scale in words: `1 : 100`, or `1/8″ = 1′ (1 : 96)`.
+    pub(super) fn scale_says(self, scale: f64) -> String {
+        match IMPERIAL.iter().find(|s| self == Self::Imperial && s.0 == scale) {
+            Some((_, says)) => format!("{says} (1 : {scale})"),
+            None => format!("1 : {scale}"),
+        }
     }
 
     /// A round length of at most so many metres, for a scale bar, and how it is written.
@@ -110,6 +134,8 @@ mod tests {
     fn scales_and_bars_are_round_in_their_own_unit() {
         assert_eq!([Lengths::Metric.scale(51.0), Lengths::Imperial.scale(40.0)], [75.0, 48.0]);
         assert_eq!(Lengths::Metric.scale(2500.0), 3000.0);
+        assert_eq!(Lengths::Imperial.scale_says(48.0), "¼″ = 1′ (1 : 48)");
+        assert_eq!(Lengths::Metric.scale_says(50.0), "1 : 50");
         assert_eq!(Lengths::Metric.bar(4.5), (2.0, "2 m".to_owned()));
         let (metres, says) = Lengths::Imperial.bar(4.5);
         assert!((metres - 3.048).abs() < 1e-12 && says == "10 ft");

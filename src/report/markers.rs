@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::{ReportError, write_file};
+use crate::site::edit::number;
 
 /// A place to show.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +38,8 @@ pub fn maya(markers: &[Marker]) -> String {
         .to_owned();
     for m in placed(markers) {
         let name = node_name(&format!("{} {}", m.name, m.kind));
-        let ([x, y, z], size) = (m.position, if m.size > 0.0 && m.size.is_finite() { 0.5 * m.size } else { 1.0 });
+        let [x, y, z] = m.position.map(|v| number(v, 6));
+        let size = number(if m.size > 0.0 && m.size.is_finite() { 0.5 * m.size } else { 1.0 }, 6);
         // writing to a String cannot fail
         let _ = write!(
             text,
@@ -58,7 +60,7 @@ pub fn maya(markers: &[Marker]) -> String {
 pub fn cloud_compare(markers: &[Marker]) -> String {
     let mut text = "//X;Y;Z;Label\n".to_owned();
     for m in placed(markers) {
-        let [x, y, z] = m.position;
+        let [x, y, z] = m.position.map(|v| number(v, 6));
         let label: String = format!("{} {}", m.name, m.kind)
             .chars()
             .map(|c| if c == ';' || c.is_control() { ' ' } else { c })
@@ -112,7 +114,7 @@ mod tests {
         assert!(text.starts_with("//Maya ASCII 2018 scene\n"));
         assert_eq!(text.matches("createNode locator").count(), 2, "a place that is not finite is left out");
         assert!(text.contains("createNode transform -n \"F1_geometry_moved\" -p \"clerestory_findings\";"));
-        assert!(text.contains("setAttr \".t\" -type \"double3\" 1.5 -2.25 3 ;"));
+        assert!(text.contains("setAttr \".t\" -type \"double3\" 1.5 -2.25 3.0 ;"));
         assert!(text.contains("-n \"_1_x_geometry_moved\""));
         // nothing in a sentence ends its string
         assert!(text.contains(r#""5 cm; \"out\"\\ system(\"x\")";"#), "{text}");
@@ -122,6 +124,6 @@ mod tests {
     fn cloud_compare_gets_three_numbers_and_a_label_a_line() {
         let text = cloud_compare(&markers());
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines, ["//X;Y;Z;Label", "1.5;-2.25;3;F1 geometry moved", "0;0;0.5;1 x geometry moved"]);
+        assert_eq!(lines, ["//X;Y;Z;Label", "1.5;-2.25;3.0;F1 geometry moved", "0.0;0.0;0.5;1 x geometry moved"]);
     }
 }

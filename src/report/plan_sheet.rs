@@ -5,6 +5,7 @@ use super::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
 use super::lengths::Lengths;
 use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
+use super::text_width;
 use crate::plan::grid::Map;
 use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
@@ -196,7 +197,10 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
             ];
             let size = Text::new(if narrow { 2.3 } else { 2.6 });
             for (k, cell) in cells.iter().enumerate() {
-                svg.text([at(k), y], cell, &if k == 0 { size.bold() } else { size });
+                let room = if k + 1 < columns.len() { at(k + 1) - 0.6 } else { x + width } - at(k);
+                let fits = (room / text_width(cell, size.size, k == 0)).min(1.0);
+                let look = Text { size: size.size * fits, bold: k == 0, ..size };
+                svg.text([at(k), y], cell, &look);
             }
             svg.line([x, y + 1.2], [x + width, y + 1.2], &Style::line(LIGHT, 0.15));
         }

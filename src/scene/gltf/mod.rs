@@ -3,33 +3,28 @@
 //!
 //! Taken: triangles, strips and fans under all nodes' transforms, colours of vertices, the base colour's factor and
 //! picture with its set of texture coordinates, sampler, alpha mask and `KHR_texture_transform`, and light sent out; whole
-//! numbers by `KHR_mesh_quantization`. What else a file holds says nothing of
-//! a diffuse surface, or is named in a warning.
+//! numbers by `KHR_mesh_quantization`. What else a file holds says nothing of a diffuse surface, or is named in a warning.
+
+mod document;
+mod materials;
 
 use base64::Engine;
 use glam::{DMat4, DVec3, Mat4, Vec2, Vec3, Vec4};
 use gltf::accessor::{DataType, Item};
 use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
-use gltf::texture::WrappingMode;
-use gltf::{Accessor, Document, Gltf, Semantic};
+use gltf::{Accessor, Document, Glb, Semantic};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use super::Wrap;
 use super::load::SceneError;
-use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO, centre};
+use super::model::{Model, centre};
 use crate::site::Frame;
 use crate::site::files::find_loosely;
-
-/// Extensions that a file may not be read without, and that are known here.
-const KNOWN: [&str; 4] =
-    ["KHR_texture_transform", "KHR_materials_unlit", "KHR_materials_emissive_strength", QUANTIZATION];
-
-/// Positions and texture coordinates as whole numbers, which the crate does not know.
-const QUANTIZATION: &str = "KHR_mesh_quantization";
+use document::{KNOWN, document};
+use materials::{UvTransform, uv_set};
 
 /// Reads a glTF file and its buffers, brings it into metres and the program's axes, and centres it.
 ///
@@ -41,14 +36,13 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| SceneError::io(path, &e))?;
     // the crate checks most, but not all that a damaged file may hold
     let read = catch_unwind(AssertUnwindSafe(|| {
-        let Gltf { document, blob } = Gltf::from_slice_without_validation(&bytes).map_err(|e| e.to_string())?;
-        let unknown: Vec<&str> = document.extensions_required().filter(|e| !KNOWN.contains(e)).collect();
-        if !unknown.is_empty() {
-            return Err(format!("it cannot be read without {}. Export it without", unknown.join(", ")));
-        }
-        let mut json = document.into_json();
-        json.extensions_required.retain(|e| e != QUANTIZATION);
-        let document = Document::from_json(json).map_err(|e| e.to_string())?;
+        let (json, blob) = if bytes.starts_with(b"glTF") {
+            let Glb { json, bin, .. } = Glb::from_slice(&bytes).map_err(|e| e.to_string())?;
+            (json, bin.map(Cow::into_owned))
+        } else {
+            (Cow::Borrowed(&bytes[..]), None)
+        };
+        let document = document(&json)?;
         File::open(path, document, blob)?.model(frame)
     }));
     read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)
@@ -180,6 +174,9 @@ impl<'a> File<'a> {
         if accessor.dimensions().multiplicity() != N {
             return Err(fault());
         }
+        if accessor.view().is_none() && accessor.sparse().is_none() {
+            return Ok(vec![[0.0; N]; accessor.count()]);
+        }
         let share = |most: f32| if accessor.normalized() { (most.recip(), -1.0) } else { (1.0, f32::MIN) };
         macro_rules! whole {
             ($kind:ty) => {{
@@ -258,99 +255,6 @@ impl<'a> File<'a> {
         }
         Ok(())
     }
-
-    fn material(&self, material: &gltf::Material, warnings: &mut Vec<String>) -> ModelMaterial {
-        let index = material.index().unwrap_or(0);
-        let name = material.name().filter(|n| !n.is_empty()).map_or_else(|| format!("material {index}"), str::to_owned);
-        // names need not differ
-        let taken = self.document.materials().take(index).any(|m| m.name() == Some(&name));
-        let name = if taken { format!("{name} ({index})") } else { name };
-        let pbr = material.pbr_metallic_roughness();
-        let factor = Vec4::from(pbr.base_color_factor()).truncate();
-        let albedo = if factor.is_finite() { factor.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::splat(UNKNOWN_ALBEDO) };
-        let texture = pbr.base_color_texture().map(|info| info.texture());
-        let wrap = texture.as_ref().map_or([Wrap::Repeat; 2], |t| {
-            [t.sampler().wrap_s(), t.sampler().wrap_t()].map(|mode| match mode {
-                WrappingMode::ClampToEdge => Wrap::Clamp,
-                WrappingMode::MirroredRepeat => Wrap::Mirror,
-                WrappingMode::Repeat => Wrap::Repeat,
-            })
-        });
-        let map = texture.and_then(|t| self.picture(&t.source(), &name, warnings));
-        let map = map.map(|(name, embedded)| Map {
-            name,
-            file: self.path.to_owned(),
-            line: 0,
-            plain_albedo: albedo,
-            embedded,
-            wrap,
-        });
-        let cutoff = material.alpha_cutoff().unwrap_or(0.5);
-        let cutout = (material.alpha_mode() == AlphaMode::Mask).then_some([pbr.base_color_factor()[3], cutoff]);
-        let glow = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
-        if material.emissive_texture().is_some() && glow != Vec3::ZERO {
-            warnings
-                .push(format!("Material “{name}” glows by a picture, which is passed over: it sends out no light."));
-        }
-        let lamp = material.emissive_texture().is_none() && glow.is_finite();
-        let emission = if lamp { glow.max(Vec3::ZERO) } else { Vec3::ZERO };
-        ModelMaterial { name, albedo, emission, map, cutout }
-    }
-
-    /// A picture's name and, where it stands in the file, its bytes.
-    fn picture(
-        &self,
-        image: &gltf::Image,
-        material: &str,
-        warnings: &mut Vec<String>,
-    ) -> Option<(String, Option<Arc<[u8]>>)> {
-        let name = || image.name().map_or_else(|| format!("image {}", image.index()), str::to_owned);
-        match image.source() {
-            gltf::image::Source::View { view, .. } => {
-                let bytes = self.buffers.get(view.buffer().index());
-                let bytes = bytes.and_then(|b| b.get(view.offset()..view.offset().checked_add(view.length())?));
-                bytes.map(|bytes| (name(), Some(bytes.into())))
-            }
-            gltf::image::Source::Uri { uri, .. } if uri.starts_with("data:") => match embedded(uri) {
-                Ok(bytes) => Some((name(), Some(bytes.into()))),
-                Err(why) => {
-                    warnings.push(format!("Material “{material}”: its picture cannot be used: {why}."));
-                    None
-                }
-            },
-            gltf::image::Source::Uri { uri, .. } => Some((unescaped(uri), None)),
-        }
-    }
-}
-
-/// `KHR_texture_transform`: offset + rotation · scale · uv.
-#[derive(Clone, Copy)]
-struct UvTransform {
-    offset: Vec2,
-    rotation: f32,
-    scale: Vec2,
-}
-
-impl Default for UvTransform {
-    fn default() -> Self {
-        Self { offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE }
-    }
-}
-
-impl UvTransform {
-    fn of(self, uv: Vec2) -> Vec2 {
-        let (sin, cos) = self.rotation.sin_cos();
-        let uv = uv * self.scale;
-        self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
-    }
-}
-
-/// The set of texture coordinates that the base colour's picture takes, and how they are moved; `None` without a picture.
-fn uv_set(primitive: &gltf::Primitive) -> Option<(u32, UvTransform)> {
-    let info = primitive.material().pbr_metallic_roughness().base_color_texture()?;
-    let Some(t) = info.texture_transform() else { return Some((info.tex_coord(), UvTransform::default())) };
-    let transform = UvTransform { offset: t.offset().into(), rotation: t.rotation(), scale: t.scale().into() };
-    Some((t.tex_coord().unwrap_or_else(|| info.tex_coord()), transform))
 }
 
 /// A buffer's bytes: from the address itself, or from a file beside the model's.
