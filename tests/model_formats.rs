@@ -373,10 +373,6 @@ fn hostile_files_of_others_are_read_or_refused() {
             Err(e) => assert!(!e.to_string().is_empty()),
         }
     }
-    // what Khronos' validator finds no error in and that holds triangles with an area
-    for valid in ["gltf/root/named_objects.gltf", "gltf/root/unused_objects.gltf"] {
-        assert!(opened.iter().any(|name| name == valid), "{valid}");
-    }
     println!("{} of {} hold triangles: {opened:?}", opened.len(), all.len());
 }
 
@@ -654,4 +650,34 @@ fn whole_numbers_samplers_and_masks_of_gltf_are_honoured() {
     assert_eq!(row("OPAQUE", 33_071), "rrrbbb");
     assert_eq!(row("MASK", 10_497), ".b.b.b");
     assert_eq!(row("MASK", 33_071), "...bbb");
+}
+
+#[test]
+fn gltf_that_khronos_validator_finds_right_is_not_called_wrong() {
+    let Some(folder) = shared("cursed/gltf") else { return };
+    // all of its assets without an error that count triangles: none has data for its positions
+    for name in [
+        "KHR_mesh_quantization/data/primitive/valid",
+        "json/integer_written_as_float",
+        "mesh/custom_property",
+        "mesh/primitive_generated_tangent_space",
+        "mesh/primitive_incompatible_mode",
+        "mesh/primitive_no_position",
+        "mesh/valid",
+        "mesh_data/index_buffer_degenerate_triangle",
+        "node/node_skinned_mesh_without_skin",
+        "node/node_weights_override",
+        "node/valid",
+        "root/named_objects",
+        "root/unused_objects",
+        "skin/ignored_animated_transform",
+        "skin/ignored_local_transform",
+        "skin/ignored_parent_transform",
+    ] {
+        let path = folder.join(name).with_extension("gltf");
+        let made = tempfile::tempdir().unwrap();
+        let said = load(made.path(), &path.to_string_lossy(), "y").err().map_or_else(String::new, |e| e.to_string());
+        let empty = said.contains("no usable triangle") || said.contains("binary part is missing");
+        assert!(empty, "{name}: {said}");
+    }
 }

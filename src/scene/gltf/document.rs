@@ -21,13 +21,23 @@ pub(super) fn document(json: &[u8]) -> Result<Document, String> {
     if !unknown.is_empty() {
         return Err(format!("it cannot be read without {}. Export it without", unknown.join(", ")));
     }
+    // the crate looks positions up before it has looked whether they are there
+    let mut named = root.meshes.iter().flat_map(|m| &m.primitives).flat_map(|p| p.attributes.values());
+    if let Some(wrong) = named.find(|accessor| accessor.value() >= root.accessors.len()) {
+        return Err(format!("a mesh names accessor {} of {}", wrong.value(), root.accessors.len()));
+    }
     let mut faults = Vec::new();
     root.validate(&root, gltf::json::Path::new, &mut |path, fault| faults.push((path().to_string(), fault)));
-    // the extensions are known here if not to the crate, and an accessor without a view is all zeros
-    let zeros = |path: &str| path.starts_with("accessors[") && path.ends_with("].bufferView");
+    // the extensions are known here if not to the crate; an accessor without a view is all zeros; and a primitive may have
+    // no positions, a texture no picture
+    let optional = |path: &str| {
+        path.starts_with("accessors[") && path.ends_with("].bufferView")
+            || path.starts_with("meshes[") && path.ends_with("attributes[\"POSITION\"]")
+            || path.starts_with("textures[") && path.ends_with("].source")
+    };
     faults.retain(|(path, fault)| match fault {
         Fault::Unsupported => !path.starts_with("extensionsRequired"),
-        Fault::Missing => !zeros(path),
+        Fault::Missing => !optional(path),
         _ => true,
     });
     if faults.is_empty() {

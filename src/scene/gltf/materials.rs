@@ -27,6 +27,9 @@ impl File<'_> {
                 WrappingMode::Repeat => Wrap::Repeat,
             })
         });
+        // a texture may be without a picture that is known here
+        let (textures, images) = (&self.document.as_json().textures, self.document.images().len());
+        let texture = texture.filter(|t| textures[t.index()].source.value() < images);
         let map = texture.and_then(|t| self.picture(&t.source(), &name, warnings));
         let map = map.map(|(name, embedded)| Map {
             name,

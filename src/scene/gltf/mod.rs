@@ -37,6 +37,10 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     // the crate checks most, but not all that a damaged file may hold
     let read = catch_unwind(AssertUnwindSafe(|| {
         let (json, blob) = if bytes.starts_with(b"glTF") {
+            // the crate takes its own header's length off without a look
+            if bytes.get(8..12).is_none_or(|length| length[0] < 12 && length[1..] == [0; 3]) {
+                return Err("its header is damaged".to_owned());
+            }
             let Glb { json, bin, .. } = Glb::from_slice(&bytes).map_err(|e| e.to_string())?;
             (json, bin.map(Cow::into_owned))
         } else {
@@ -47,6 +51,9 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     }));
     read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)
 }
+
+/// The most vectors that an accessor without data may stand for.
+const ZEROS: usize = 1 << 16;
 
 /// A file with its buffers.
 struct File<'a> {
@@ -78,7 +85,8 @@ impl<'a> File<'a> {
         let held: usize = buffers.iter().map(Vec::len).sum();
         let lies = document.accessors().find(|a| {
             let view = a.view().map_or(usize::MAX, |v| v.offset().saturating_add(v.length()));
-            a.count() > held || (a.view().is_some() && view > held)
+            // without a view all is zero, and takes no room in the file
+            a.count() > held.max(ZEROS) || (a.view().is_some() && (a.count() > held || view > held))
         });
         if let Some(accessor) = lies {
             return Err(format!("accessor {} counts more than its buffer holds", accessor.index()));
