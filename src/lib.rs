@@ -15,6 +15,7 @@ pub mod audit;
 pub mod bake;
 pub mod check;
 pub(crate) mod cholesky;
+pub mod csv;
 pub(crate) mod edge_aware;
 pub mod init;
 pub mod panorama;

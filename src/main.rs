@@ -3,6 +3,7 @@
 mod cli;
 
 use clap::Parser;
+use cli::visible::{Visible, visible};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -12,13 +13,13 @@ fn main() -> ExitCode {
         clerestory::whole::remove_unfinished();
         std::process::exit(130); // 128 + SIGINT, as shells expect
     });
-    let mut out = io::BufWriter::new(io::stdout());
+    let mut out = Visible(io::BufWriter::new(io::stdout()));
     match cli::run(&cli::Arguments::parse(), &mut out) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) if cli::is_broken_pipe(&e) => ExitCode::SUCCESS,
         Err(e) => {
             // nobody is left to tell when stderr is gone too
-            let _ = writeln!(io::stderr(), "error: {}", cli::in_words(&e));
+            let _ = writeln!(io::stderr(), "error: {}", visible(&cli::in_words(&e)));
             ExitCode::from(1)
         }
     }

@@ -436,3 +436,32 @@ fn a_view_never_takes_the_name_of_the_reports_own_files() {
     let stems: Vec<String> = site.views.iter().map(clerestory::site::View::file_stem).collect();
     assert_eq!(stems, ["view-study", "view-Plan-ground", "apse"]);
 }
+
+#[test]
+fn a_materials_name_does_not_steer_the_terminal() {
+    let dir = folder(&format!("{HEAD}{PROBE}image = \"p.png\"\n"));
+    let model = fs::read_to_string(dir.path().join("m.obj")).unwrap();
+    fs::write(dir.path().join("m.obj"), format!("{model}usemtl gold\u{1b}]0;owned\u{7}\u{9b}2J\nf 1 2 4\nf 1 2 3\n"))
+        .unwrap();
+    for more in [&[][..], &["--json"]] {
+        let out = Command::cargo_bin("clerestory").unwrap().arg("check").arg(dir.path()).args(more).assert().success();
+        let text = String::from_utf8(out.get_output().stdout.clone()).unwrap();
+        assert!(text.contains("\\u001b]0;owned"), "{text}");
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
+    }
+}
+
+#[test]
+fn a_project_is_read_and_its_fields_have_one_line() {
+    let project = "[project]\ntitle = \"Survey of spring\"\ninstitution = \" Office \"\ndate = 2026-05-12\n";
+    let site = load(project);
+    let p = &site.project;
+    assert_eq!(
+        (p.title.as_str(), p.institution.as_str(), p.date.as_str()),
+        ("Survey of spring", "Office", "2026-05-12")
+    );
+    assert!(p.author.is_empty() && p.rights.is_empty());
+    assert_eq!(load("[project]\ndate = \"spring 2026\"\n").project.date, "spring 2026");
+    let said = fault(&format!("{HEAD}[project]\nrights = \"two\\nlines\"\n"));
+    assert!(said.contains("rights") && said.contains("one line"), "{said}");
+}

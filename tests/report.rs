@@ -136,3 +136,31 @@ fn a_site_that_cannot_be_read_leaves_no_folder() {
     assert!(error.starts_with("error: sites/nowhere") && error.lines().count() == 1, "{error}");
     assert!(!out.exists());
 }
+
+#[test]
+fn many_reports_come_to_one_table() {
+    let made = tempfile::tempdir().unwrap();
+    let kept = made.path().join("reports/one of <them>");
+    fs::create_dir_all(&kept).unwrap();
+    for name in ["manifest.json", "findings.json", "render.json", "plan.json", "check.json"] {
+        fs::copy(root().join("reports/chapel").join(name), kept.join(name)).unwrap();
+    }
+    let out = made.path().join("reports");
+    let mut command = Command::cargo_bin("clerestory").unwrap();
+    let done = command.arg("summary").arg(&kept).arg("--out").arg(&out).arg("--json").assert().success();
+    let rows: Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
+    let render = json(&kept.join("render.json"));
+    let flips: Vec<f64> =
+        render["views"].as_array().unwrap().iter().map(|v| v["error"]["all"]["flip"].as_f64().unwrap()).collect();
+    let mean = flips.iter().sum::<f64>() / flips.len() as f64;
+    assert_eq!(rows[0]["site"], "Chapel");
+    assert!((rows[0]["flip"].as_f64().unwrap() - mean).abs() < 1e-12 && rows[0]["failed"] == "");
+    let csv = fs::read_to_string(out.join("summary.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 2, "{csv}");
+    let page = fs::read_to_string(out.join("summary.html")).unwrap();
+    assert!(page.contains("<a href=\"one%20of%20%3Cthem%3E/index.html\">Chapel</a>"), "{page}");
+    let mut command = Command::cargo_bin("clerestory").unwrap();
+    let failed = command.arg("summary").arg(made.path()).assert().code(1);
+    let error = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+    assert!(error.contains("no manifest.json") && error.lines().count() == 1, "{error}");
+}

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{BakeError, Baked};
-use crate::scene::Scene;
+use crate::scene::{Scene, Wrap};
 use crate::whole::write_whole;
 
 /// A place farther from the site's origin than this, metres, would shake in a viewer's single precision: the file then stays
@@ -86,7 +86,7 @@ pub fn write_glb(
     let exposure = baked.exposures[lighting];
     let mut chunk = Chunk::default();
     let (mut meshes, mut nodes, mut materials) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut images, mut textures) = (Vec::new(), Vec::new());
+    let (mut images, mut textures, mut samplers) = (Vec::new(), Vec::new(), Vec::new());
     let mut image_of = vec![None; scene.textures.len()];
     let mut first = 0u32;
     for (m, ends) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
@@ -126,7 +126,13 @@ pub fn write_glb(
                         texture.encoded().map_err(|why| BakeError::Picture { name: texture.name.clone(), why })?;
                     let view = chunk.view(bytes.iter().copied(), None);
                     images.push(json!({"name": texture.name, "bufferView": view, "mimeType": kind}));
-                    textures.push(json!({"source": images.len() - 1}));
+                    let mut entry = json!({"source": images.len() - 1});
+                    if texture.wrap() != [Wrap::Repeat; 2] {
+                        let [s, t] = texture.wrap().map(Wrap::code);
+                        samplers.push(json!({"wrapS": s, "wrapT": t}));
+                        entry["sampler"] = (samplers.len() - 1).into();
+                    }
+                    textures.push(entry);
                     image_of[t as usize] = Some(textures.len() - 1);
                     textures.len() - 1
                 }
@@ -172,6 +178,9 @@ pub fn write_glb(
     if !images.is_empty() {
         document["images"] = images.into();
         document["textures"] = textures.into();
+        if !samplers.is_empty() {
+            document["samplers"] = samplers.into();
+        }
     }
     write(path, &document, &chunk.bytes)
 }

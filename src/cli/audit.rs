@@ -3,16 +3,19 @@
 use anyhow::bail;
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
-use clerestory::report::write_audit_sheets;
+use clerestory::report::{Marker, write_audit_sheets, write_markers};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::visible::visible;
+
 /// Find where the model is wrong, from photographs.
 ///
 /// Compares each view's photograph with the model under the probes' light, and writes a sheet per view (audit-VIEW.svg
-/// and .png), findings.json, findings.csv and a mask PNG per finding into --out.
+/// and .png), findings.json, findings.csv, a mask PNG per finding, and the findings as points for Maya (findings.ma) and
+/// CloudCompare (findings-cloudcompare.txt) into --out.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     clerestory audit sites/chapel/as_modelled.toml\n  \
@@ -88,19 +91,32 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
-        bar.set_message(what.to_owned());
+        bar.set_message(visible(what).into_owned());
     };
     let mut audit = audit::audit(&site, &scene, &lighting, &args.view, &settings, &tell)?;
     bar.finish_and_clear();
     audit.warnings.extend(health.warnings.into_iter().chain(found));
     audit.write(&folder)?;
     write_audit_sheets(&site, &scene, &audit, &super::own_command(), &folder)?;
+    write_markers(&markers(&audit, &site), &folder)?;
     if args.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if !args.quiet {
         print(&audit, &folder, out)?;
     }
     Ok(())
+}
+
+/// Findings, then doubts, as points.
+fn markers(audit: &Audit, site: &Site) -> Vec<Marker> {
+    let marker = |f: &Finding| Marker {
+        name: f.id.clone(),
+        kind: format!("{} {}", f.kind.name(), f.what.name()),
+        position: f.position,
+        size: f.size_m / site.frame.metres_per_unit,
+        note: f.note.clone(),
+    };
+    audit.findings.iter().chain(&audit.doubts).map(marker).collect()
 }
 
 fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::Result<()> {
@@ -160,7 +176,7 @@ fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::R
         line(out, f)?;
     }
     if !audit.doubts.is_empty() {
-        writeln!(out, "cannot be told:")?;
+        writeln!(out, "doubts (something disagrees, and it is not clear what):")?;
         for f in &audit.doubts {
             line(out, f)?;
         }

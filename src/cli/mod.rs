@@ -17,7 +17,9 @@ pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
+pub(crate) mod summary;
 pub(crate) mod view;
+pub(crate) mod visible;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]
@@ -48,6 +50,7 @@ enum Verb {
     Report(report::ReportArgs),
     Simulate(simulate::SimulateArgs),
     Study(study::StudyArgs),
+    Summary(summary::SummaryArgs),
     View(view::ViewArgs),
 }
 
@@ -75,6 +78,7 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
         Verb::Report(args) => report::run(args, out)?,
         Verb::Simulate(args) => simulate::run(args, out)?,
         Verb::Study(args) => study::run(args, out)?,
+        Verb::Summary(args) => summary::run(args, out)?,
         Verb::View(args) => view::run(args, out)?,
     }
     Ok(())

@@ -5,7 +5,7 @@ use clap::{Args, ValueHint};
 use clerestory::plan::output::{self, Outward};
 use clerestory::plan::ply;
 use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
-use clerestory::report::{coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
+use clerestory::report::{Imprint, coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
@@ -101,9 +101,15 @@ fn write(
 ) -> anyhow::Result<Vec<String>> {
     let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
     let mut names = Vec::new();
-    for floor in &plan.floors {
+    for (i, floor) in plan.floors.iter().enumerate() {
+        let imprint = |number| Imprint {
+            site: &site.name,
+            project: &site.project,
+            sheet: [number, 2 * plan.floors.len()],
+            made_by: &made_by,
+        };
         let sheets =
-            [plan_sheet(&site.name, floor, outward, &made_by), coverage_sheet(&site.name, floor, outward, &made_by)];
+            [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
         for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
             names.push(format!("{stem}.svg, .png, .pdf"));
@@ -137,7 +143,7 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     )?;
     if !plan.present.is_empty() {
         let share = 100.0 * plan.present_fraction;
-        writeln!(out, "#   {} probes are there already and see {share:.1} %", plan.present.len())?;
+        writeln!(out, "#   {} taken already see {share:.1} %", output::counted(plan.present.len(), "probe"))?;
     }
     let more = stations.saturating_sub(plan.needed);
     let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };

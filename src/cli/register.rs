@@ -12,6 +12,8 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::visible::visible;
+
 /// Find where probes and photographs were taken, against the model and each other.
 ///
 /// Says for each picture how far its pose was off, how sure the one found is, and whether another place fits as well;
@@ -124,8 +126,8 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     };
     let all = found(&site, &scene, &settings, !args.quiet && !args.json)?;
     let mut told = Vec::new();
-    for f in &all {
-        let sheet = sheet(&site, &scene, f, &lighting, &folder)?;
+    for (i, f) in all.iter().enumerate() {
+        let sheet = sheet(&site, &scene, f, &lighting, [i + 1, all.len()], &folder)?;
         told.push(tell(&site, f, sheet));
     }
     if let Some(target) = &target {
@@ -158,7 +160,7 @@ fn found(site: &Site, scene: &Scene, settings: &Settings, show: bool) -> anyhow:
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
-        bar.set_message(what.to_owned());
+        bar.set_message(visible(what).into_owned());
     };
     let all = register::register(site, scene, settings, &tell)?;
     bar.finish_and_clear();
@@ -194,11 +196,19 @@ pub(crate) fn in_passing(
 }
 
 /// Draws and writes a picture's sheet; gives the SVG's path.
-fn sheet(site: &Site, scene: &Scene, found: &Registered, lighting: &str, folder: &Path) -> anyhow::Result<PathBuf> {
+fn sheet(
+    site: &Site,
+    scene: &Scene,
+    found: &Registered,
+    lighting: &str,
+    number: [usize; 2],
+    folder: &Path,
+) -> anyhow::Result<PathBuf> {
     let Some(picture) = register::picture(site, found.subject, lighting)? else {
         bail!("{}: “{}” has no picture any more", site.file.display(), found.subject.name(site));
     };
-    let about = RegisterSheet { site, scene, found, picture: &picture, command: &super::own_command() };
+    let command = super::own_command();
+    let about = RegisterSheet { site, scene, found, picture: &picture, command: &command, sheet: number };
     let [svg, _] = write_sheet(&register_sheet(&about), folder, &register_stem(site, found.subject))?;
     Ok(svg)
 }

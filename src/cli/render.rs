@@ -21,6 +21,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::visible::visible;
+
 /// Relight a site's views from its probes.
 ///
 /// Writes NAME.exr (linear radiance) and NAME.png (for people) per view into --out.
@@ -186,7 +188,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
                     Box::new(Relit { scene: &scene, light, volume: volumes[i].as_ref(), volume_only: args.volume_only })
                 }
             };
-            bar.set_message(view.name.clone());
+            bar.set_message(visible(&view.name).into_owned());
             let before = bar.position();
             let tell = |rows: u64, _| bar.set_position(before + rows);
             let this = render(&scene, relit.as_ref(), &view.camera, args.samples, &tell);

@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
+use clerestory::csv;
 use clerestory::panorama::{self, Exposure, Picture, write_png};
 use clerestory::report::page::{Archive, Audit, Finding, Run, Study, ViewPictures, page};
 use clerestory::report::{Manifest, Mark, fingerprints, marked, pdf, write_file};
@@ -63,6 +64,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
 
     let mut archive = Archive {
         site: site.name.clone(),
+        project: site.project.clone(),
         software: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into(),
         ..Archive::default()
     };
@@ -112,8 +114,8 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     inputs.sort();
     inputs.dedup();
     archive.inputs = fingerprints(&inputs, &home)?;
+    archive.sheets_pdf = sheets_together(&archive, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
-    sheets_together(&archive.site, &folder)?;
 
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
@@ -192,8 +194,10 @@ fn keep(verb: &str, json: &[u8], folder: &Path, archive: &mut Archive) -> anyhow
         "plan" => archive.plan = Some(read_json(&folder.join("plan.json"))?),
         "audit" => archive.audit = Some(read_json(&folder.join("findings.json"))?),
         "study" => {
-            archive.study =
-                Some(Study { table: rows(&folder.join("study.csv"))?, summary: serde_json::from_slice(json)? })
+            archive.study = Some(Study {
+                table: csv::rows(&std::fs::read_to_string(folder.join("study.csv"))?),
+                summary: serde_json::from_slice(json)?,
+            })
         }
         _ => {}
     }
@@ -203,12 +207,6 @@ fn keep(verb: &str, json: &[u8], folder: &Path, archive: &mut Archive) -> anyhow
 fn read_json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
-}
-
-/// The rows of a table that quotes nothing.
-fn rows(path: &Path) -> anyhow::Result<Vec<Vec<String>>> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    Ok(text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect())
 }
 
 /// Writes each rendered view and its photograph at one exposure, so that they can lie over each other.
@@ -272,22 +270,22 @@ fn findings(
     Ok(Some(file))
 }
 
-/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, audits, the study.
-fn sheets_together(site: &str, folder: &Path) -> anyhow::Result<()> {
-    const ORDER: [&str; 5] = ["plan-", "coverage-", "register-", "audit-", "study"];
-    let mut sheets: Vec<(usize, PathBuf)> = Vec::new();
-    for file in files_in(folder)?.into_iter().filter(|f| f.extension().is_some_and(|e| e == "svg")) {
-        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        sheets.extend(ORDER.iter().position(|begin| name.starts_with(begin)).map(|place| (place, file)));
+/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, views, the study; gives whether there are any.
+fn sheets_together(archive: &Archive, folder: &Path) -> anyhow::Result<bool> {
+    let floors = archive.plan.iter().flat_map(|p| &p.floors).flat_map(|f| f.sheets.iter().cloned());
+    let views = archive.views.iter().filter_map(|v| v.sheet.clone());
+    let study = archive.study.iter().map(|_| "study".to_owned());
+    let mut texts = Vec::new();
+    for stem in floors.chain(views).chain(study) {
+        let file = folder.join(stem + ".svg");
+        texts.push(std::fs::read_to_string(&file).with_context(|| file.display().to_string())?);
     }
-    sheets.sort();
-    let read = |(_, file): &(usize, PathBuf)| std::fs::read_to_string(file).with_context(|| file.display().to_string());
-    let texts = sheets.iter().map(read).collect::<anyhow::Result<Vec<String>>>()?;
     if texts.is_empty() {
-        return Ok(());
+        return Ok(false);
     }
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    Ok(write_file(&folder.join("report.pdf"), &pdf(site, &texts)?)?)
+    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts)?)?;
+    Ok(true)
 }
 
 /// All files in a folder but the manifest, sorted.

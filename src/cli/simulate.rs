@@ -13,6 +13,8 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use super::visible::visible;
+
 /// Samples a pixel in the first round of `--noise`.
 const FIRST_ROUND: u32 = 32;
 
@@ -305,7 +307,7 @@ fn add(
     to: &mut Estimate,
 ) -> Result<(), Stopped> {
     let bar = super::progress::bar(!args.json, "{msg} {wide_bar} {percent:>3} %  {eta} left");
-    bar.set_message(format!("{} {}", job.kind, job.name));
+    bar.set_message(visible(&format!("{} {}", job.kind, job.name)).into_owned());
     let progress = |done, total| {
         bar.set_length(total);
         bar.set_position(done);

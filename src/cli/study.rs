@@ -2,12 +2,14 @@
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use clerestory::report::{study_sheet, write_file, write_sheet};
+use clerestory::csv::Table;
+use clerestory::report::{Imprint, study_sheet, write_file, write_sheet};
 use clerestory::site::Site;
 use clerestory::study::{self, How, Metric, Options, Progress, Row, Study, Summary, order_said, rounded};
-use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
+
+use super::visible::visible;
 
 /// Weigh error against run time: image-based shooting over its settings beside path tracing.
 ///
@@ -89,14 +91,15 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let tell = |p: &Progress| {
         bar.set_length(p.planned as u64);
         bar.set_position(p.done as u64);
-        bar.set_message(p.doing.clone());
+        bar.set_message(visible(&p.doing).into_owned());
     };
     let mut study = study::study(&site, &options, &folder, &tell)?;
     bar.finish_and_clear();
     let summary = study::summary(&study, &outside, &args.site.display().to_string());
     write_file(&folder.join("study.csv"), csv(&summary.rows).as_bytes())?;
     let made_by = format!("clerestory {}, clerestory study {}", env!("CARGO_PKG_VERSION"), args.site.display());
-    write_sheet(&study_sheet(&study, &summary, &outside, &made_by), &folder, "study")?;
+    let imprint = Imprint { site: &site.name, project: &site.project, sheet: [1, 1], made_by: &made_by };
+    write_sheet(&study_sheet(&imprint, &study, &summary, &outside), &folder, "study")?;
     study.summary = Some(summary.clone());
     study.save(&folder.join("study.json"))?;
     if args.json {
@@ -110,19 +113,32 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
 
 /// The table for other programs. Seconds are of a frame on the wall; `cpu_` ones of the processor, all threads.
 fn csv(rows: &[Row]) -> String {
-    let mut text = "method,setting,seconds,rmse,relmse,flip,ssim,cpu_seconds,setup_seconds,setup_cpu_seconds,\
-                    flip_low,flip_high,relmse_low,relmse_high,rmse_low,rmse_high,ssim_low,ssim_high,pareto\n"
-        .to_owned();
+    let mut table = Table::new([
+        "method",
+        "setting",
+        "seconds",
+        "rmse",
+        "relmse",
+        "flip",
+        "ssim",
+        "cpu_seconds",
+        "setup_seconds",
+        "setup_cpu_seconds",
+        "flip_low",
+        "flip_high",
+        "relmse_low",
+        "relmse_high",
+        "rmse_low",
+        "rmse_high",
+        "ssim_low",
+        "ssim_high",
+        "pareto",
+    ]);
     let mut last = None;
     for r in rows {
         let first = last.replace(r.setting.method) != Some(r.setting.method);
         let setup = if first { format!("; set-up {:.3} s", r.setup.wall_s) } else { String::new() };
-        // writing to a String cannot fail
-        let _ = writeln!(
-            text,
-            "{},{}{setup},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{:.6},{}",
-            r.setting.method.name(),
-            r.label,
+        let figures = [
             r.frame.wall_s,
             r.rmse.value,
             r.relmse.value,
@@ -139,10 +155,13 @@ fn csv(rows: &[Row]) -> String {
             r.rmse.high,
             r.ssim.low,
             r.ssim.high,
-            u8::from(r.pareto)
-        );
+        ];
+        let mut cells = vec![r.setting.method.name().to_owned(), format!("{}{setup}", r.label)];
+        cells.extend(figures.map(|v| format!("{v:.6}")));
+        cells.push(u8::from(r.pareto).to_string());
+        table.row(cells);
     }
-    text
+    table.finish()
 }
 
 fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<()> {

@@ -21,9 +21,18 @@ pub(super) struct Scanned {
     pub(super) position: DVec3,
     /// From the camera's axes, as the site file has them, to the model's.
     pub(super) rotation: DQuat,
-    /// Focal lengths and principal point in the picture's own pixels; `None` for a panorama.
-    pub(super) lens: Option<[DVec2; 2]>,
+    /// How a pinhole picture's pixels map to directions; `None` for a panorama.
+    pub(super) lens: Option<ScanLens>,
     pub(super) is_probe: bool,
+}
+
+/// The lens of a picture, in its own pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ScanLens {
+    pub(super) focal: DVec2,
+    pub(super) centre: DVec2,
+    /// k1, k2, k3, p1, p2.
+    pub(super) distortion: [f64; 5],
 }
 
 /// Takes all pictures out of a scan file into a folder, which is made where there are any.
@@ -88,13 +97,14 @@ impl Out<'_> {
             is_probe: true,
         };
         match picture.projection {
-            ScanProjection::Pinhole { focal, centre } => {
+            ScanProjection::Pinhole { focal, centre, distortion } => {
                 put(&path, &bytes)?;
                 let (width, height) = panorama::dimensions(&path).map_err(|e| e.to_string())?;
                 let by = DVec2::new(width as f64, height as f64)
                     / DVec2::new(f64::from(picture.size[0]), f64::from(picture.size[1]));
                 let mask = mask.map(|bytes| self.mask_of(&bytes)).transpose()?;
-                Ok(Scanned { mask, lens: Some([focal * by, centre * by]), ..scanned })
+                let lens = ScanLens { focal: focal * by, centre: centre * by, distortion };
+                Ok(Scanned { mask, lens: Some(lens), ..scanned })
             }
             projection if mask.is_none() && is_whole(&projection, picture.size) => {
                 put(&path, &bytes)?;

@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::found::{Found, Shape, by_lighting};
 use super::guess::Guessed;
-use super::scans::wxyz;
+use super::scans::{ScanLens, wxyz};
 use super::{Findings, Gathered};
 use crate::site::edit::number;
 
@@ -93,10 +93,13 @@ fn scanned(folder: &Path, pictures: &Gathered) -> String {
             list(&wxyz(&picture.rotation), 8),
             path(folder, &picture.path)
         );
-        if let Some([focal, centre]) = picture.lens {
+        if let Some(ScanLens { focal, centre, distortion }) = picture.lens {
             let kind = if picture.is_probe { "projection = \"perspective\"\n" } else { "" };
             let [fx, fy, cx, cy] = [focal.x, focal.y, centre.x, centre.y].map(|v| number(v, 3));
             out += &format!("{kind}fx = {fx}\nfy = {fy}\ncx = {cx}\ncy = {cy}\n");
+            for (key, value) in ["k1", "k2", "k3", "p1", "p2"].iter().zip(distortion).filter(|(_, v)| *v != 0.0) {
+                out += &format!("{key} = {}\n", number(value, 9));
+            }
         }
         if let (Some(mask), false) = (&picture.mask, picture.is_probe) {
             out += &format!("mask = {}\n", path(folder, mask));

@@ -6,6 +6,7 @@ use serde::Serialize;
 use std::fmt::Write;
 
 use super::site::{FloorPlan, SitePlan, Station};
+use crate::csv::Table;
 use crate::scene::Scene;
 use crate::site::{Frame, Site};
 
@@ -219,29 +220,43 @@ fn rounded(value: f64, decimals: i32) -> f64 {
 
 /// A plan as CSV: a row a station, the most useful of each floor first.
 pub fn csv(plan: &SitePlan<'_>, out: &Outward) -> String {
-    let mut text =
-        "floor,number,station,x,y,z,covers_m2,adds_fraction,covered_fraction,tape_1_m,tape_2_m,tape_3_m,adds_surface_fraction\n".to_owned();
+    let mut table = Table::new([
+        "floor",
+        "number",
+        "station",
+        "x",
+        "y",
+        "z",
+        "covers_m2",
+        "adds_fraction",
+        "covered_fraction",
+        "tape_1_m",
+        "tape_2_m",
+        "tape_3_m",
+        "adds_surface_fraction",
+    ]);
     for f in &plan.floors {
         for (i, s) in f.stations.iter().enumerate() {
-            let [x, y, z] = out.point(s.position);
-            let tapes: String = (0..3)
-                .map(|k| s.tapes.get(k).map_or_else(|| ",".to_owned(), |t| format!(",{:.2}", t.metres)))
-                .collect();
-            let surface = s.adds_surface_fraction.map_or_else(String::new, |f| format!("{f:.4}"));
-            // writing to a String cannot fail
-            let _ = writeln!(
-                text,
-                "{},{},{},{x},{y},{z},{:.2},{:.4},{:.4}{tapes},{surface}",
-                f.floor.name,
-                i + 1,
-                s.name,
-                s.covers_m2,
-                s.adds_fraction,
-                f.curve[i]
-            );
+            let tape = |k: usize| s.tapes.get(k).map_or_else(String::new, |t| format!("{:.2}", t.metres));
+            let [x, y, z] = out.point(s.position).map(|v| v.to_string());
+            table.row([
+                f.floor.name.clone(),
+                (i + 1).to_string(),
+                s.name.clone(),
+                x,
+                y,
+                z,
+                format!("{:.2}", s.covers_m2),
+                format!("{:.4}", s.adds_fraction),
+                format!("{:.4}", f.curve[i]),
+                tape(0),
+                tape(1),
+                tape(2),
+                s.adds_surface_fraction.map_or_else(String::new, |f| format!("{f:.4}")),
+            ]);
         }
     }
-    text
+    table.finish()
 }
 
 /// The proposed stations as blocks of a site file.

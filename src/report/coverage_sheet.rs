@@ -1,6 +1,8 @@
 //! The sheet that shows how often each part of a floor is seen, and what more stations would add.
 
 use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
+use super::imprint::{Imprint, TITLE_BLOCK, title_block};
+use super::lengths::Lengths;
 use super::plan_sheet::{UNREACHABLE, UNSEEN, figures};
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
@@ -8,7 +10,7 @@ use crate::plan::grid::Map;
 use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
 
-const PANEL: f64 = 78.0;
+const PANEL: f64 = 78.0 + TITLE_BLOCK;
 const ONCE: [Style; 2] = [
     Style::fill(YELLOW).opacity(0.6),
     Style::hatch(Hatch { pattern: Pattern::Dots, colour: GREY, spacing: 2.0, weight: 0.16 }),
@@ -21,10 +23,11 @@ const MORE: [Style; 1] = [Style::fill(BLUE).opacity(0.75)];
 const WALL_UNSEEN: Style = Style::line(VERMILION, 1.1).dashed(1.6, 0.8);
 const STAND: Style = Style::line(BLACK, 0.15).dashed(0.8, 0.8);
 
-/// Draws a floor's coverage sheet. `site` is the site's name, `made_by` names program and version.
-pub fn coverage_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) -> Svg {
-    let map = FloorMap::of(plan, PANEL);
-    let title = format!("{site}: {}", plan.floor.name);
+/// Draws a floor's coverage sheet.
+pub fn coverage_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg {
+    let lengths = Lengths::of(&out.frame);
+    let map = FloorMap::of(plan, PANEL, lengths);
+    let title = format!("{}: {}", imprint.site, plan.floor.name);
     let mut svg = Svg::new(map.paper[0], map.paper[1], &title, "How many stations see each part of the floor");
     map.head(&mut svg, &format!("{title} — how often it is seen"), &figures(plan, out));
     let floor = &plan.floor;
@@ -71,8 +74,10 @@ pub fn coverage_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str
     let width = map.frame[2];
     let chart = (width - 72.0) * 0.5;
     curve(&mut svg, [MARGIN + 74.0, top + 2.0, chart - 8.0, 44.0], plan);
-    words(&mut svg, [MARGIN + 74.0 + chart + 2.0, top + 4.0], width - 76.0 - chart, 2.7, &findings(plan));
-    words(&mut svg, [MARGIN, map.paper[1] - MARGIN - 3.0], width, 2.4, &[made_by.to_owned()]);
+    words(&mut svg, [MARGIN + 74.0 + chart + 2.0, top + 4.0], width - 76.0 - chart, 2.7, &findings(plan, lengths));
+    let foot = map.paper[1] - MARGIN - TITLE_BLOCK + 4.0;
+    words(&mut svg, [MARGIN, foot - 2.0], width, 2.4, &[imprint.made_by.to_owned()]);
+    title_block(&mut svg, [MARGIN, foot, width], imprint);
     svg
 }
 
@@ -112,24 +117,25 @@ fn curve(svg: &mut Svg, [x, y, width, height]: [f64; 4], plan: &FloorPlan) {
     });
 }
 
-fn findings(plan: &FloorPlan) -> Vec<String> {
+fn findings(plan: &FloorPlan, lengths: Lengths) -> Vec<String> {
+    let area = |m2: f64, decimals| lengths.area(m2, decimals);
     let mut all = vec![
         format!(
             "In plan, {:.1} % of the floor that can be seen at all is seen, and {:.1} % of the walls at probe height.",
             100.0 * plan.covered_fraction(),
             100.0 * plan.wall_fraction
         ),
-        format!("{:.1} m² of {:.1} m² can be seen from no allowed place.", plan.unreachable_m2, plan.area_m2),
+        format!("{} of {} can be seen from no allowed place.", area(plan.unreachable_m2, 1), area(plan.area_m2, 1)),
     ];
     if let Some(s) = plan.surface {
         all.push(format!(
-            "In space, rays from the lenses meet {:.1} % of the {:.0} m² of surface that can be seen from this floor, {:+.1} \
-             points against the plan: vaults, ledges and what stands behind furniture. {:.0} m² more cannot be seen \
+            "In space, rays from the lenses meet {:.1} % of the {} of surface that can be seen from this floor, {:+.1} \
+             points against the plan: vaults, ledges and what stands behind furniture. {} more cannot be seen \
              from any allowed place.",
             100.0 * s.covered_fraction,
-            s.reachable_m2,
+            area(s.reachable_m2, 0),
             100.0 * (s.covered_fraction - plan.covered_fraction()),
-            s.unreachable_m2
+            area(s.unreachable_m2, 0)
         ));
     }
     all.push(format!(

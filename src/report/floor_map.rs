@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::lengths::Lengths;
 use super::style::{BLACK, GREY, Hatch, LIGHT, Pattern, Style, WHITE};
 use super::svg::{Anchor, Point, Svg, Text};
 use crate::plan::site::{FloorPlan, Station};
@@ -13,9 +14,6 @@ const TOP: f64 = 27.0;
 /// Height of a station's name, and how far right of its place it begins, millimetres.
 const NAME: f64 = 2.6;
 const NAME_GAP: f64 = 2.4;
-/// Usual scales, 1 to ….
-const SCALES: [f64; 16] =
-    [20.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0];
 
 /// The model cut at lens height, and lower down.
 pub(super) const WALL: Style = Style::line(BLACK, 0.35);
@@ -30,11 +28,12 @@ pub(super) struct FloorMap {
     /// The map is 1 to this.
     pub(super) scale: f64,
     middle: DVec2,
+    lengths: Lengths,
 }
 
 impl FloorMap {
     /// Chooses how the sheet lies and a usual scale, so that the floor fits above `panel` millimetres of text.
-    pub(super) fn of(plan: &FloorPlan, panel: f64) -> Self {
+    pub(super) fn of(plan: &FloorPlan, panel: f64, lengths: Lengths) -> Self {
         let corners = || plan.outline.iter().flat_map(|p| &p.outer).copied();
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let high = corners().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -43,9 +42,7 @@ impl FloorMap {
         let frame = [MARGIN, TOP, paper[0] - 2.0 * MARGIN, paper[1] - TOP - panel - MARGIN];
         // room for walls, numbers and the bar
         let needed = 1000.0 * (size.x / (frame[2] - 12.0)).max(size.y / (frame[3] - 20.0));
-        let usual = SCALES.iter().copied().find(|s| *s >= needed);
-        let scale = usual.unwrap_or_else(|| (needed / 1000.0).ceil() * 1000.0);
-        Self { frame, paper, scale, middle: (low + high) / 2.0 }
+        Self { frame, paper, scale: lengths.scale(needed), middle: (low + high) / 2.0, lengths }
     }
 
     /// Millimetres on the sheet of a point in local metres; north is up.
@@ -105,9 +102,7 @@ impl FloorMap {
     pub(super) fn bar_and_north(&self, svg: &mut Svg, north_deg: f64) {
         let [x, y, w, h] = self.frame;
         svg.group("scale", "scale", |svg| {
-            let longest = 60.0 * self.scale / 1000.0;
-            let unit = 10f64.powf(longest.log10().floor());
-            let length = [5.0, 2.0, 1.0].into_iter().map(|k| k * unit).find(|l| *l <= longest).unwrap_or(unit);
+            let (length, says) = self.lengths.bar(60.0 * self.scale / 1000.0);
             let mm = length * 1000.0 / self.scale;
             let y = y + h - 5.0;
             for i in 0..5 {
@@ -116,8 +111,8 @@ impl FloorMap {
                 svg.rectangle(part, &style.outlined(BLACK, 0.2));
             }
             svg.text([x, y - 1.0], "0", &Text::new(2.8));
-            svg.text([x + mm, y - 1.0], &format!("{length} m"), &Text::new(2.8).anchor(Anchor::Middle));
-            svg.text([x + mm + 8.0, y + 1.8], &format!("1 : {}", self.scale), &Text::new(3.0));
+            svg.text([x + mm, y - 1.0], &says, &Text::new(2.8).anchor(Anchor::Middle));
+            svg.text([x + mm + 8.0, y + 1.8], &self.lengths.scale_says(self.scale), &Text::new(3.0));
         });
         svg.group("north", "north", |svg| {
             let middle = DVec2::new(x + w - 8.0, y + 10.0);

@@ -8,9 +8,13 @@ mod coverage_sheet;
 mod dxf;
 mod floor_map;
 pub mod gallery_sheet;
+mod imprint;
+mod lengths;
 mod loglog;
 mod manifest;
 mod marked;
+mod markers;
+mod overview;
 pub mod page;
 mod pdf;
 mod plan_sheet;
@@ -28,8 +32,11 @@ use std::path::{Path, PathBuf};
 pub use audit_sheet::{AuditSheet, audit_sheet, write_audit_sheets};
 pub use coverage_sheet::coverage_sheet;
 pub use dxf::plan_dxf;
+pub use imprint::{Imprint, TITLE_BLOCK, title_block};
 pub use manifest::{Fingerprint, Manifest, fingerprints};
 pub use marked::{Mark, marked};
+pub use markers::{Marker, cloud_compare, maya, write_markers};
+pub use overview::{Overview, overview, overview_csv, overview_page};
 pub use pdf::pdf;
 pub use plan_sheet::plan_sheet;
 pub use png::{png, text_width, wrap};
@@ -52,6 +59,14 @@ pub enum ReportError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// A folder or file that no report is made of.
+    #[error("{path}: {what}")]
+    NotAReport {
+        /// The folder or file.
+        path: PathBuf,
+        /// What was expected, what was found, and what to do.
+        what: String,
     },
     /// No picture can be made of the sheet.
     #[error("a sheet could not be drawn: {what}")]

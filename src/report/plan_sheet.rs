@@ -1,11 +1,15 @@
 //! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
 
 use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, words};
+use super::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
+use super::lengths::Lengths;
 use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
+use super::text_width;
 use crate::plan::grid::Map;
 use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
+use crate::site::UNITS;
 
 const COLOURS: [&str; 7] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW];
 /// Seen by no station, though one could.
@@ -21,12 +25,13 @@ const ROW: f64 = 4.3;
 /// The most rows that a sheet has room for.
 const ROWS: usize = 24;
 
-/// Draws a floor's plan sheet. `site` is the site's name, `made_by` names program and version.
-pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) -> Svg {
+/// Draws a floor's plan sheet.
+pub fn plan_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg {
+    let lengths = Lengths::of(&out.frame);
     let rows = plan.stations.len().min(ROWS);
-    let panel = (14.0 + ROW * rows as f64).max(48.0) + 26.0;
-    let map = FloorMap::of(plan, panel);
-    let title = format!("{site}: {}", plan.floor.name);
+    let panel = (14.0 + ROW * rows as f64).max(48.0) + 26.0 + BLANKS + TITLE_BLOCK;
+    let map = FloorMap::of(plan, panel, lengths);
+    let title = format!("{}: {}", imprint.site, plan.floor.name);
     let says =
         format!("Plan of the {} with {}", plan.floor.name.to_lowercase(), counted(plan.stations.len(), "station"));
     let mut svg = Svg::new(map.paper[0], map.paper[1], &title, &says);
@@ -45,7 +50,7 @@ pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) ->
             map.map(svg, &plan.unreachable.clone().without_specks(0.03), &UNREACHABLE);
         });
         map.walls(svg, plan);
-        tapes(svg, plan, &map);
+        tapes(svg, plan, &map, lengths);
         map.stations(svg, plan);
     });
     map.bar_and_north(&mut svg, out.frame.north_deg);
@@ -53,8 +58,10 @@ pub fn plan_sheet(site: &str, plan: &FloorPlan, out: &Outward, made_by: &str) ->
     let left = 68.0;
     legend(&mut svg, [MARGIN, top], &entries(plan));
     table(&mut svg, [MARGIN + left, top + 2.0], width - left, plan, out);
-    let foot = map.paper[1] - MARGIN - 15.0;
-    words(&mut svg, [MARGIN, foot], width, 2.4, &notes(plan, out, made_by));
+    let foot = map.paper[1] - MARGIN - TITLE_BLOCK + 4.0;
+    words(&mut svg, [MARGIN, foot - BLANKS - 17.0], width, 2.4, &notes(plan, out, imprint.made_by));
+    blanks(&mut svg, [MARGIN, foot - BLANKS, width], &["On site: by", "date", "camera", "lens above floor"]);
+    title_block(&mut svg, [MARGIN, foot, width], imprint);
     svg
 }
 
@@ -67,9 +74,9 @@ pub(super) fn figures(plan: &FloorPlan, out: &Outward) -> String {
     let space =
         plan.surface.map_or_else(String::new, |s| format!(", {:.1} % of surfaces in 3D", 100.0 * s.covered_fraction));
     format!(
-        "Elevation {} · {:.0} m² open · {count} ({} for the plan; at least {} needed) · {:.1} % of floor seen{space}",
+        "Elevation {} · {} open · {count} ({} for the plan; at least {} needed) · {:.1} % of floor seen{space}",
         out.elevation(plan.floor.elevation),
-        plan.area_m2,
+        Lengths::of(&out.frame).area(plan.area_m2, 0),
         plan.needed,
         plan.lower_bound,
         100.0 * plan.covered_fraction()
@@ -92,7 +99,7 @@ fn isovists(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
 }
 
 /// The first two distances of each station, with their metres.
-fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
+fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap, lengths: Lengths) {
     svg.group("tapes", "tapes", |svg| {
         let mut taken: Vec<[f64; 2]> = plan.stations.iter().map(|s| map.at(s.position.truncate())).collect();
         taken.extend(plan.present.iter().flat_map(|s| map.named(s)));
@@ -113,7 +120,7 @@ fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
                 let Some(best) = places.iter().find(|p| free(p) > 3.2) else { continue };
                 taken.push(*best);
                 let text = Text::new(2.4).anchor(Anchor::Middle).halo(0.5);
-                svg.text([best[0], best[1] + 0.8], &format!("{:.2}", tape.metres), &text);
+                svg.text([best[0], best[1] + 0.8], &lengths.tape(tape.metres), &text);
             }
         }
     });
@@ -134,7 +141,7 @@ fn entries(plan: &FloorPlan) -> Vec<(Sample, &'static str)> {
         (Sample::Line(WALL), "wall, the model cut at lens height"),
         (Sample::Line(FURNITURE), "furniture and steps, cut lower down"),
         (Sample::Area(vec![Style::fill(LIGHT)]), "solid at probe height"),
-        (Sample::Line(TAPE), "taped distance to a wall, m"),
+        (Sample::Line(TAPE), "distance to a wall, to check by tape"),
     ];
     if !plan.present.is_empty() {
         all.insert(1, (Sample::Square, "probe taken already"));
@@ -147,6 +154,7 @@ fn entries(plan: &FloorPlan) -> Vec<(Sample, &'static str)> {
 }
 
 fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Outward) {
+    let lengths = Lengths::of(&out.frame);
     // shares of the width at which columns begin
     let narrow = width < 150.0;
     let columns = if narrow {
@@ -155,7 +163,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
         [0.0, 0.05, 0.19, 0.30, 0.41, 0.51, 0.60, 0.68]
     };
     let at = |k: usize| x + columns[k] * width;
-    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", "Walls: m @ bearing"];
+    let axes = ["No.", "Name", "x", "y", "z", "Sees", "Total", &format!("Walls{} @ bearing", lengths.unit())];
     svg.group("stations-table", "table", |svg| {
         for (k, name) in axes.iter().enumerate() {
             svg.text([at(k), y], name, &Text::new(2.7).bold());
@@ -169,7 +177,11 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
                 .iter()
                 .take(if narrow { 2 } else { 3 })
                 .map(|t| {
-                    format!("{:.2} @ {:03.0}°", t.metres, out.bearing(t.to - s.position.truncate()).round() % 360.0)
+                    format!(
+                        "{} @ {:03.0}°",
+                        lengths.tape(t.metres),
+                        out.bearing(t.to - s.position.truncate()).round() % 360.0
+                    )
                 })
                 .collect();
             let [px, py, pz] = p;
@@ -179,13 +191,16 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
                 px,
                 py,
                 pz,
-                format!("{:.1} m²", s.covers_m2),
+                lengths.area(s.covers_m2, 1),
                 format!("{:.1} %", 100.0 * plan.curve[i]),
                 tapes.join("  "),
             ];
             let size = Text::new(if narrow { 2.3 } else { 2.6 });
             for (k, cell) in cells.iter().enumerate() {
-                svg.text([at(k), y], cell, &if k == 0 { size.bold() } else { size });
+                let room = if k + 1 < columns.len() { at(k + 1) - 0.6 } else { x + width } - at(k);
+                let fits = (room / text_width(cell, size.size, k == 0)).min(1.0);
+                let look = Text { size: size.size * fits, bold: k == 0, ..size };
+                svg.text([at(k), y], cell, &look);
             }
             svg.line([x, y + 1.2], [x + width, y + 1.2], &Style::line(LIGHT, 0.15));
         }
@@ -197,12 +212,14 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
 }
 
 fn notes(plan: &FloorPlan, out: &Outward, made_by: &str) -> Vec<String> {
+    let lengths = Lengths::of(&out.frame);
     let mut order = String::new();
     if plan.walk.len() > 1 {
         let numbers: Vec<String> = plan.walk.iter().map(|i| (i + 1).to_string()).collect();
-        order = format!("Shortest walk: {} ({:.0} m). ", numbers.join(" → "), plan.walk_m);
+        order = format!("Shortest walk: {} ({}). ", numbers.join(" → "), lengths.walk(plan.walk_m));
     }
-    let unit = if (out.frame.metres_per_unit - 1.0).abs() < 1e-12 { "metres" } else { "model units" };
+    let unit = UNITS.iter().find(|u| (u.metres / out.frame.metres_per_unit - 1.0).abs() < 1e-9);
+    let unit = unit.map_or("model units", |u| u.name);
     vec![
         format!(
             "{order}x, y, z are the lens in the model's own axes, {unit}. Distances are level at lens height, bearings \

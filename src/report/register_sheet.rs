@@ -5,6 +5,7 @@ use glam::Vec3;
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::audit_sheet::{picture_png, reduced};
+use super::imprint::{Imprint, TITLE_BLOCK, title_block};
 use super::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
 use super::{Anchor, Svg, Text, wrap};
 use crate::panorama::{Exposure, Picture, luminance};
@@ -38,6 +39,8 @@ pub struct RegisterSheet<'a> {
     pub picture: &'a Picture,
     /// The command line.
     pub command: &'a str,
+    /// Which sheet of how many this is, from 1.
+    pub sheet: [usize; 2],
 }
 
 /// The file name of a sheet without its ending: probes and views may share a name.
@@ -129,10 +132,10 @@ pub fn register_sheet(about: &RegisterSheet) -> Svg {
     let top = 22.0 + LINE * headline.len() as f64;
     let panels = panels(found);
     let aspect = picture.width as f64 / picture.height.max(1) as f64;
-    let (columns, wide) = layout(panels.len(), aspect, SIZE[1] - FOOT - MARGIN - top);
+    let (columns, wide) = layout(panels.len(), aspect, SIZE[1] - FOOT - TITLE_BLOCK - MARGIN - top);
     let high = wide / aspect;
     let below = top + panels.len().div_ceil(columns) as f64 * (high + TITLE + 3.0) + 5.0;
-    let mut svg = Svg::new(SIZE[0], below + FOOT, &title, &says);
+    let mut svg = Svg::new(SIZE[0], below + FOOT + TITLE_BLOCK + 4.0, &title, &says);
     svg.group("header", "header", |svg| header(svg, about, &headline));
     for (i, panel) in panels.iter().enumerate() {
         let left = MARGIN + (i % columns) as f64 * (wide + GAP);
@@ -140,6 +143,8 @@ pub fn register_sheet(about: &RegisterSheet) -> Svg {
         svg.group(panel.class, panel.class, |svg| draw(svg, about, panel, [left, y, wide, high]));
     }
     svg.group("numbers", "numbers", |svg| numbers(svg, about, below));
+    let imprint = Imprint { site: &site.name, project: &site.project, sheet: about.sheet, made_by: "" };
+    title_block(&mut svg, [MARGIN, below + FOOT - 3.0, SIZE[0] - 2.0 * MARGIN], &imprint);
     svg
 }
 

@@ -1,9 +1,11 @@
 //! The study sheet: error against time, log–log, with what it says in words and a table.
 
+use super::imprint::{Imprint, TITLE_BLOCK, title_block};
 use super::loglog::{Mark, Plot};
 use super::study_table::{orders, table};
 use super::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use super::{Anchor, Svg, Text, wrap};
+use crate::plan::output::counted;
 use crate::study::{
     EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto,
     rounded,
@@ -20,8 +22,8 @@ const TRACED: Mark = Mark::Square;
 /// What curves of other programs are drawn with.
 const OUTSIDE: [(Mark, &str); 2] = [(Mark::Diamond, ORANGE), (Mark::Cross, GREEN)];
 
-/// The sheet of a study; `outside` are other programs' curves, `made_by` a line about program and command.
-pub fn study_sheet(study: &Study, summary: &Summary, outside: &[Outside], made_by: &str) -> Svg {
+/// The sheet of a study; `outside` are other programs' curves.
+pub fn study_sheet(imprint: &Imprint, study: &Study, summary: &Summary, outside: &[Outside]) -> Svg {
     let says = headline(summary);
     let mut svg = Svg::new(SIZE[0], SIZE[1], &format!("{}: error against run time", study.site), &says);
     svg.text([MARGIN, 17.0], &format!("{} — error against run time", study.site), &Text::new(5.2).bold());
@@ -47,9 +49,11 @@ pub fn study_sheet(study: &Study, summary: &Summary, outside: &[Outside], made_b
     legend(&mut svg, y, outside);
     y += 4.4 * (3.0 + outside.len() as f64).div_euclid(3.01) + 11.0;
     svg.group("findings", "findings", |svg| y = findings(svg, y, study, summary, outside));
-    let (bottom, right) = (SIZE[1] - 9.0, SIZE[0] - MARGIN);
+    let foot = SIZE[1] - 8.0 - TITLE_BLOCK;
+    let (bottom, right) = (foot - 4.0, SIZE[0] - MARGIN);
     svg.group("table", "table", |svg| table(svg, y + 3.0, bottom, MARGIN, right, summary));
-    svg.text([MARGIN, SIZE[1] - 7.0], made_by, &Text::new(2.1).colour(GREY));
+    svg.text([MARGIN, foot - 1.6], imprint.made_by, &Text::new(2.1).colour(GREY));
+    title_block(&mut svg, [MARGIN, foot, right - MARGIN], imprint);
     svg
 }
 
@@ -87,7 +91,12 @@ fn subtitle(study: &Study) -> String {
         s if s >= 1.0 => String::new(),
         s => format!(", in tiles that make up {:.0} % of the pictures", 100.0 * s),
     };
-    format!("{} views{lighting}; {} threads; error against {}{share}", study.blocks.len(), study.threads, truth(study))
+    format!(
+        "{}{lighting}; {}; error against {}{share}",
+        counted(study.blocks.len(), "view"),
+        counted(study.threads, "thread"),
+        truth(study)
+    )
 }
 
 fn truth(study: &Study) -> String {

@@ -9,6 +9,7 @@ use std::time::Instant;
 use super::health::{self, Health};
 use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO};
 use super::pictures::{self, Decoded};
+use super::texture::cutout::{self, Mask};
 use super::{Material, Mesh, Scene, Tracer, e57, gltf, mtl, obj, ply};
 use crate::panorama::srgb_to_linear;
 use crate::site::files::{find_loosely, foreign_model};
@@ -131,6 +132,7 @@ pub fn load_without(
     };
     let told = std::mem::take(&mut health.warnings);
     health::clean(&mut mesh, health);
+    cut_out(&mut mesh, &model.material_names, &used, &library, folder, health);
     // what cleaning says comes after what is said of pictures
     let of_cleaning = std::mem::replace(&mut health.warnings, told);
     let keep: Option<Vec<bool>> =
@@ -144,7 +146,7 @@ pub fn load_without(
     );
     let Decoded { textures, indices, mut spared } = pictures::decoded(folder, &maps, &reached, health)?;
     for (material, map) in materials.iter_mut().zip(&maps) {
-        material.texture = map.as_ref().and_then(|m| indices.get(&m.name).copied());
+        material.texture = map.as_ref().and_then(|m| indices.get(&pictures::key(m)).copied());
         if let (Some(map), None) = (map, material.texture) {
             material.albedo = map.plain_albedo;
         }
@@ -335,6 +337,30 @@ fn used(materials: &[u32], count: usize) -> Vec<bool> {
     let mut used = vec![false; count];
     materials.iter().for_each(|&m| used[m as usize] = true);
     used
+}
+
+/// Cuts what pictures hide by their alpha out of the mesh.
+fn cut_out(
+    mesh: &mut Mesh,
+    names: &[Option<String>],
+    used: &[bool],
+    library: &BTreeMap<String, ModelMaterial>,
+    folder: &Path,
+    health: &mut Health,
+) {
+    let mask = |(name, used): (&Option<String>, &bool)| {
+        let material = library.get(name.as_ref()?).filter(|_| *used)?;
+        let [factor, cutoff] = material.cutout?;
+        Some(Mask::of(&pictures::alone(folder, material.map.as_ref()?)?, factor, cutoff))
+    };
+    let masks: Vec<Option<Mask>> = names.iter().zip(used).map(mask).collect();
+    if masks.iter().any(Option::is_some) {
+        let (before, touched) = (mesh.triangles.len(), cutout::cut(mesh, &masks));
+        health.warnings.push(format!(
+            "Cut-out pictures: {touched} triangles cut by their alpha, {before} before and {} after.",
+            mesh.triangles.len()
+        ));
+    }
 }
 
 /// The materials in the model's order; and which picture each wants.

@@ -19,7 +19,7 @@ pub use face::{Face, Paint};
 pub use health::{Edges, Health, MaterialArea, edges};
 pub use load::{ModelFormat, SceneError, Spared, load, load_without, mesh_of};
 pub use mesh::{Material, Mesh};
-pub use texture::Texture;
+pub use texture::{Texture, Wrap};
 pub use tracer::{Hit, Occluder, Ray, Tracer};
 
 use glam::{DVec3, Vec2, Vec3};

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::Wrap;
 use crate::site::Frame;
 
 /// The grey of a surface whose material is not known.
@@ -68,6 +69,8 @@ pub(super) struct ModelMaterial {
     pub(super) emission: Vec3,
     /// The picture that multiplies the albedo.
     pub(super) map: Option<Map>,
+    /// Whether the picture's alpha cuts holes: what it is multiplied with, and from where on there is a surface.
+    pub(super) cutout: Option<[f32; 2]>,
 }
 
 /// A texture as a material names it.
@@ -83,6 +86,8 @@ pub(super) struct Map {
     pub(super) plain_albedo: Vec3,
     /// The picture's file, where it stands in the model's.
     pub(super) embedded: Option<Arc<[u8]>>,
+    /// How it goes on beyond its edges, across and down.
+    pub(super) wrap: [Wrap; 2],
 }
 
 impl Model {

@@ -59,7 +59,7 @@ impl Reader<'_> {
             self.warn("newmtl without a name");
         }
         let albedo = Vec3::splat(UNKNOWN_ALBEDO);
-        ModelMaterial { name: name.to_owned(), albedo, emission: Vec3::ZERO, map: None }
+        ModelMaterial { name: name.to_owned(), albedo, emission: Vec3::ZERO, map: None, cutout: None }
     }
 
     /// Settles what needs the whole material.
@@ -171,6 +171,7 @@ impl Reader<'_> {
             line: self.line,
             plain_albedo: Vec3::ZERO,
             embedded: None,
+            wrap: Default::default(),
         })
     }
 }

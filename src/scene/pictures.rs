@@ -9,13 +9,14 @@ use std::time::Instant;
 use super::health::Health;
 use super::load::{SceneError, Spared};
 use super::model::Map;
-use super::texture::Texture;
+use super::{Texture, Wrap};
 use crate::site::files::find_loosely;
 
 /// Pictures, which of them a name became, and what was not decoded.
 pub(super) struct Decoded {
     pub(super) textures: Vec<Texture>,
-    pub(super) indices: BTreeMap<String, u32>,
+    /// By name and how they go on.
+    pub(super) indices: BTreeMap<Key, u32>,
     pub(super) spared: Spared,
 }
 
@@ -25,15 +26,31 @@ struct Picture {
     /// Its file; a name beside the model's where it stands in that.
     path: PathBuf,
     embedded: Option<Arc<[u8]>>,
+    wrap: [Wrap; 2],
 }
 
 impl Picture {
     fn load(&self) -> Result<Option<Texture>, SceneError> {
-        match &self.embedded {
-            Some(bytes) => Texture::decode(&self.path, bytes.clone()),
-            None => Texture::load(&self.path),
-        }
+        let texture = match &self.embedded {
+            Some(bytes) => Texture::decode(&self.path, bytes.clone())?,
+            None => Texture::load(&self.path)?,
+        };
+        Ok(texture.map(|texture| texture.wrapped(self.wrap)))
     }
+}
+
+/// What tells textures apart: a picture's name, and how it goes on, as glTF numbers it.
+type Key = (String, [u32; 2]);
+
+/// The key of a material's picture.
+pub(super) fn key(map: &Map) -> Key {
+    (map.name.clone(), map.wrap.map(Wrap::code))
+}
+
+/// The picture of one material alone, decoded; `None` where it is not there or cannot be used, which is told elsewhere.
+pub(super) fn alone(folder: &Path, map: &Map) -> Option<Texture> {
+    let maps = [Some(map.clone())];
+    decoded(folder, &maps, &[true], &mut Health::default()).ok()?.textures.into_iter().next()
 }
 
 /// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have
@@ -46,15 +63,18 @@ pub(super) fn decoded(
 ) -> Result<Decoded, SceneError> {
     let mut paths: Vec<Picture> = Vec::new();
     let mut seen: Vec<bool> = Vec::new();
-    let mut wanted: BTreeMap<String, usize> = BTreeMap::new();
+    let mut wanted: BTreeMap<Key, usize> = BTreeMap::new();
     for (map, reached) in maps.iter().zip(reached).filter_map(|(m, r)| Some((m.as_ref()?, *r))) {
-        if let Some(&index) = wanted.get(&map.name) {
+        if let Some(&index) = wanted.get(&key(map)) {
             seen[index] |= reached;
             continue;
         }
         let picture = match &map.embedded {
-            Some(bytes) => Some(Picture { path: map.file.with_file_name(&map.name), embedded: Some(bytes.clone()) }),
-            None => texture_file(folder, map, health).map(|path| Picture { path, embedded: None }),
+            Some(bytes) => {
+                let path = map.file.with_file_name(&map.name);
+                Some(Picture { path, embedded: Some(bytes.clone()), wrap: map.wrap })
+            }
+            None => texture_file(folder, map, health).map(|path| Picture { path, embedded: None, wrap: map.wrap }),
         };
         if let Some(picture) = picture {
             let index = paths.iter().position(|p| *p == picture).unwrap_or_else(|| {
@@ -63,7 +83,7 @@ pub(super) fn decoded(
                 paths.len() - 1
             });
             seen[index] |= reached;
-            wanted.insert(map.name.clone(), index);
+            wanted.insert(key(map), index);
         }
     }
     let start = Instant::now();

@@ -225,10 +225,17 @@ fn name_materials(model: &mut Model, path: &Path, header: &Header) {
     let pictures = header.comments.iter().filter_map(|c| c.trim().strip_prefix("TextureFile").map(str::trim));
     for name in pictures {
         let plain_albedo = Vec3::splat(UNKNOWN_ALBEDO);
-        let map = Map { name: name.to_owned(), file: path.to_owned(), line: 0, plain_albedo, embedded: None };
+        let map = Map {
+            name: name.to_owned(),
+            file: path.to_owned(),
+            line: 0,
+            plain_albedo,
+            embedded: None,
+            wrap: Default::default(),
+        };
         let name = name.to_owned();
         model.material_names.push(Some(name.clone()));
-        model.own.push(ModelMaterial { name, albedo: Vec3::ONE, emission: Vec3::ZERO, map: Some(map) });
+        model.own.push(ModelMaterial { name, albedo: Vec3::ONE, emission: Vec3::ZERO, map: Some(map), cutout: None });
     }
     if model.material_names.is_empty() {
         model.material_names.push(None);

@@ -21,6 +21,8 @@ pub(super) type Matrix = Spanned<List<List<f64, 3>, 3>>;
 pub(super) struct SiteFile {
     #[serde(default)]
     pub(super) site: SiteTable,
+    #[serde(default)]
+    pub(super) project: ProjectTable,
     pub(super) model: ModelTable,
     pub(super) environment: Option<Spanned<EnvironmentTable>>,
     pub(super) sun: Option<SunTable>,
@@ -40,6 +42,24 @@ pub(super) struct SiteTable {
     pub(super) units: Option<Spanned<Units>>,
     pub(super) up: Option<Spanned<UpKey>>,
     pub(super) north: Option<Number>,
+}
+
+#[derive(serde::Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ProjectTable {
+    pub(super) title: Option<Text>,
+    pub(super) institution: Option<Text>,
+    pub(super) author: Option<Text>,
+    pub(super) date: Option<Spanned<DateKey>>,
+    pub(super) rights: Option<Text>,
+}
+
+/// A date: TOML's own, or text.
+#[derive(serde::Deserialize)]
+#[serde(untagged)]
+pub(super) enum DateKey {
+    Toml(toml::value::Datetime),
+    Text(String),
 }
 
 #[derive(serde::Deserialize)]

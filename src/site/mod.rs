@@ -49,6 +49,21 @@ pub use crate::panorama::{Distortion, Lens};
 
 use crate::panorama::{Coding, Projection, Radiometry};
 
+/// What a title block says of the work, as a person wrote it, each in one line; empty where it was not said.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Project {
+    /// What the work is called.
+    pub title: String,
+    /// Who has it done.
+    pub institution: String,
+    /// Who does it.
+    pub author: String,
+    /// When; `YYYY-MM-DD` if written as a date.
+    pub date: String,
+    /// Who may do what with it.
+    pub rights: String,
+}
+
 /// A checked site: all paths exist, all poses are finite, all names are unique.
 #[derive(Clone, Debug)]
 pub struct Site {
@@ -56,6 +71,8 @@ pub struct Site {
     pub file: PathBuf,
     /// The name a person gave it.
     pub name: String,
+    /// What a title block says of the work.
+    pub project: Project,
     /// Units and axes of the model.
     pub frame: Frame,
     /// The model's OBJ file.

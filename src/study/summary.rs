@@ -394,7 +394,7 @@ mod tests {
     fn rows_are_sorted_and_the_front_and_orders_are_found() {
         let s = summary(&example(), &[], "sites/s");
         let names: Vec<_> = s.rows.iter().map(|r| format!("{} {}", r.setting.method.name(), r.label)).collect();
-        assert_eq!(names[..2], ["ibs as it comes", "ibs 32 volume cells"]);
+        assert_eq!(names[..2], ["ibs default settings", "ibs 32 volume cells"]);
         assert!(
             s.rows.iter().filter(|r| r.setting.method == Method::PathTracing).all(|r| !r.pareto || r.frame.cpu_s > 4.0)
         );

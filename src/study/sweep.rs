@@ -51,7 +51,7 @@ impl Parameter {
     /// As tables name it.
     pub fn name(self) -> &'static str {
         match self {
-            Self::AsItComes => "as it comes",
+            Self::AsItComes => "default settings",
             Self::Width => "panorama width",
             Self::Probes => "probes",
             Self::Cells => "volume cells",
@@ -84,7 +84,7 @@ impl Setting {
         let v = self.value;
         let count = |one: &str, many: &str| format!("{v} {}", if v == 1.0 { one } else { many });
         match self.parameter {
-            Parameter::AsItComes => "as it comes".to_owned(),
+            Parameter::AsItComes => "default settings".to_owned(),
             Parameter::Width => format!("panoramas {v} wide"),
             Parameter::Probes => count("probe", "probes"),
             Parameter::Cells => format!("{v} volume cells"),

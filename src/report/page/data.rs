@@ -5,12 +5,15 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::report::Fingerprint;
+use crate::site::Project;
 
 /// All that a page shows.
 #[derive(Clone, Debug, Default)]
 pub struct Archive {
     /// The site's name.
     pub site: String,
+    /// What the site file says of the work.
+    pub project: Project,
     /// Name and version of the program.
     pub software: String,
     /// `check --json`.
@@ -29,6 +32,8 @@ pub struct Archive {
     pub viewer: Option<String>,
     /// The verbs that were run, in order.
     pub runs: Vec<Run>,
+    /// Whether all sheets are in `report.pdf`, too.
+    pub sheets_pdf: bool,
     /// Every file that was read.
     pub inputs: Vec<Fingerprint>,
 }

@@ -1,45 +1,115 @@
-//! The report's page: one HTML file that reads without network, script or mouse.
+//! The report's page: one HTML file that reads without network, script or mouse, and prints on A4 or Letter.
 
 mod data;
-mod sections;
+mod figures;
+mod findings;
+mod floors;
+mod health;
+mod parts;
+mod pictures;
+mod summary;
 #[cfg(test)]
 mod tests;
 
 pub use data::*;
+pub use parts::file as address;
 
-use super::svg::escape;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+pub(super) const STYLE: &str = include_str!("page.css");
+pub(super) const SCRIPT: &str = include_str!("page.js");
+/// Nothing but the page's own style, script and pictures.
+const POLICY: &str =
+    "default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/// A titled part of the page.
+struct Section {
+    id: &'static str,
+    title: &'static str,
+    html: Markup,
+}
+
+/// What the archive holds, in the order in which a reader asks; the program's own figures come last.
+fn sections(archive: &Archive) -> Vec<Section> {
+    let some = |id, title, html: Option<Markup>| html.map(|html| Section { id, title, html });
+    let parts = [
+        some("summary", "In short", Some(summary::summary(archive))),
+        some("findings", "Findings", archive.audit.as_ref().map(findings::findings)),
+        some("pictures", "Pictures", (!archive.views.is_empty()).then(|| pictures::pictures(&archive.views))),
+        some("plan", "Where to put the tripod", archive.plan.as_ref().map(floors::floors)),
+        some("check", "The site’s health", archive.check.as_ref().map(health::health)),
+        some("method", "How this was made", Some(health::method(archive))),
+        some("figures", "The program’s own figures", figures::figures(archive)),
+    ];
+    parts.into_iter().flatten().collect()
+}
 
 /// The whole of `index.html`. All that it shows lies in its own folder; style and script are inside it.
 pub fn page(archive: &Archive) -> String {
-    let parts = sections::all(archive);
-    let links: String =
-        parts.iter().map(|part| format!("<li><a href=\"#{}\">{}</a></li>\n", part.id, escape(part.title))).collect();
-    let body: String = parts
-        .iter()
-        .map(|part| {
-            format!(
-                "<section id=\"{0}\" aria-labelledby=\"{0}-title\">\n<h2 id=\"{0}-title\">{1}</h2>\n{2}</section>\n",
-                part.id,
-                escape(part.title),
-                part.html
-            )
-        })
-        .collect();
-    let (site, software) = (escape(&archive.site), escape(&archive.software));
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
-         <meta name=\"generator\" content=\"{software}\">\n<title>{site}: report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <a class=\"skip\" href=\"#main\">Skip to the report</a>\n\
-         <header>\n<h1>{site}</h1>\n<p>Survey, relighting and audit of the model, made with {software}.</p>\n</header>\n\
-         <nav aria-label=\"Parts of the report\">\n<ul>\n{links}</ul>\n</nav>\n\
-         <main id=\"main\">\n{body}</main>\n\
-         <footer>\n<p>Everything this page shows lies in its own folder; <a href=\"manifest.json\">manifest.json</a> \
-         lists every file with its SHA-256, the commands and the settings.</p>\n</footer>\n\
-         <script>\n{SCRIPT}</script>\n</body>\n</html>\n"
-    )
+    let parts = sections(archive);
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="generator" content=(archive.software);
+                title { (archive.site) ": report" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                a class="skip" href="#main" { "Skip to the report" }
+                (head(archive))
+                nav aria-label="Parts of the report" {
+                    ul { @for part in &parts { li { a href={ "#" (part.id) } { (part.title) } } } }
+                }
+                main id="main" {
+                    @for part in &parts {
+                        section id=(part.id) aria-labelledby={ (part.id) "-title" } {
+                            h2 id={ (part.id) "-title" } { (part.title) }
+                            (part.html)
+                        }
+                    }
+                }
+                footer {
+                    p {
+                        "Everything this page shows lies in its own folder; all sheets, to print at full size, are in "
+                        @if archive.sheets_pdf { a href="report.pdf" { "report.pdf" } } @else { "their own files" }
+                        "; " a href="manifest.json" { "manifest.json" }
+                        " lists every file with its SHA-256, the commands and the settings."
+                    }
+                }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    };
+    markup.into_string()
+}
+
+/// The title, and what the site file says of the work.
+fn head(archive: &Archive) -> Markup {
+    let p = &archive.project;
+    let named = [
+        ("Site", &archive.site),
+        ("Institution", &p.institution),
+        ("Author", &p.author),
+        ("Date", &p.date),
+        ("Rights", &p.rights),
+    ];
+    html! {
+        header {
+            h1 { @if p.title.is_empty() { (archive.site) } @else { (p.title) } }
+            @if *p == crate::site::Project::default() {
+                p { "Survey, relighting and audit of the model, made with " (archive.software) "." }
+            } @else {
+                dl class="imprint" {
+                    @for (name, value) in named.iter().filter(|n| !n.1.is_empty()) {
+                        div { dt { (name) } dd { (value) } }
+                    }
+                    div { dt { "Made with" } dd { (archive.software) } }
+                }
+            }
+        }
+    }
 }

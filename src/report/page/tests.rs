@@ -88,5 +88,5 @@ fn every_control_and_picture_has_a_name_for_those_who_cannot_see_it() {
 #[test]
 fn an_empty_archive_is_a_page_too() {
     let html = page(&Archive { site: "Empty".into(), ..Archive::default() });
-    assert!(html.contains("At a glance") && !html.contains("Findings</h2>"));
+    assert!(html.contains("In short") && !html.contains("Findings</h2>"));
 }

@@ -3,6 +3,7 @@
 //! A structured setup, whose points have rows and columns, becomes a mesh coloured by its points (`grid`); pictures with
 //! poses are listed for `init` to take out (`pictures`). Both are in the file's own axes: metres, z up.
 
+mod distortion;
 mod grid;
 mod pictures;
 

@@ -4,6 +4,7 @@ use e57::{Blob, Image, ImageBlob, ImageFormat, Projection};
 use glam::{DMat3, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
+use super::distortion::{Calibrated, distortions};
 use super::{opened, placement, told};
 use crate::scene::SceneError;
 
@@ -35,6 +36,8 @@ pub enum ScanProjection {
         focal: DVec2,
         /// Principal point.
         centre: DVec2,
+        /// OpenCV's k1, k2, k3, p1 and p2; zeros without distortion.
+        distortion: [f64; 5],
     },
     /// Latitude/longitude, perhaps a part of the sphere; radians per pixel.
     Spherical {
@@ -72,13 +75,17 @@ impl ScanPictures {
         opened(path, |reader| {
             let clouds = reader.pointclouds();
             let (mut pictures, mut warnings) = (Vec::new(), Vec::new());
-            for image in reader.images() {
+            let lenses = distortions(reader.xml());
+            let images = reader.images();
+            let lenses = if lenses.len() == images.len() { lenses } else { vec![None; images.len()] };
+            for (image, lens) in images.into_iter().zip(lenses) {
                 let name = image.name.clone().or(image.guid.clone()).unwrap_or_default();
                 // a picture without a pose of its own belongs to its scan
                 let scan = clouds.iter().find(|c| c.guid.is_some() && c.guid == image.pointcloud_guid);
                 let transform = image.transform.as_ref().or(scan.and_then(|c| c.transform.as_ref()));
                 let at = placement(transform);
-                match described(&image, &at.rotation) {
+                let described = described(&image, &at.rotation).and_then(|picture| with_lens(picture, lens));
+                match described {
                     Ok(picture) if at.position.is_finite() && picture.rotation.is_finite() => {
                         pictures.push(ScanPicture { name, position: at.position, ..picture });
                     }
@@ -128,7 +135,7 @@ fn described(image: &Image, rotation: &DMat3) -> Result<ScanPicture, &'static st
             let v = &p.properties;
             let focal = DVec2::new(v.focal_length / v.pixel_width, v.focal_length / v.pixel_height);
             let centre = DVec2::new(v.principal_x, v.principal_y);
-            let projection = ScanProjection::Pinhole { focal, centre };
+            let projection = ScanProjection::Pinhole { focal, centre, distortion: [0.0; 5] };
             (&p.blob, &p.mask, [v.width, v.height], *rotation, projection)
         }
         Some(Projection::Spherical(p)) => {
@@ -143,9 +150,32 @@ fn described(image: &Image, rotation: &DMat3) -> Result<ScanPicture, &'static st
             (&p.blob, &p.mask, [v.width, v.height], around, projection)
         }
     };
+    let ImageBlob { data, format, .. } = blob;
+    let ending = match format {
+        ImageFormat::Png => "png",
+        ImageFormat::Jpeg => "jpg",
+    };
+    let (picture, mask) = (data.clone(), mask.clone());
+    Ok(ScanPicture { name: String::new(), position: DVec3::ZERO, rotation, projection, size, ending, picture, mask })
+}
+
+/// A picture with the lens that the extension for distortion gives a pinhole, if it gives one; only if its projection can
+/// be used.
+fn with_lens(picture: ScanPicture, lens: Option<Calibrated>) -> Result<ScanPicture, &'static str> {
+    let (mut projection, mut size) = (picture.projection, picture.size);
+    if let (ScanProjection::Pinhole { .. }, Some(lens)) = (projection, lens) {
+        if lens.rational {
+            return Err("its distortion is OpenCV's rational one, which a site file cannot hold: undistort it first");
+        }
+        projection = ScanProjection::Pinhole { focal: lens.focal, centre: lens.centre, distortion: lens.distortion };
+        size = lens.size.unwrap_or(size);
+    }
     let fits = match projection {
-        ScanProjection::Pinhole { focal, centre } => {
-            focal.is_finite() && focal.min_element() > 0.0 && centre.is_finite()
+        ScanProjection::Pinhole { focal, centre, distortion } => {
+            focal.is_finite()
+                && focal.min_element() > 0.0
+                && centre.is_finite()
+                && distortion.iter().all(|k| k.is_finite())
         }
         ScanProjection::Spherical { step } => step.is_finite() && step.min_element() > 0.0,
         ScanProjection::Cylindrical { step, slope, horizon } => {
@@ -155,11 +185,5 @@ fn described(image: &Image, rotation: &DMat3) -> Result<ScanPicture, &'static st
     if !fits || size.contains(&0) {
         return Err("its projection has no size");
     }
-    let ImageBlob { data, format, .. } = blob;
-    let ending = match format {
-        ImageFormat::Png => "png",
-        ImageFormat::Jpeg => "jpg",
-    };
-    let (picture, mask) = (data.clone(), mask.clone());
-    Ok(ScanPicture { name: String::new(), position: DVec3::ZERO, rotation, projection, size, ending, picture, mask })
+    Ok(ScanPicture { projection, size, ..picture })
 }

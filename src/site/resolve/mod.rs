@@ -7,6 +7,7 @@ mod names;
 mod picture;
 mod plan;
 mod probe;
+mod project;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -43,6 +44,7 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places:
     let pose_file =
         cameras.and_then(|table| faults.keep(resolver.cameras(table, &mut views, &mut probes, &mut warnings)));
     with_exif_gains(&mut probes, file.probe.iter().any(|p| p.get_ref().gain.is_some()));
+    let project = faults.keep(project::project(s, &file.project)).unwrap_or_default();
     let name = match &file.site.name {
         Some(name) => name.get_ref().clone(),
         None => folder.file_name().map_or_else(|| "site".to_owned(), |n| n.to_string_lossy().into_owned()),
@@ -59,6 +61,7 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places:
     }
     let site = Site {
         name,
+        project,
         frame,
         model: model.unwrap_or_default(),
         vertex_colours: file.model.vertex_colours.unwrap_or_default(),

@@ -2,25 +2,29 @@
 //! gltf.
 //!
 //! Taken: triangles, strips and fans under all nodes' transforms, colours of vertices, the base colour's factor and
-//! picture with its set of texture coordinates and `KHR_texture_transform`, and light sent out. What else a file holds says nothing of
-//! a diffuse surface, or is named in a warning.
+//! picture with its set of texture coordinates, sampler, alpha mask and `KHR_texture_transform`, and light sent out; whole
+//! numbers by `KHR_mesh_quantization`. What else a file holds says nothing of a diffuse surface, or is named in a warning.
+
+mod document;
+mod materials;
 
 use base64::Engine;
 use glam::{DMat4, DVec3, Mat4, Vec2, Vec3, Vec4};
+use gltf::accessor::{DataType, Item};
+use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
-use gltf::{Document, Gltf};
+use gltf::{Accessor, Document, Glb, Semantic};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use super::load::SceneError;
-use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO, centre};
+use super::model::{Model, centre};
 use crate::site::Frame;
 use crate::site::files::find_loosely;
-
-/// Extensions that a file may not be read without, and that are known here.
-const KNOWN: [&str; 3] = ["KHR_texture_transform", "KHR_materials_unlit", "KHR_materials_emissive_strength"];
+use document::{KNOWN, document};
+use materials::{UvTransform, uv_set};
 
 /// Reads a glTF file and its buffers, brings it into metres and the program's axes, and centres it.
 ///
@@ -32,16 +36,24 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| SceneError::io(path, &e))?;
     // the crate checks most, but not all that a damaged file may hold
     let read = catch_unwind(AssertUnwindSafe(|| {
-        let Gltf { document, blob } = Gltf::from_slice_without_validation(&bytes).map_err(|e| e.to_string())?;
-        let unknown: Vec<&str> = document.extensions_required().filter(|e| !KNOWN.contains(e)).collect();
-        if !unknown.is_empty() {
-            return Err(format!("it cannot be read without {}. Export it without", unknown.join(", ")));
-        }
-        let document = Document::from_json(document.into_json()).map_err(|e| e.to_string())?;
+        let (json, blob) = if bytes.starts_with(b"glTF") {
+            // the crate takes its own header's length off without a look
+            if bytes.get(8..12).is_none_or(|length| length[0] < 12 && length[1..] == [0; 3]) {
+                return Err("its header is damaged".to_owned());
+            }
+            let Glb { json, bin, .. } = Glb::from_slice(&bytes).map_err(|e| e.to_string())?;
+            (json, bin.map(Cow::into_owned))
+        } else {
+            (Cow::Borrowed(&bytes[..]), None)
+        };
+        let document = document(&json)?;
         File::open(path, document, blob)?.model(frame)
     }));
     read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)
 }
+
+/// The most vectors that an accessor without data may stand for.
+const ZEROS: usize = 1 << 16;
 
 /// A file with its buffers.
 struct File<'a> {
@@ -73,7 +85,8 @@ impl<'a> File<'a> {
         let held: usize = buffers.iter().map(Vec::len).sum();
         let lies = document.accessors().find(|a| {
             let view = a.view().map_or(usize::MAX, |v| v.offset().saturating_add(v.length()));
-            a.count() > held || (a.view().is_some() && view > held)
+            // without a view all is zero, and takes no room in the file
+            a.count() > held.max(ZEROS) || (a.view().is_some() && (a.count() > held || view > held))
         });
         if let Some(accessor) = lies {
             return Err(format!("accessor {} counts more than its buffer holds", accessor.index()));
@@ -84,8 +97,8 @@ impl<'a> File<'a> {
     fn model(self, frame: &Frame) -> Result<Model, String> {
         let mut model = Model::default();
         let placed = self.placed();
-        let points = placed.iter().flat_map(|p| self.points(p));
-        model.origin = centre(points, frame);
+        let points = placed.iter().map(|p| self.points(p)).collect::<Result<Vec<_>, String>>()?;
+        model.origin = centre(points.iter().flatten().copied(), frame);
         // faces without a material come first
         model.material_names.push(None);
         for material in self.document.materials() {
@@ -94,20 +107,28 @@ impl<'a> File<'a> {
             model.own.push(own);
         }
         let some_uv = placed.iter().any(|p| uv_set(&p.primitive).is_some());
-        let some_colour = placed.iter().any(|p| p.primitive.get(&gltf::Semantic::Colors(0)).is_some());
-        for placed in &placed {
-            self.add(&mut model, placed, frame, some_uv, some_colour)?;
+        let some_colour = placed.iter().any(|p| p.primitive.get(&Semantic::Colors(0)).is_some());
+        for (placed, points) in placed.iter().zip(points) {
+            self.add(&mut model, placed, points, frame, [some_uv, some_colour])?;
         }
         model.settle_colours();
         let mut passed = BTreeSet::new();
         if self.document.skins().len() > 0 {
             passed.insert("skins (bodies stand as they are modelled)");
         }
-        if self.document.materials().any(|m| m.alpha_mode() != gltf::material::AlphaMode::Opaque) {
-            passed.insert("transparency (surfaces are taken as closed)");
+        if self.document.materials().any(|m| m.alpha_mode() == AlphaMode::Blend) {
+            passed.insert("see-through surfaces (they are taken as closed)");
+        }
+        if placed.iter().any(|p| p.primitive.morph_targets().len() > 0) {
+            passed.insert("morph targets (bodies stand as they are modelled)");
         }
         let passed = passed.into_iter().map(|what| format!("The model has {what}, which is passed over."));
         model.oddities.others.extend(passed);
+        let unknown: BTreeSet<&str> = self.document.extensions_used().filter(|e| !KNOWN.contains(e)).collect();
+        if !unknown.is_empty() {
+            let names = unknown.into_iter().collect::<Vec<_>>().join(", ");
+            model.oddities.others.push(format!("Extensions of glTF passed over: {names}."));
+        }
         model.files = self.files;
         Ok(model)
     }
@@ -141,10 +162,49 @@ impl<'a> File<'a> {
         all
     }
 
-    fn points<'s>(&'s self, placed: &Placed<'s>) -> impl Iterator<Item = DVec3> + use<'s> {
-        let to_scene = placed.to_scene;
-        let reader = placed.primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
-        reader.read_positions().into_iter().flatten().map(move |p| to_scene.transform_point3(Vec3::from(p).as_dvec3()))
+    fn points(&self, placed: &Placed) -> Result<Vec<DVec3>, String> {
+        let Some(accessor) = placed.primitive.get(&Semantic::Positions) else { return Ok(Vec::new()) };
+        let points = self.numbers::<3>(&accessor)?;
+        Ok(points.into_iter().map(|p| placed.to_scene.transform_point3(Vec3::from(p).as_dvec3())).collect())
+    }
+
+    /// An accessor's vectors as numbers: floats, or whole numbers, which are shares of their greatest where the accessor
+    /// says that they are normalised (*glTF 2.0*, 3.6.2.2; `KHR_mesh_quantization`).
+    fn numbers<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>, String>
+    where
+        [f32; N]: Item,
+        [i8; N]: Item,
+        [u8; N]: Item,
+        [i16; N]: Item,
+        [u16; N]: Item,
+    {
+        let fault = || format!("accessor {} is not made of {N} numbers that can be read", accessor.index());
+        if accessor.dimensions().multiplicity() != N {
+            return Err(fault());
+        }
+        if accessor.view().is_none() && accessor.sparse().is_none() {
+            return Ok(vec![[0.0; N]; accessor.count()]);
+        }
+        let share = |most: f32| if accessor.normalized() { (most.recip(), -1.0) } else { (1.0, f32::MIN) };
+        macro_rules! whole {
+            ($kind:ty) => {{
+                let (scale, least) = share(f32::from(<$kind>::MAX));
+                let all = self.items::<[$kind; N]>(accessor).ok_or_else(fault)?;
+                all.map(|v| v.map(|c| (f32::from(c) * scale).max(least))).collect()
+            }};
+        }
+        Ok(match accessor.data_type() {
+            DataType::F32 => self.items::<[f32; N]>(accessor).ok_or_else(fault)?.collect(),
+            DataType::I8 => whole!(i8),
+            DataType::U8 => whole!(u8),
+            DataType::I16 => whole!(i16),
+            DataType::U16 => whole!(u16),
+            DataType::U32 => return Err(fault()),
+        })
+    }
+
+    fn items<'s, T: Item>(&'s self, accessor: &Accessor<'s>) -> Option<gltf::accessor::Iter<'s, T>> {
+        gltf::accessor::Iter::new(accessor.clone(), |b| self.buffers.get(b.index()).map(Vec::as_slice))
     }
 
     /// Adds a primitive's triangles.
@@ -152,20 +212,20 @@ impl<'a> File<'a> {
         &self,
         model: &mut Model,
         placed: &Placed,
+        points: Vec<DVec3>,
         frame: &Frame,
-        some_uv: bool,
-        some_colour: bool,
+        [some_uv, some_colour]: [bool; 2],
     ) -> Result<(), String> {
         let primitive = &placed.primitive;
         let reader = primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
-        let first = model.add_vertices(self.points(placed), frame)?;
+        let first = model.add_vertices(points.into_iter(), frame)?;
         let (from, count) = (first as usize, model.positions.len() - first as usize);
         if some_uv {
             let (set, transform) = uv_set(primitive).unwrap_or((0, UvTransform::default()));
-            let uvs = reader.read_tex_coords(set).map(|uvs| uvs.into_f32());
+            let uvs = primitive.get(&Semantic::TexCoords(set)).map(|a| self.numbers::<2>(&a)).transpose()?;
             // v runs downwards in glTF
             let upright = |uv: [f32; 2]| transform.of(Vec2::from(uv)) * Vec2::new(1.0, -1.0) + Vec2::Y;
-            model.uvs.extend(uvs.into_iter().flatten().take(count).map(upright));
+            model.uvs.extend(uvs.unwrap_or_default().into_iter().take(count).map(upright));
             model.uvs.resize(from + count, Vec2::NAN);
         }
         model.oddities.vertices += count as u64;
@@ -203,87 +263,6 @@ impl<'a> File<'a> {
         }
         Ok(())
     }
-
-    fn material(&self, material: &gltf::Material, warnings: &mut Vec<String>) -> ModelMaterial {
-        let index = material.index().unwrap_or(0);
-        let name = material.name().filter(|n| !n.is_empty()).map_or_else(|| format!("material {index}"), str::to_owned);
-        // names need not differ
-        let taken = self.document.materials().take(index).any(|m| m.name() == Some(&name));
-        let name = if taken { format!("{name} ({index})") } else { name };
-        let pbr = material.pbr_metallic_roughness();
-        let factor = Vec4::from(pbr.base_color_factor()).truncate();
-        let albedo = if factor.is_finite() { factor.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::splat(UNKNOWN_ALBEDO) };
-        let map = pbr.base_color_texture().and_then(|t| self.picture(&t.texture().source(), &name, warnings));
-        let map = map.map(|(name, embedded)| Map {
-            name,
-            file: self.path.to_owned(),
-            line: 0,
-            plain_albedo: albedo,
-            embedded,
-        });
-        let glow = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
-        if material.emissive_texture().is_some() && glow != Vec3::ZERO {
-            warnings
-                .push(format!("Material “{name}” glows by a picture, which is passed over: it sends out no light."));
-        }
-        let lamp = material.emissive_texture().is_none() && glow.is_finite();
-        ModelMaterial { name, albedo, emission: if lamp { glow.max(Vec3::ZERO) } else { Vec3::ZERO }, map }
-    }
-
-    /// A picture's name and, where it stands in the file, its bytes.
-    fn picture(
-        &self,
-        image: &gltf::Image,
-        material: &str,
-        warnings: &mut Vec<String>,
-    ) -> Option<(String, Option<Arc<[u8]>>)> {
-        let name = || image.name().map_or_else(|| format!("image {}", image.index()), str::to_owned);
-        match image.source() {
-            gltf::image::Source::View { view, .. } => {
-                let bytes = self.buffers.get(view.buffer().index());
-                let bytes = bytes.and_then(|b| b.get(view.offset()..view.offset().checked_add(view.length())?));
-                bytes.map(|bytes| (name(), Some(bytes.into())))
-            }
-            gltf::image::Source::Uri { uri, .. } if uri.starts_with("data:") => match embedded(uri) {
-                Ok(bytes) => Some((name(), Some(bytes.into()))),
-                Err(why) => {
-                    warnings.push(format!("Material “{material}”: its picture cannot be used: {why}."));
-                    None
-                }
-            },
-            gltf::image::Source::Uri { uri, .. } => Some((unescaped(uri), None)),
-        }
-    }
-}
-
-/// `KHR_texture_transform`: offset + rotation · scale · uv.
-#[derive(Clone, Copy)]
-struct UvTransform {
-    offset: Vec2,
-    rotation: f32,
-    scale: Vec2,
-}
-
-impl Default for UvTransform {
-    fn default() -> Self {
-        Self { offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE }
-    }
-}
-
-impl UvTransform {
-    fn of(self, uv: Vec2) -> Vec2 {
-        let (sin, cos) = self.rotation.sin_cos();
-        let uv = uv * self.scale;
-        self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
-    }
-}
-
-/// The set of texture coordinates that the base colour's picture takes, and how they are moved; `None` without a picture.
-fn uv_set(primitive: &gltf::Primitive) -> Option<(u32, UvTransform)> {
-    let info = primitive.material().pbr_metallic_roughness().base_color_texture()?;
-    let Some(t) = info.texture_transform() else { return Some((info.tex_coord(), UvTransform::default())) };
-    let transform = UvTransform { offset: t.offset().into(), rotation: t.rotation(), scale: t.scale().into() };
-    Some((t.tex_coord().unwrap_or_else(|| info.tex_coord()), transform))
 }
 
 /// A buffer's bytes: from the address itself, or from a file beside the model's.

@@ -7,6 +7,11 @@ use std::sync::{Arc, LazyLock};
 
 use crate::panorama::{linear_to_srgb, srgb_to_linear};
 
+pub(super) mod cutout;
+mod wrap;
+
+pub use wrap::Wrap;
+
 use super::load::SceneError;
 
 /// The most pixels a texture may have along a side.
@@ -19,12 +24,14 @@ const MAX_DECODE_BYTES: u64 = 2 << 30;
 static LINEAR: LazyLock<Arc<[f32; 256]>> =
     LazyLock::new(|| Arc::new(std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0))));
 
-/// A picture that multiplies a material's albedo. Repeats in both directions; v = 0 is the picture's bottom row.
+/// A picture that multiplies a material's albedo; v = 0 is its bottom row. Beyond its edges it goes on as its [`Wrap`]s say.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// The picture's file name, for messages.
     pub name: String,
     levels: Vec<Level>,
+    /// How it goes on across and down.
+    wrap: [Wrap; 2],
     /// The file it was read from, if that is a PNG or JPEG picture: to be passed on as it is.
     file: Option<Arc<[u8]>>,
 }
@@ -33,8 +40,9 @@ pub struct Texture {
 struct Level {
     width: usize,
     height: usize,
-    /// Rows from the top; the fourth byte pads to a word.
+    /// Rows from the top; the fourth byte is alpha, of the picture itself only.
     texels: Vec<[u8; 4]>,
+    wrap: [Wrap; 2],
     /// [`LINEAR`], without asking each time whether it is ready.
     linear: Arc<[f32; 256]>,
 }
@@ -53,7 +61,7 @@ impl Texture {
         size.map_or(0, |(width, height)| u64::from(width) * u64::from(height) * 4 * 4 / 3)
     }
 
-    /// Reads an 8- or 16-bit sRGB picture; alpha is dropped. `None` for a format that is not read.
+    /// Reads an 8- or 16-bit sRGB picture; alpha counts for cut-outs only. `None` for a format that is not read.
     ///
     /// # Errors
     ///
@@ -113,14 +121,33 @@ impl Texture {
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
     pub fn new(name: String, width: usize, height: usize, texels: Vec<[u8; 4]>) -> Self {
         assert!(width > 0 && height > 0 && texels.len() == width * height);
-        let mut levels = vec![Level { width, height, texels, linear: LINEAR.clone() }];
+        let wrap = [Wrap::Repeat; 2];
+        let mut levels = vec![Level { width, height, texels, wrap, linear: LINEAR.clone() }];
         while let Some(last) = levels.last()
             && (last.width > 1 || last.height > 1)
         {
             let next = last.halved();
             levels.push(next);
         }
-        Self { name, levels, file: None }
+        Self { name, levels, wrap, file: None }
+    }
+
+    /// The same that goes on in another way, across and down.
+    pub fn wrapped(mut self, wrap: [Wrap; 2]) -> Self {
+        self.wrap = wrap;
+        self.levels.iter_mut().for_each(|level| level.wrap = wrap);
+        self
+    }
+
+    /// How it goes on beyond its edges, across and down.
+    pub fn wrap(&self) -> [Wrap; 2] {
+        self.wrap
+    }
+
+    /// Alpha of a texel, 0..=1, from the top left.
+    pub(super) fn alpha(&self, x: usize, y: usize) -> f32 {
+        let level = &self.levels[0];
+        f32::from(level.texels[y * level.width + x][3]) / 255.0
     }
 
     /// Width and height in texels.
@@ -232,13 +259,6 @@ fn floor(x: f32) -> f32 {
     if i > x { i - 1.0 } else { i }
 }
 
-/// An index brought into 0..n by whole periods.
-#[inline]
-fn wrapped(i: i32, n: usize) -> usize {
-    // mostly it is there already
-    if (i as usize) < n { i as usize } else { i64::from(i).rem_euclid(n as i64) as usize }
-}
-
 impl Level {
     fn texel(&self, x: usize, y: usize) -> Vec3 {
         let [r, g, b, _] = self.texels[y * self.width + x];
@@ -257,10 +277,12 @@ impl Level {
         way * Vec2::new(self.width as f32, -(self.height as f32))
     }
 
-    /// Texture coordinates in texels from the middle of the top left texel, of the picture they fall into.
+    /// Texture coordinates in texels from the middle of the top left texel; of a picture that repeats, those of the one
+    /// that they fall into.
     #[inline]
     fn place(&self, uv: Vec2) -> Vec2 {
-        let (u, v) = (uv.x - floor(uv.x), uv.y - floor(uv.y));
+        let within = |x: f32, wrap: Wrap| if wrap == Wrap::Repeat { x - floor(x) } else { x };
+        let (u, v) = (within(uv.x, self.wrap[0]), within(uv.y, self.wrap[1]));
         Vec2::new(u * self.width as f32, (1.0 - v) * self.height as f32) - 0.5
     }
 
@@ -269,9 +291,10 @@ impl Level {
     fn between(&self, place: Vec2) -> Vec4 {
         let (x0, y0) = (floor(place.x), floor(place.y));
         let (fx, fy) = (place.x - x0, place.y - y0);
-        let (xa, ya) = (wrapped(x0 as i32, self.width), wrapped(y0 as i32, self.height));
-        let xb = if xa + 1 < self.width { xa + 1 } else { 0 };
-        let yb = if ya + 1 < self.height { ya + 1 } else { 0 };
+        let (x, y) = (x0 as i32, y0 as i32);
+        let (xa, ya) = (self.wrap[0].texel(x, self.width), self.wrap[1].texel(y, self.height));
+        let (xb, yb) =
+            (self.wrap[0].texel(x.saturating_add(1), self.width), self.wrap[1].texel(y.saturating_add(1), self.height));
         let (above, below) = (ya * self.width, yb * self.width);
         let upper = self.at(above + xa).lerp(self.at(above + xb), fx);
         upper.lerp(self.at(below + xa).lerp(self.at(below + xb), fx), fy)
@@ -297,6 +320,6 @@ impl Level {
                 texels.push([code(mean.x), code(mean.y), code(mean.z), 255]);
             }
         }
-        Self { width, height, texels, linear: self.linear.clone() }
+        Self { width, height, texels, wrap: self.wrap, linear: self.linear.clone() }
     }
 }

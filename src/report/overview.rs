@@ -1,0 +1,254 @@
+//! Many reports at a glance: one row a site, as a table and as a page.
+
+use std::path::Path;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::ReportError;
+use super::page::{Audit, Check, Plan, Render};
+use crate::csv::Table;
+
+/// What one report comes to. What the report does not hold is `None`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Overview {
+    /// The report's folder, as it was given.
+    pub folder: String,
+    /// The site's name.
+    pub site: String,
+    /// When the report was made: `YYYY-MM-DDThh:mm:ssZ`.
+    pub made: String,
+    /// Things that `check` warns of.
+    pub warnings: Option<usize>,
+    /// Findings of shape.
+    pub findings_geometry: Option<usize>,
+    /// Findings of texture.
+    pub findings_texture: Option<usize>,
+    /// What disagrees without telling how.
+    pub doubts: Option<usize>,
+    /// Share of the photographs of which nothing can be said, mean over views.
+    pub untestable_share: Option<f64>,
+    /// FLIP against the photographs, mean over views.
+    pub flip: Option<f64>,
+    /// Median relative error against the photographs, mean over views.
+    pub median_error: Option<f64>,
+    /// Share of the views' pixels that a probe sees, mean over views.
+    pub covered_share: Option<f64>,
+    /// Planned stations on all floors.
+    pub stations: Option<usize>,
+    /// The fewest stations that can do.
+    pub least_stations: Option<f64>,
+    /// Seconds that all verbs took.
+    pub seconds: f64,
+    /// What came to no end, and why; empty where nothing.
+    pub failed: String,
+}
+
+/// The part of `manifest.json` that is told.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Made {
+    site: String,
+    made: String,
+    runs: Vec<MadeRun>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct MadeRun {
+    verb: String,
+    seconds: Option<f64>,
+    note: String,
+}
+
+/// Reads the JSON files of a report's folder.
+///
+/// # Errors
+/// A folder without a report's `manifest.json`, or a file in it that is damaged.
+pub fn overview(folder: &Path) -> Result<Overview, ReportError> {
+    let Some(made) = read::<Made>(folder, "manifest.json")? else {
+        let what = format!(
+            "expected a report's folder, found no manifest.json. Make the report first: clerestory report SITE --out {}",
+            folder.display()
+        );
+        return Err(ReportError::NotAReport { path: folder.to_owned(), what });
+    };
+    let audit: Option<Audit> = read(folder, "findings.json")?;
+    let render: Option<Render> = read(folder, "render.json")?;
+    let plan: Option<Plan> = read(folder, "plan.json")?;
+    let check: Option<Check> = read(folder, "check.json")?;
+    let kind = |kind: &str| audit.as_ref().map(|a| a.findings.iter().filter(|f| f.kind == kind).count());
+    let errors = || render.iter().flat_map(|r| &r.views).filter_map(|v| v.error.as_ref());
+    let failed = made.runs.iter().filter(|r| r.seconds.is_some() && !r.note.is_empty());
+    Ok(Overview {
+        folder: folder.to_string_lossy().into_owned(),
+        site: made.site,
+        made: made.made,
+        warnings: check.map(|c| {
+            let probes: usize = c.probes.iter().map(|p| p.warnings.len()).sum();
+            c.causes.len() + c.warnings.len() + c.model.warnings.len() + c.edge_warnings.len() + probes
+        }),
+        findings_geometry: kind("geometry"),
+        findings_texture: kind("texture"),
+        doubts: audit.as_ref().map(|a| a.doubts.len()),
+        untestable_share: audit.as_ref().and_then(|a| mean(a.views.iter().map(|v| v.shares.untestable))),
+        flip: mean(errors().map(|e| e.all.flip)),
+        median_error: mean(errors().map(|e| e.all.median)),
+        covered_share: render.as_ref().and_then(|r| mean(r.views.iter().map(|v| v.covered_fraction))),
+        stations: plan.as_ref().map(|p| p.floors.iter().map(|f| f.stations.len()).sum()),
+        least_stations: plan.as_ref().map(|p| p.floors.iter().map(|f| f.lower_bound).sum()),
+        seconds: made.runs.iter().filter_map(|r| r.seconds).sum(),
+        failed: failed.map(|r| format!("{}: {}", r.verb, r.note)).collect::<Vec<_>>().join("; "),
+    })
+}
+
+/// A file of a report; `None` where it is not there.
+fn read<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<T>, ReportError> {
+    let path = folder.join(name);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let bytes = std::fs::read(&path).map_err(|source| ReportError::Io { path: path.clone(), source })?;
+    let damaged = |e: serde_json::Error| ReportError::NotAReport {
+        path: path.clone(),
+        what: format!("expected JSON that this program wrote, found {e}. Make the report again"),
+    };
+    serde_json::from_slice(&bytes).map(Some).map_err(damaged)
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
+    (n > 0).then(|| sum / n as f64)
+}
+
+/// The columns' names in the table, and their heads on the page.
+const COLUMNS: [(&str, &str); 15] = [
+    ("site", "Site"),
+    ("made", "Made"),
+    ("warnings", "Warnings"),
+    ("findings_geometry", "Wrong in shape"),
+    ("findings_texture", "Wrong in texture"),
+    ("doubts", "Doubts"),
+    ("untestable_share", "Not testable"),
+    ("flip", "FLIP"),
+    ("median_error", "Median error"),
+    ("covered_share", "Seen by probes"),
+    ("stations", "Stations planned"),
+    ("least_stations", "at least"),
+    ("seconds", "Seconds"),
+    ("failed", "Came to no end"),
+    ("folder", "Report"),
+];
+
+impl Overview {
+    /// The row's cells, in the order of the columns; empty where nothing is known.
+    fn cells(&self) -> [String; 15] {
+        let count = |n: Option<usize>| n.map_or_else(String::new, |n| n.to_string());
+        let share = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.4}"));
+        [
+            self.site.clone(),
+            self.made.clone(),
+            count(self.warnings),
+            count(self.findings_geometry),
+            count(self.findings_texture),
+            count(self.doubts),
+            share(self.untestable_share),
+            share(self.flip),
+            share(self.median_error),
+            share(self.covered_share),
+            count(self.stations),
+            self.least_stations.map_or_else(String::new, |v| format!("{v:.0}")),
+            format!("{:.1}", self.seconds),
+            self.failed.clone(),
+            self.folder.clone(),
+        ]
+    }
+}
+
+/// The rows as CSV.
+pub fn overview_csv(rows: &[Overview]) -> String {
+    let mut table = Table::new(COLUMNS.map(|c| c.0));
+    rows.iter().for_each(|row| table.row(row.cells()));
+    table.finish()
+}
+
+/// The rows as a page that needs no network. `links` are the addresses of the reports' own pages, one a row.
+pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
+    let heads = &COLUMNS[..COLUMNS.len() - 1];
+    let row = |(row, link): (&Overview, &String)| -> Markup {
+        let cells = row.cells();
+        html! {
+            tr {
+                th scope="row" { a href=(link) { (row.site) } }
+                @for cell in &cells[1..cells.len() - 1] {
+                    td class=[cell.parse::<f64>().is_ok().then_some("number")] { (cell) }
+                }
+            }
+        }
+    };
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (rows.len()) " reports" }
+                style { (PreEscaped(super::page::STYLE)) }
+            }
+            body {
+                header { h1 { "Reports" } p { (crate::plan::output::counted(rows.len(), "site")) ", one a row." } }
+                main {
+                    div class="scroll" tabindex="0" role="region" aria-label="Reports" {
+                        table class="sortable" {
+                            thead { tr { @for (_, head) in heads { th scope="col" { (head) } } } }
+                            tbody { @for pair in rows.iter().zip(links) { (row(pair)) } }
+                        }
+                    }
+                    p { "Shares are of 1. FLIP: 0 is the same as the photograph, 1 black against white." }
+                }
+                script { (PreEscaped(super::page::SCRIPT)) }
+            }
+        }
+    };
+    markup.into_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_comes_to_a_row_and_what_it_lacks_stays_empty() {
+        let dir = tempfile::tempdir().unwrap();
+        let put = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+        assert!(matches!(overview(dir.path()), Err(ReportError::NotAReport { .. })));
+        put(
+            "manifest.json",
+            r#"{"site": "=St <Ann>", "made": "2026-11-22T10:00:00Z", "runs": [{"verb": "plan", "seconds": 1.5,
+            "note": "no floor"}, {"verb": "audit", "seconds": 2.0, "note": ""}, {"verb": "study", "note": "not asked for"}]}"#,
+        );
+        put(
+            "findings.json",
+            r#"{"findings": [{"kind": "geometry"}, {"kind": "texture"}, {"kind": "geometry"}], "doubts": [],
+            "views": [{"shares": {"untestable": 0.5}}, {"shares": {"untestable": 0.25}}]}"#,
+        );
+        let row = overview(dir.path()).unwrap();
+        assert_eq!((row.findings_geometry, row.findings_texture, row.doubts), (Some(2), Some(1), Some(0)));
+        assert_eq!((row.untestable_share, row.flip, row.stations), (Some(0.375), None, None));
+        assert_eq!((row.seconds, row.failed.as_str()), (3.5, "plan: no floor"));
+        let csv = overview_csv(std::slice::from_ref(&row));
+        assert!(
+            csv.lines()
+                .nth(1)
+                .unwrap()
+                .starts_with("'=St <Ann>,2026-11-22T10:00:00Z,,2,1,0,0.3750,,,,,,3.5,plan: no floor,"),
+            "{csv}"
+        );
+        let page = overview_page(&[row], &["a%20b/index.html".to_owned()]);
+        assert!(page.contains("<a href=\"a%20b/index.html\">=St &lt;Ann&gt;</a>"));
+        put("plan.json", "{");
+        let error = overview(dir.path()).unwrap_err().to_string();
+        assert!(error.contains("plan.json") && error.contains("Make the report again"), "{error}");
+    }
+}

@@ -1,0 +1,70 @@
+//! Where to put the tripod, floor by floor.
+
+use maud::{Markup, html};
+
+use super::data::{Floor, Plan, Station};
+use super::parts::{heads, percent, scroll, sheet, snippet};
+use crate::plan::output::counted;
+
+pub(super) fn floors(plan: &Plan) -> Markup {
+    html! { @for (i, f) in plan.floors.iter().enumerate() { (floor(i, f)) } }
+}
+
+fn floor(index: usize, floor: &Floor) -> Markup {
+    let drawn = |stem: &str| {
+        let what = if stem.starts_with("coverage") { "how often it is seen" } else { "where to put the tripod" };
+        sheet(stem, &format!("{}: {what}", floor.name), &["svg", "png", "pdf"])
+    };
+    let blocks: Vec<String> = floor.stations.iter().map(block).collect();
+    html! {
+        div class="floor" {
+            div class="lead" {
+                h3 { (floor.name) }
+                p {
+                    (format!("At {:.2} in the model’s units; {:.1} m² open. ", floor.elevation, floor.area_m2))
+                    @if floor.stations.is_empty() { "No new station is needed: " } @else { (counted(floor.stations.len(), "station")) }
+                    (format!(" see {} of it; at least {:.0} needed for that, with the floor cut into places to stand and \
+                        points to see. ", percent(floor.covered_fraction), floor.lower_bound))
+                    (format!("{:.1} m² are seen from no allowed place.", floor.unreachable_m2))
+                }
+                @for stem in floor.sheets.iter().take(1) { (drawn(stem)) }
+            }
+            @for stem in floor.sheets.iter().skip(1) { (drawn(stem)) }
+            div class="stations" {
+                (stations(&floor.stations))
+                @if !blocks.is_empty() {
+                    details {
+                        summary { "The stations as site-file blocks" }
+                        (snippet(&format!("stations-{index}"), &blocks.join("\n\n")))
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn stations(stations: &[Station]) -> Markup {
+    let columns = [("Station", false), ("Position in the model", false), ("Sees, m²", true), ("Adds", true)];
+    let rows = html! {
+        table class="sortable" {
+            (heads(&columns))
+            tbody {
+                @for s in stations {
+                    tr {
+                        th scope="row" { (s.name) }
+                        td { (s.position.map(|v| format!("{v:.2}")).join(", ")) }
+                        td class="number" { (format!("{:.1}", s.covers_m2)) }
+                        td class="number" data-value=(s.adds_fraction) { (percent(s.adds_fraction)) }
+                    }
+                }
+            }
+        }
+    };
+    scroll("Stations", &rows)
+}
+
+/// A station as the site file takes it.
+fn block(s: &Station) -> String {
+    let [x, y, z] = s.position;
+    format!("[[probe]]\nname = {:?}\nposition = [{x}, {y}, {z}]\nimage = \"probes/{}.exr\"", s.name, s.name)
+}

@@ -1,0 +1,153 @@
+//! The page's opening: what it comes to, for a reader who has a minute.
+
+use maud::{Markup, html};
+
+use super::data::{Archive, Audit, Plan, Render};
+use super::parts::{file, percent, warnings};
+use crate::plan::output::counted;
+
+/// The most findings that the opening names.
+const NAMED: usize = 5;
+
+pub(super) fn summary(archive: &Archive) -> Markup {
+    let failed: Vec<String> = archive
+        .runs
+        .iter()
+        .filter(|r| r.seconds.is_some() && !r.note.is_empty())
+        .map(|r| format!("{} came to no end: {}", r.verb, r.note))
+        .collect();
+    html! {
+        div class="short" {
+            p { (what(archive)) }
+            @if let Some(audit) = &archive.audit { (verdict(audit)) }
+            @if let Some(says) = archive.render.as_ref().and_then(likeness) { p { (says) } }
+            @if let Some(plan) = &archive.plan { p { (visit(plan)) } }
+            @if let Some(viewer) = &archive.viewer {
+                p { a href=(file(viewer)) { "Walk through the relit model" } }
+            }
+        }
+        (warnings(&failed))
+        (facts(archive))
+    }
+}
+
+/// What was done, in a sentence.
+fn what(archive: &Archive) -> String {
+    let size = archive.check.as_ref().map_or_else(String::new, |check| {
+        let [x, y, z] = check.model.size_m;
+        format!(" of {x:.1} × {y:.1} × {z:.1} m")
+    });
+    let probes = archive.check.as_ref().map_or(0, |c| c.probes.len());
+    let photos = archive.views.iter().filter(|v| v.photo.is_some()).count();
+    let light =
+        if probes == 0 { String::new() } else { format!(", lit by {} taken inside", counted(probes, "panorama")) };
+    match (archive.audit.is_some(), photos) {
+        (true, n) if n > 0 => format!("The model{size}{light}, was compared with {}.", counted(n, "photograph")),
+        _ => format!("This is a model{size}{light}. It was not compared with photographs."),
+    }
+}
+
+/// What the audit comes to.
+fn verdict(audit: &Audit) -> Markup {
+    let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();
+    let doubts = match audit.doubts.len() {
+        0 => String::new(),
+        n => format!(" {} to look at again: something disagrees there, and it is not clear what.", counted(n, "place")),
+    };
+    let tested = 1.0 - mean(audit.views.iter().map(|v| v.shares.untestable));
+    html! {
+        @match audit.findings.len() {
+            0 => p { b { "Where it could be tested, no error was found." } (doubts) },
+            n => {
+                p {
+                    b { (counted(n, "place")) " where the model is probably wrong" }
+                    ": " (count("geometry")) " in shape, " (count("texture")) " in the picture on the surface." (doubts)
+                }
+                ul {
+                    @for f in audit.findings.iter().take(NAMED) {
+                        li {
+                            a href={ "#finding-" (f.id) } { (f.id) } ", " (f.what) ", " (percent(f.score)) " sure: " (f.note)
+                        }
+                    }
+                    @if n > NAMED { li { "and " (n - NAMED) " more, below" } }
+                }
+            }
+        }
+        @if !audit.views.is_empty() {
+            p {
+                "About " (format!("{:.0} %", 100.0 * tested)) " of what the photographs show could be tested. Of the rest \
+                nothing is known, which does not mean that it is right."
+            }
+        }
+    }
+}
+
+/// How alike relit pictures and photographs are.
+fn likeness(render: &Render) -> Option<String> {
+    let errors = || render.views.iter().filter_map(|v| v.error.as_ref());
+    errors().next()?;
+    Some(format!(
+        "Relit pictures of the same views differ from the photographs by {} of their brightness in the median.",
+        percent(mean(errors().map(|e| e.all.median)))
+    ))
+}
+
+/// What a next visit needs.
+fn visit(plan: &Plan) -> String {
+    let stations: usize = plan.floors.iter().map(|f| f.stations.len()).sum();
+    let least: f64 = plan.floors.iter().map(|f| f.lower_bound).sum();
+    let area: f64 = plan.floors.iter().map(|f| f.area_m2).sum();
+    let seen = plan.floors.iter().map(|f| f.covered_fraction * f.area_m2).sum::<f64>() / area.max(1e-9);
+    match stations {
+        0 => "The probes taken already see what is wanted: no new place for the tripod is needed.".to_owned(),
+        n => format!(
+            "For a visit, {} for the tripod on {} see {} of the floor; fewer than {least:.0} cannot.",
+            counted(n, "place"),
+            counted(plan.floors.len(), "floor"),
+            percent(seen)
+        ),
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
+    sum / n.max(1) as f64
+}
+
+fn facts(archive: &Archive) -> Markup {
+    let mut facts: Vec<(&str, String, String)> = Vec::new();
+    if let Some(audit) = &archive.audit {
+        let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();
+        let kinds = format!("{} in shape, {} in texture", count("geometry"), count("texture"));
+        facts.push(("Findings", audit.findings.len().to_string(), kinds));
+        facts.push(("Doubts", audit.doubts.len().to_string(), "to be looked at on site".to_owned()));
+        let share = mean(audit.views.iter().map(|v| v.shares.untestable));
+        facts.push(("Not testable", percent(share), "of the photographs: neither right nor wrong".to_owned()));
+    }
+    if let Some(render) = &archive.render {
+        let errors: Vec<f64> = render.views.iter().filter_map(|v| Some(v.error.as_ref()?.all.flip)).collect();
+        if !errors.is_empty() {
+            let flip = mean(errors.into_iter());
+            let scale = "mean FLIP: 0 the same, 1 black against white".to_owned();
+            facts.push(("Difference to the photographs", format!("{flip:.3}"), scale));
+        }
+        let seen = mean(render.views.iter().map(|v| v.covered_fraction));
+        facts.push(("Seen by probes", percent(seen), "of the views’ pixels; the rest is estimated".to_owned()));
+    }
+    if let Some(plan) = &archive.plan {
+        let stations: usize = plan.floors.iter().map(|f| f.stations.len()).sum();
+        let bound: f64 = plan.floors.iter().map(|f| f.lower_bound).sum();
+        facts.push(("Planned stations", stations.to_string(), format!("at least {bound:.0} needed")));
+    }
+    if let Some(check) = &archive.check {
+        let triangles = format!("{} triangles", check.model.triangles);
+        let [x, y, z] = check.model.size_m;
+        facts.push(("Model", format!("{x:.1} × {y:.1} × {z:.1} m"), triangles));
+        facts.push(("Probes", check.probes.len().to_string(), "panoramas taken inside".to_owned()));
+    }
+    html! {
+        dl class="facts" {
+            @for (name, value, note) in &facts { div { dt { (name) } dd { (value) " " small { (note) } } } }
+        }
+    }
+}
