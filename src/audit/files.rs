@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{Audit, AuditError, Finding, Method, Reason, ViewSummary};
+use crate::csv::Table;
 use crate::whole::write_whole;
 
 /// What `findings.json` holds.
@@ -39,9 +40,9 @@ impl Audit {
 
     /// The text of `findings.csv`: a row a finding, then a row a doubt, fields quoted where they need it (RFC 4180).
     pub fn csv(&self) -> String {
-        let mut text = "id,kind,what,score,view,also_in,x,y,z,size_m,area_cm2,area_px,displacement_m,uncertainty_m,\
-                        material,bbox,mask,reason,note,shift_right_m,shift_down_m\n"
-            .to_owned();
+        let columns = "id kind what score view also_in x y z size_m area_cm2 area_px displacement_m uncertainty_m material bbox mask \
+                       reason note shift_right_m shift_down_m";
+        let mut table = Table::new(columns.split_whitespace());
         for f in self.findings.iter().chain(&self.doubts) {
             let number = |v: f64, digits: usize| format!("{v:.digits$}");
             let [x, y, z] = f.position;
@@ -68,10 +69,9 @@ impl Audit {
                 f.shift.map_or(String::new(), |s| number(s.right_m, 4)),
                 f.shift.map_or(String::new(), |s| number(s.down_m, 4)),
             ];
-            text += &fields.map(|v| quoted(&v)).join(",");
-            text.push('\n');
+            table.row(fields);
         }
-        text
+        table.finish()
     }
 
     /// Writes `findings.json`, `findings.csv` and the masks into a folder that exists. Each file appears whole or not at
@@ -93,15 +93,6 @@ impl Audit {
         }
         put(&folder.join("findings.csv"), self.csv().as_bytes())?;
         put(&folder.join("findings.json"), self.json()?.as_bytes())
-    }
-}
-
-/// A field of a CSV file, quoted if it holds a comma, a quote or a line's end.
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
     }
 }
 
@@ -203,10 +194,10 @@ mod tests {
         for verdict in Verdict::ALL {
             assert_eq!(serde_json::to_value(verdict).unwrap(), verdict.name());
         }
-        for reason in [Reason::None, Reason::NoParallax, Reason::ProbesDisagree, Reason::WhiteBalance] {
+        for reason in [Reason::None, Reason::NoParallax, Reason::Usual] {
             assert_eq!(serde_json::to_value(reason).unwrap(), reason.name());
         }
-        for what in [What::Rotated, What::Recoloured, What::Different] {
+        for what in [What::Rotated, What::Recoloured, What::Moved] {
             assert_eq!(serde_json::to_value(what).unwrap(), what.name());
         }
     }

@@ -48,8 +48,6 @@ pub enum What {
     Extra,
     /// The surface is some way off its place.
     Moved,
-    /// The geometry is wrong in a way that cannot be told further.
-    Different,
 }
 
 impl What {
@@ -65,7 +63,6 @@ impl What {
             Self::Missing => "missing",
             Self::Extra => "extra",
             Self::Moved => "moved",
-            Self::Different => "different",
         }
     }
 }

@@ -302,7 +302,6 @@ fn note(f: &Finding) -> String {
         What::Missing => "something is there that is not modelled",
         What::Extra => "the model has something that is not there",
         What::Moved => "the surface is off its place",
-        What::Different => "the shape is wrong",
     };
     let mut text = format!("{what}{on}, {size} across");
     if let Some(d) = &f.displacement {
@@ -489,13 +488,5 @@ impl AuditedView {
         }
         let all = self.reasons.len().max(1) as f64;
         self.summary.reasons = counts.iter().map(|(r, n)| (r.name().to_owned(), *n as f64 / all)).collect();
-    }
-}
-
-/// Whether a finding's kind counts as the one named, for who compares with known faults.
-impl Kind {
-    /// The kind with this name.
-    pub fn named(name: &str) -> Option<Self> {
-        [Self::Texture, Self::Geometry].into_iter().find(|k| k.name() == name)
     }
 }

@@ -75,20 +75,8 @@ pub enum Reason {
     BlackAlbedo = 8,
     /// The surface is seen too flatly, or lies too near an edge of the model.
     Grazing = 9,
-    /// A shadow's edge and a picture that the model lacks would look the same.
-    Shadow = 10,
-    /// The probes contradict each other: someone moved, or the light changed.
-    ProbesDisagree = 11,
-    /// The brightness depends on where it is seen from: the surface is not matt.
-    NotDiffuse = 12,
-    /// The texture repeats, and the difference could be a shift by a whole period.
-    Periodic = 13,
-    /// A change of everything's colour is the same as another white balance.
-    WhiteBalance = 14,
-    /// Both tests disagree with the model and neither tells which it is.
-    Undecided = 15,
     /// As much is off elsewhere in the pictures, where nothing is wrong.
-    Usual = 16,
+    Usual = 10,
 }
 
 impl Reason {
@@ -105,12 +93,6 @@ impl Reason {
             Self::NoTexture => "no_texture",
             Self::BlackAlbedo => "black_albedo",
             Self::Grazing => "grazing",
-            Self::Shadow => "shadow",
-            Self::ProbesDisagree => "probes_disagree",
-            Self::NotDiffuse => "not_diffuse",
-            Self::Periodic => "periodic",
-            Self::WhiteBalance => "white_balance",
-            Self::Undecided => "undecided",
             Self::Usual => "usual",
         }
     }
@@ -128,12 +110,6 @@ impl Reason {
             Self::NoTexture => "there is too little to see on it",
             Self::BlackAlbedo => "the model is black there",
             Self::Grazing => "it is seen too flatly or lies on an edge",
-            Self::Shadow => "it may be a shadow",
-            Self::ProbesDisagree => "the probes contradict each other",
-            Self::NotDiffuse => "it is not matt",
-            Self::Periodic => "its pattern repeats",
-            Self::WhiteBalance => "a white balance would look the same",
-            Self::Undecided => "it is not clear which test is right",
             Self::Usual => "as much is off elsewhere in these pictures",
         }
     }

@@ -44,7 +44,7 @@ fn finding(id: &str, kind: Kind, what: What, bbox: [u32; 4]) -> Finding {
         material: "stone & lime".into(),
         displacement: (kind == Kind::Geometry).then_some(Displacement { metres: -0.102, uncertainty_m: 0.011 }),
         shift: None,
-        reason: if id.starts_with('D') { Reason::Shadow } else { Reason::None },
+        reason: if id.starts_with('D') { Reason::Usual } else { Reason::None },
         evidence: vec![],
         note: "the surface is off its place".into(),
     }

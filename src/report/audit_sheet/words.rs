@@ -4,7 +4,7 @@ use super::AuditSheet;
 use super::table::area;
 use crate::audit::{Displacement, Finding, Reason, ViewSummary, What};
 
-const REASONS: [Reason; 16] = [
+const REASONS: [Reason; 10] = [
     Reason::Clipped,
     Reason::Dark,
     Reason::Masked,
@@ -14,12 +14,6 @@ const REASONS: [Reason; 16] = [
     Reason::NoTexture,
     Reason::BlackAlbedo,
     Reason::Grazing,
-    Reason::Shadow,
-    Reason::ProbesDisagree,
-    Reason::NotDiffuse,
-    Reason::Periodic,
-    Reason::WhiteBalance,
-    Reason::Undecided,
     Reason::Usual,
 ];
 
@@ -36,7 +30,6 @@ fn short(f: &Finding) -> String {
         What::Missing => format!("something at{on} not modelled"),
         What::Extra => format!("modelled{on} that is not there"),
         What::Moved => format!("surface{on} off its place"),
-        What::Different => format!("shape of{on} wrong"),
     };
     // how far something stands off is not how large the fault is, but for a surface off its place
     let by = match &f.displacement {
