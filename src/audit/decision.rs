@@ -24,7 +24,7 @@ const STEEP: f32 = 6.0;
 const VOUCHED: f32 = 10.0;
 
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds.
-const ALARMS: [f64; 2] = [0.07, 0.7];
+const ALARMS: [f64; 2] = [0.1, 0.7];
 
 /// Probability from which on a doubt is told.
 const DOUBTFUL: f64 = 0.1;
@@ -33,13 +33,13 @@ const DOUBTFUL: f64 = 0.1;
 const COLOURED: f32 = 9.0;
 const LIGHT: f32 = 0.9;
 
-/// A displacement must explain so many times what it leaves, and be so many times its own uncertainty.
+/// A displacement tells of a fault if it explains so many times what it leaves; it is measured if that is once as much, and it is so
+/// many times its own uncertainty.
 const EXPLAINS: f32 = 2.5;
+const CERTAIN: f64 = 3.0;
 
 /// Correlation with the model's texture from which on a picture is the model's.
 const AS_IS: f32 = 0.5;
-
-const CERTAIN: f64 = 3.0;
 
 /// What lies behind a region is what the photograph shows if it differs by at most this share of what the region does.
 const BEHIND: f32 = 0.25;

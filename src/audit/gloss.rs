@@ -23,7 +23,7 @@ const STRAIGHT: f32 = 0.04;
 const LOBE: [f32; 2] = [0.1, 0.25];
 
 /// Every how many pixels along each side mirrored light is looked up.
-const STRIDE: usize = 4;
+const STRIDE: usize = 6;
 
 /// The most that a view's surfaces may mirror, per pixel, radiance.
 pub(super) struct Gloss {
@@ -88,17 +88,11 @@ fn mirrored(relit: &Relit, beyond: Vec3, point: Vec3, normal: Vec3, along: Vec3,
     }
     let middle = along + normal * (2.0 * cos);
     let (a, b) = middle.any_orthonormal_pair();
-    let ring = [
-        a,
-        -a,
-        b,
-        -b,
-        (a + b) * FRAC_1_SQRT_2,
-        (a - b) * FRAC_1_SQRT_2,
-        (b - a) * FRAC_1_SQRT_2,
-        -(a + b) * FRAC_1_SQRT_2,
-    ];
-    let lobe = std::iter::once(Vec3::ZERO).chain(LOBE.iter().flat_map(|r| ring.map(|d| d * *r)));
+    // the inner ring along two axes, the outer one between them
+    let across = [a, -a, b, -b];
+    let between = [a + b, a - b, b - a, -a - b].map(|d| d * FRAC_1_SQRT_2);
+    let rings = across.map(|d| d * LOBE[0]).into_iter().chain(between.map(|d| d * LOBE[1]));
+    let lobe = std::iter::once(Vec3::ZERO).chain(rings);
     let lights = lobe
         .map(|d| (middle + d).normalize())
         .map(|d| if d.dot(normal) > 0.0 { radiance(relit, beyond, point, d, scratch) } else { Vec3::ZERO });

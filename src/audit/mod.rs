@@ -7,6 +7,7 @@
 
 mod alarm;
 mod align;
+mod assess;
 mod behind;
 mod bins;
 mod coding;
@@ -23,6 +24,7 @@ mod gloss;
 mod judge;
 mod laid;
 mod mapping;
+mod merge;
 mod noise;
 mod outline;
 mod parts;
