@@ -58,6 +58,15 @@ impl Gloss {
                     })
                 })
                 .collect();
+            // on a column, what is mirrored goes from dark to bright within a cell: the brightest of those around
+            let tall = cells.len() / wide.max(1);
+            let brightest = |c: usize| {
+                let (x, y) = (c % wide, c / wide);
+                let rows = y.saturating_sub(1)..(y + 2).min(tall);
+                let around = rows.flat_map(|v| (x.saturating_sub(1)..(x + 2).min(wide)).map(move |u| v * wide + u));
+                around.map(|k| cells[k]).fold(Vec3::ZERO, brighter)
+            };
+            let cells: Vec<Vec3> = (0..cells.len()).map(brightest).collect();
             (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
         };
         Self {
@@ -96,9 +105,14 @@ fn mirrored(relit: &Relit, beyond: Vec3, point: Vec3, normal: Vec3, along: Vec3,
     let lights = lobe
         .map(|d| (middle + d).normalize())
         .map(|d| if d.dot(normal) > 0.0 { radiance(relit, beyond, point, d, scratch) } else { Vec3::ZERO });
-    let brightest = lights.fold(Vec3::ZERO, |m, l| if luminance(l) > luminance(m) { l } else { m });
+    let brightest = lights.fold(Vec3::ZERO, brighter);
     // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
     brightest * (STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5))
+}
+
+/// The brighter of two lights.
+fn brighter(a: Vec3, b: Vec3) -> Vec3 {
+    if luminance(b) > luminance(a) { b } else { a }
 }
 
 /// Radiance that arrives at a point from a direction.

@@ -11,6 +11,9 @@ use super::view::Settings;
 use super::{Audit, Evidence, Finding, Kind, Method, Reason, Verdict, What, decision, relaid, scores, verdict};
 use crate::site::Site;
 
+/// Expected false alarms at which a finding is as likely false as true.
+const EVEN: f64 = 0.1;
+
 /// Says of each finding how often a right model would give one like it; what it would give more often than asked for is a doubt.
 pub(super) fn count_false_alarms(assessed: &mut [Assessed], allowed: f64) {
     let fields: Vec<&Field> = assessed.iter().map(|a| &a.field).collect();
@@ -25,6 +28,9 @@ pub(super) fn count_false_alarms(assessed: &mut [Assessed], allowed: f64) {
         for (f, alarm) in a.found.iter_mut().zip(alarms) {
             let Some(expected) = alarm else { continue };
             f.finding.false_alarms = alarm;
+            if f.by == By::Structure {
+                f.finding.score = f.finding.score.min(1.0 / (1.0 + expected / EVEN));
+            }
             f.finding.evidence.push(Evidence::new("expected false alarms", expected, allowed, "a photograph"));
             if expected > allowed && f.finding.reason == Reason::None {
                 f.finding.reason = Reason::Usual;

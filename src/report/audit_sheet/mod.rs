@@ -150,11 +150,11 @@ fn header(svg: &mut Svg, about: &AuditSheet, says: &str) -> f64 {
 fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
     let view = &about.view().summary;
     let Shares { ok, texture, geometry, ambiguous, untestable } = view.shares;
-    svg.text([x, top - 1.8], "Legend, and share of the picture", &Text::new(3.2).bold());
+    svg.text([x, top - 1.8], "Legend, share of picture", &Text::new(3.2).bold());
     let entries = [
         (Verdict::Geometry, geometry, "geometry wrong", "the surface is not where the model has it"),
         (Verdict::Texture, texture, "texture wrong", "the surface is right, its picture is not"),
-        (Verdict::Ambiguous, ambiguous, "cannot be told", "something disagrees; see the reason"),
+        (Verdict::Ambiguous, ambiguous, "unclear", "something disagrees; see the reason"),
         (Verdict::Untestable, untestable, "not testable", "nothing is said of it, good or bad"),
         (Verdict::Ok, ok, "agrees", "compared, and no fault found"),
     ];

@@ -19,12 +19,12 @@ const REASONS: [Reason; 10] = [
 
 /// How a finding is named in a headline.
 fn short(f: &Finding) -> String {
-    let on = if f.material.is_empty() { String::new() } else { format!(" “{}”", f.material) };
+    let on = if f.material.is_empty() { " a surface".to_owned() } else { format!(" “{}”", f.material) };
     let what = match f.what {
-        What::Rotated => format!("texture{on} turned"),
-        What::Mirrored => format!("texture{on} mirrored"),
-        What::Shifted => format!("texture{on} shifted"),
-        What::Scaled => format!("texture{on} of another scale"),
+        What::Rotated => format!("texture of{on} turned"),
+        What::Mirrored => format!("texture of{on} mirrored"),
+        What::Shifted => format!("texture of{on} shifted"),
+        What::Scaled => format!("texture of{on} of another scale"),
         What::Recoloured => format!("colour of{on} wrong"),
         What::Changed => format!("another picture on{on}"),
         What::Missing => format!("something at{on} not modelled"),
