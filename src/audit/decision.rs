@@ -23,6 +23,9 @@ const STEEP: f32 = 6.0;
 /// How much the model's own picture in its place takes of them.
 const VOUCHED: f32 = 10.0;
 
+/// How much it adds to them that what lies behind a region explains the photograph.
+const FITS_BEHIND: f32 = 1.5;
+
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds.
 const ALARMS: [f64; 2] = [0.1, 0.7];
 
@@ -102,7 +105,8 @@ pub(super) fn shape(prepared: &Prepared, maps: &Maps, shares: &[(u32, u32)], reg
     // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way
     let vouched = share(&region, |i| maps.texture.structured[i] && maps.texture.odds[i] <= -ODDS);
     let surely = [
-        log_odds(apart / MISMATCH, size / SIZE) - VOUCHED * (vouched - 0.1).max(0.0),
+        log_odds(apart / MISMATCH, size / SIZE) - VOUCHED * (vouched - 0.1).max(0.0)
+            + if gone { FITS_BEHIND } else { 0.0 },
         if moved { log_odds(explains / EXPLAINS, size / SIZE) } else { f32::NEG_INFINITY },
         log_odds(bridged / BRIDGED, size / OPENING),
     ];

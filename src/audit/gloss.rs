@@ -58,15 +58,6 @@ impl Gloss {
                     })
                 })
                 .collect();
-            // on a column, what is mirrored goes from dark to bright within a cell: the brightest of those around
-            let tall = cells.len() / wide.max(1);
-            let brightest = |c: usize| {
-                let (x, y) = (c % wide, c / wide);
-                let rows = y.saturating_sub(1)..(y + 2).min(tall);
-                let around = rows.flat_map(|v| (x.saturating_sub(1)..(x + 2).min(wide)).map(move |u| v * wide + u));
-                around.map(|k| cells[k]).fold(Vec3::ZERO, brighter)
-            };
-            let cells: Vec<Vec3> = (0..cells.len()).map(brightest).collect();
             (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
         };
         Self {
