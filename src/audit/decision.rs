@@ -38,7 +38,7 @@ const LIGHT: f32 = 0.9;
 
 /// A displacement tells of a fault if it explains so many times what it leaves; it is measured if that is once as much, and it is so
 /// many times its own uncertainty.
-const EXPLAINS: f32 = 2.5;
+const EXPLAINS: f32 = 3.0;
 const CERTAIN: f64 = 3.0;
 
 /// Correlation with the model's texture from which on a picture is the model's.
