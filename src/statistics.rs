@@ -1,4 +1,4 @@
-//! Order statistics.
+//! Order statistics and means.
 
 use std::cmp::Ordering;
 
@@ -29,6 +29,12 @@ pub(crate) fn quantile<T: Number>(values: &mut [T], share: f64) -> Option<T> {
 /// The middle value, the upper one of two; `None` of nothing.
 pub(crate) fn median<T: Number>(values: impl IntoIterator<Item = T>) -> Option<T> {
     quantile(&mut values.into_iter().collect::<Vec<T>>(), 0.5)
+}
+
+/// The mean; `None` of nothing.
+pub(crate) fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
+    (n > 0).then(|| sum / n as f64)
 }
 
 #[cfg(test)]

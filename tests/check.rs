@@ -1,23 +1,18 @@
 //! Site files, right and wrong, and the `check` verb.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "support/data.rs"]
+mod data;
+
 use assert_cmd::Command;
 use clerestory::panorama::Projection;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Environment, Site, Up};
+use data::shared;
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tempfile::TempDir;
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 /// A complete site in a folder: a room of 6 × 5 × 4 m, panoramas of 2:1 (`p.png`, `q.png`), a square picture, a
 /// photograph of 4:3 and a text file.

@@ -2,16 +2,19 @@
 
 #![allow(clippy::print_stdout)] // says what was skipped
 
+#[path = "support/data.rs"]
+mod data;
 #[path = "gallery/oracle.rs"]
 mod oracle;
 
 use clerestory::plan::gallery::{Effort, covered_fraction, guard};
 use clerestory::plan::open_space::OpenSpace;
 use clerestory::plan::polygon::Polygon;
+use data::shared;
 use glam::{DVec2, dvec2};
 use oracle::visible_area;
 use proptest::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A star-shaped ring: angles in order, radii as drawn.
 fn star(centre: DVec2, radii: &[f64]) -> Vec<DVec2> {
@@ -46,14 +49,6 @@ fn halls() -> Polygon {
             ring(&[(6.0, 4.0), (8.0, 4.0), (8.0, 6.0), (6.0, 6.0)]),
         ],
     }
-}
-
-fn data(sub: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(sub);
-    if !folder.is_dir() {
-        println!("skipped: {} is absent", folder.display());
-    }
-    folder.is_dir().then_some(folder)
 }
 
 fn close(open: &OpenSpace, polygon: &Polygon, q: DVec2) -> Result<(), TestCaseError> {
@@ -139,7 +134,7 @@ fn halls_are_mutually_seen_on_a_grid_with_all_its_collinear_corners() {
 
 #[test]
 fn cursed_polygons_are_noded_or_refused_and_never_panic() {
-    let Some(folder) = data("cursed/polygons") else { return };
+    let Some(folder) = shared("cursed/polygons") else { return };
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();
     for file in files {
@@ -180,7 +175,7 @@ fn load(file: &Path) -> Polygon {
 
 #[test]
 fn published_optima_are_found_and_bounds_stay_below() {
-    let Some(folder) = data("gallery") else { return };
+    let Some(folder) = shared("gallery") else { return };
     let table = std::fs::read_to_string(folder.join("optima.csv")).unwrap();
     let small = table.lines().skip(1).map(|l| l.split(',').collect::<Vec<_>>());
     let mut tried = 0;

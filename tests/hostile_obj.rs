@@ -1,8 +1,12 @@
 //! Models that are odd, broken or extreme: each is read right or refused with a clear message, never a panic.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "support/data.rs"]
+mod data;
+
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
+use data::shared;
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt::Write as _;
 use std::fs;
@@ -10,15 +14,6 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 use tempfile::TempDir;
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 /// A folder with a site file around a model; `site` are further lines of the `[site]` table.
 fn folder(site: &str, files: &[(&str, &[u8])]) -> TempDir {

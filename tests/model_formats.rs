@@ -1,9 +1,13 @@
 //! A model is the same scene whether it comes as OBJ, PLY or glTF; damaged files are refused with a clear message, never a panic.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "support/data.rs"]
+mod data;
+
 use clerestory::init::{Sources, draft};
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
+use data::shared;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -57,15 +61,6 @@ fn assert_alike(a: &[Option<(f32, Vec3)>], b: &[Option<(f32, Vec3)>]) {
     // a ray along an edge may find either side
     let count = other.count();
     assert!(count <= a.len() / 500, "{count} of {} rays differ", a.len());
-}
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 fn chapel() -> PathBuf {

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that cannot go on")]
 
+#[path = "support/data.rs"]
+mod data;
 mod support;
 
 use assert_cmd::Command;
@@ -10,9 +12,10 @@ use clerestory::plan::output::{self, Outward};
 use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
+use data::shared;
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use support::{Built, Plan, Quad, closed, grey, sides, v};
 
 /// Fewer patches than the verb takes: the check in space is quicker.
@@ -321,14 +324,6 @@ fn the_ply_is_whole() {
     assert!(plan.floors[0].surface.unwrap().covered_fraction > 0.9);
 }
 
-fn data(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(path);
-    if !path.exists() {
-        println!("skipped: no {}", path.display());
-    }
-    path.exists().then_some(path)
-}
-
 fn real(path: &Path) -> (Site, Scene) {
     let site = Site::load_with(path, Pictures::MayBeMissing).unwrap();
     let scene = scene::load(&site, &mut Health::default()).unwrap();
@@ -369,7 +364,7 @@ fn figures(site: &Site, scene: &Scene, options: &Options) -> output::PlanJson {
 
 #[test]
 fn sibenik_has_nave_choir_and_side_chapels() {
-    let Some(path) = data("truth/sibenik") else { return };
+    let Some(path) = shared("truth/sibenik") else { return };
     let (site, scene) = real(&path);
     let json = figures(&site, &scene, &Options { fresh: true, patches: 0, ..Options::default() });
     let elevations: Vec<f64> = json.floors.iter().map(|f| f.elevation).collect();
@@ -386,7 +381,7 @@ fn sibenik_has_nave_choir_and_side_chapels() {
 
 #[test]
 fn a_real_church_has_one_floor_and_pews_are_none() {
-    let Some(path) = data("models/ctk_church/CTK_Church.obj") else { return };
+    let Some(path) = shared("models/ctk_church/CTK_Church.obj") else { return };
     let folder = site_for(&path, "z");
     let (site, scene) = real(folder.path());
     let json = figures(&site, &scene, &quick());
@@ -397,7 +392,7 @@ fn a_real_church_has_one_floor_and_pews_are_none() {
 /// The scan lies askew in its file; turned upright first.
 #[test]
 fn a_scanned_room_with_holes_has_its_floor() {
-    let Some(path) = data("models/copyroom/copyroom_c2000_opt.obj") else { return };
+    let Some(path) = shared("models/copyroom/copyroom_c2000_opt.obj") else { return };
     let up = Vec3::new(-0.002, -0.801, -0.598).normalize();
     let turn = glam::Quat::from_rotation_arc(up, Vec3::Z);
     let text = fs::read_to_string(&path).unwrap();

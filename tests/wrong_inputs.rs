@@ -2,26 +2,21 @@
 //! that is right.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "support/data.rs"]
+mod data;
+
 use clerestory::audit;
 use clerestory::check::{CauseKind, check};
 use clerestory::panorama::{self, Layer, Picture};
 use clerestory::register::{self, Misfit};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
+use data::shared;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 fn chapel() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
-}
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 /// The site file in a folder with texts replaced, each of which must be there; its files stay where they are.

@@ -1,7 +1,7 @@
 //! What is wrong with a region, and how likely it is that anything is.
 
 use super::behind::behind;
-use super::explain::explain;
+use super::explain::{as_is, explain};
 use super::judge::{By, Judged};
 use super::regions::{Region, bounds};
 use super::scores::{COLOUR, ODDS, PIXELS_OFF};
@@ -54,7 +54,7 @@ const BRIDGED: f32 = 0.4;
 const WHOLE: f64 = 0.6;
 
 /// Odds from which on a region's structure is another than the model's, and the share of the usual structure that it has less of.
-pub(super) const REGION_ODDS: f32 = 6.0;
+const REGION_ODDS: f32 = 6.0;
 const OTHER: f32 = 0.5;
 
 /// Share of the difference that a displacement explains, as a ratio to what it leaves.
@@ -79,6 +79,7 @@ fn thickness(region: &Region, width: usize) -> f32 {
 
 /// A region that photograph and probes do not agree on: off its place, not there, or hidden by something.
 pub(super) fn shape(prepared: &Prepared, maps: &Maps, shares: &[(u32, u32)], region: Region) -> Option<Judged> {
+    let size = size(maps, &region)?;
     let g = &maps.geometry;
     let swept = sweep(prepared, maps, &region);
     let apart = mean(&region, |i| (g.able[i] > 0).then_some(g.mismatch[i]));
@@ -101,7 +102,6 @@ pub(super) fn shape(prepared: &Prepared, maps: &Maps, shares: &[(u32, u32)], reg
         (true, _) if covered / whole.max(1.0) > WHOLE => What::Moved,
         _ => What::Missing,
     };
-    let size = region.pixels.len() as f32 / maps.usable.len() as f32;
     // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way
     let vouched = share(&region, |i| maps.texture.structured[i] && maps.texture.odds[i] <= -ODDS);
     let surely = [
@@ -122,22 +122,25 @@ pub(super) fn shape(prepared: &Prepared, maps: &Maps, shares: &[(u32, u32)], reg
     if bridged > 0.0 {
         evidence.push(Evidence::new("the surface around goes on", bridged, BRIDGED, "share"));
     }
-    told(
-        maps,
-        surely,
-        Judged {
-            score: 0.0,
-            kind: Kind::Geometry,
-            what,
-            displacement: (moved && !gone)
-                .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
-            shift: None,
-            reason: Reason::None,
-            evidence,
-            by: By::Figure(surely),
-            region,
-        },
-    )
+    let by = By::Figure(surely);
+    Some(Judged {
+        score: probability(surely)?,
+        kind: Kind::Geometry,
+        what,
+        displacement: (moved && !gone)
+            .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
+        shift: None,
+        reason: reason(maps, by),
+        evidence,
+        by,
+        region,
+    })
+}
+
+/// A region's share of the picture; `None` if it is too small for anything to be told of it.
+fn size(maps: &Maps, region: &Region) -> Option<f32> {
+    let share = region.pixels.len() as f32 / maps.usable.len() as f32;
+    (share / SIZE >= 1.0).then_some(share)
 }
 
 /// Logarithm of the odds of a fault: by how many times its threshold a region is off, if it is large enough.
@@ -151,54 +154,57 @@ pub(super) fn false_alarms(log_odds: f32) -> f64 {
     ALARMS[0] * (-ALARMS[1] * f64::from(log_odds)).exp()
 }
 
-/// A region that is wrong by these odds; nothing if they are low.
-fn told(maps: &Maps, log_odds: f32, mut judged: Judged) -> Option<Judged> {
-    judged.score = f64::from(1.0 / (1.0 + (-log_odds).exp()));
-    if matches!(judged.by, By::Figure(z) if false_alarms(z) > maps.false_alarms) {
-        judged.reason = Reason::Usual;
+/// The probability of a fault of these odds; `None` if it is not worth telling.
+fn probability(log_odds: f32) -> Option<f64> {
+    Some(f64::from(1.0 / (1.0 + (-log_odds).exp()))).filter(|p| *p >= DOUBTFUL)
+}
+
+/// Why it is a doubt, if right models give as much too often.
+fn reason(maps: &Maps, by: By) -> Reason {
+    match by {
+        By::Figure(log_odds) if false_alarms(log_odds) > maps.false_alarms => Reason::Usual,
+        _ => Reason::None,
     }
-    (judged.score >= DOUBTFUL).then_some(judged)
 }
 
 /// A region whose picture is not the model's.
 pub(super) fn picture(prepared: &Prepared, maps: &Maps, region: Region) -> Option<Judged> {
+    let size = size(maps, &region)?;
     let t = &maps.texture;
     let (odds, slope) = odds_of(t, maps.surfaces.width, &region.pixels);
     let structural = odds >= REGION_ODDS && slope < OTHER;
-    let colour = t.mean_colour(maps, &region, true);
-    let explained = explain(prepared.scene, maps, &region, colour / COLOUR);
-    let apart = mean(&region, |i| (maps.geometry.able[i] > 0).then_some(maps.geometry.mismatch[i]));
-    let what = match explained.what {
+    let colour = t.mean_colour(maps, &region);
+    let as_is = as_is(maps, &region);
+    let bright = mean(&region, |i| t.tested[i].then_some(t.brightness[i]));
+    let other = structural && as_is < AS_IS && bright < LIGHT;
+    // light that is far off in brightness may as well be so in colour
+    let coloured = log_odds(colour / (COLOURED * (1.0 + bright)), size / SIZE);
+    let surely = if other { log_odds(odds / REGION_ODDS, size / SIZE).max(coloured) } else { coloured };
+    let by = if coloured < surely { By::Structure } else { By::Figure(surely) };
+    // before the search for another laying, which takes long
+    let score = probability(surely)?;
+    let what = match explain(prepared.scene, maps, &region, as_is, colour / COLOUR) {
         _ if odds <= -REGION_ODDS => What::Recoloured,
         What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
         what => what,
     };
-    let size = region.pixels.len() as f32 / maps.usable.len() as f32;
-    let bright = mean(&region, |i| t.tested[i].then_some(t.brightness[i]));
-    let other = structural && explained.as_is < AS_IS && bright < LIGHT;
-    // light that is far off in brightness may as well be so in colour
-    let coloured = log_odds(colour / (COLOURED * (1.0 + bright)), size / SIZE);
-    let surely = if other { log_odds(odds / REGION_ODDS, size / SIZE).max(coloured) } else { coloured };
+    let apart = mean(&region, |i| (maps.geometry.able[i] > 0).then_some(maps.geometry.mismatch[i]));
     let evidence = vec![
         Evidence::new("odds of another structure", odds, REGION_ODDS, "logarithm"),
-        Evidence::new("correlation with the model's texture", explained.as_is, 0.5, "correlation"),
+        Evidence::new("correlation with the model's texture", as_is, 0.5, "correlation"),
         Evidence::new("colour difference", colour, COLOURED, "ΔE00"),
         Evidence::new("geometry mismatch", apart, MISMATCH, "× variance"),
         Evidence::new("brightness", bright, LIGHT, "logarithm"),
     ];
-    told(
-        maps,
-        surely,
-        Judged {
-            score: 0.0,
-            kind: Kind::Texture,
-            what,
-            displacement: None,
-            shift: None,
-            reason: Reason::None,
-            evidence,
-            by: if coloured < surely { By::Structure } else { By::Figure(surely) },
-            region,
-        },
-    )
+    Some(Judged {
+        score,
+        kind: Kind::Texture,
+        what,
+        displacement: None,
+        shift: None,
+        reason: reason(maps, by),
+        evidence,
+        by,
+        region,
+    })
 }

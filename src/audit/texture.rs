@@ -157,7 +157,7 @@ pub(super) fn test(
 impl Texture {
     /// Mean over pixels of the colour that the albedo lacks, as logarithms of red and blue over green, if a surface mirrors this
     /// share of what it may.
-    pub(super) fn chroma(&self, maps: &Maps, pixels: &[usize], mirrored: f32) -> Vec2 {
+    fn chroma(&self, maps: &Maps, pixels: &[usize], mirrored: f32) -> Vec2 {
         let dull = |i: usize| {
             let light = maps.log_photo[i].map(f32::exp);
             let scattered = (light - maps.gloss.camera[i] * mirrored).max(light * 0.1);
@@ -167,11 +167,11 @@ impl Texture {
     }
 
     /// ΔE00 over a region between the model's colours and what the photograph says they are, brightness apart, whatever the
-    /// surface mirrors. Where `other_light` may fall on it, without what that would do: around the region, the light's
-    /// colours go along a line from one light to another.
-    pub(super) fn mean_colour(&self, maps: &Maps, region: &Region, other_light: bool) -> f32 {
+    /// surface mirrors, and without what other light would do: around the region, the light's colours go along a line from one
+    /// light to another.
+    pub(super) fn mean_colour(&self, maps: &Maps, region: &Region) -> f32 {
         let tested: Vec<usize> = region.pixels.iter().copied().filter(|i| self.tested[*i]).collect();
-        let (line, [low, high]) = if other_light { lights(maps, region, &tested) } else { (Vec2::X, [0.0; 2]) };
+        let (line, [low, high]) = lights(maps, region, &tested);
         least_mirrored(|share| {
             let mean = self.chroma(maps, &tested, share);
             mean - line * mean.dot(line).clamp(low, high)
@@ -185,7 +185,7 @@ fn chroma(log: Vec3) -> Vec2 {
 }
 
 /// The least ΔE00 of a change of chroma that hangs on how much of what a surface may mirror it does.
-pub(super) fn least_mirrored(change: impl Fn(f32) -> Vec2) -> f32 {
+fn least_mirrored(change: impl Fn(f32) -> Vec2) -> f32 {
     let shares = (0..=4).map(|k| k as f32 / 4.0);
     shares.map(&change).map(|c| colour_of(c.x, c.y)).fold(f32::INFINITY, f32::min)
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ReportError;
 use super::page::{Audit, Check, Plan, Render};
 use crate::csv::Table;
+use crate::statistics::mean;
 
 /// What one report comes to. What the report does not hold is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -115,11 +116,6 @@ fn read<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<T>, Rep
         what: format!("expected JSON that this program wrote, found {e}. Make the report again"),
     };
     serde_json::from_slice(&bytes).map(Some).map_err(damaged)
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, n) = values.fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
-    (n > 0).then(|| sum / n as f64)
 }
 
 /// The columns' names in the table, and their heads on the page.

@@ -5,6 +5,7 @@ use maud::{Markup, html};
 use super::data::{Archive, Audit, Plan, Render};
 use super::parts::{file, percent, warnings};
 use crate::plan::output::counted;
+use crate::statistics;
 
 /// The most findings that the opening names.
 const NAMED: usize = 5;
@@ -109,9 +110,9 @@ fn visit(plan: &Plan) -> String {
     }
 }
 
+/// The mean; 0 of nothing.
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, n) = values.fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
-    sum / n.max(1) as f64
+    statistics::mean(values).unwrap_or(0.0)
 }
 
 fn facts(archive: &Archive) -> Markup {
