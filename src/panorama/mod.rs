@@ -24,7 +24,7 @@ mod view;
 mod write;
 
 pub use camera_model::CameraModel;
-pub use convert::{convert, latlong_size};
+pub use convert::{convert, latlong};
 pub use environment::{EnvironmentSample, EnvironmentSampler};
 pub use error::PanoramaError;
 pub use exif::Exif;

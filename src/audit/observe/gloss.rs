@@ -54,7 +54,8 @@ impl Gloss {
                             return Vec3::ZERO;
                         }
                         let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
-                        mirrored(relit, beyond, point, normal, (point - eye).normalize_or_zero(), &mut scratch)
+                        let along = (point - eye).normalize_or_zero();
+                        mirrored(relit, probes, beyond, point, normal, along, &mut scratch)
                     })
                 })
                 .collect();
@@ -81,7 +82,15 @@ impl Gloss {
 }
 
 /// The most that a smooth dielectric mirrors along a direction of view, the brightest of what its lobe reaches.
-fn mirrored(relit: &Relit, beyond: Vec3, point: Vec3, normal: Vec3, along: Vec3, scratch: &mut Nearby) -> Vec3 {
+fn mirrored(
+    relit: &Relit,
+    probes: &[ProbeView],
+    beyond: Vec3,
+    point: Vec3,
+    normal: Vec3,
+    along: Vec3,
+    scratch: &mut Nearby,
+) -> Vec3 {
     let cos = -normal.dot(along);
     if cos.is_nan() || cos <= 0.0 {
         return Vec3::ZERO;
@@ -95,7 +104,7 @@ fn mirrored(relit: &Relit, beyond: Vec3, point: Vec3, normal: Vec3, along: Vec3,
     let lobe = std::iter::once(Vec3::ZERO).chain(rings);
     let lights = lobe
         .map(|d| (middle + d).normalize())
-        .map(|d| if d.dot(normal) > 0.0 { radiance(relit, beyond, point, d, scratch) } else { Vec3::ZERO });
+        .map(|d| if d.dot(normal) > 0.0 { radiance(relit, probes, beyond, point, d, scratch) } else { Vec3::ZERO });
     let brightest = lights.fold(Vec3::ZERO, brighter);
     // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
     brightest * (STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5))
@@ -106,13 +115,25 @@ fn brighter(a: Vec3, b: Vec3) -> Vec3 {
     if luminance(b) > luminance(a) { b } else { a }
 }
 
-/// Radiance that arrives at a point from a direction.
-fn radiance(relit: &Relit, beyond: Vec3, point: Vec3, direction: Vec3, scratch: &mut Nearby) -> Vec3 {
+/// Radiance that arrives at a point from a direction: what the nearest probe saw there, and where none did, what is relit.
+fn radiance(
+    relit: &Relit,
+    probes: &[ProbeView],
+    beyond: Vec3,
+    point: Vec3,
+    direction: Vec3,
+    scratch: &mut Nearby,
+) -> Vec3 {
     let scene: &Scene = relit.scene;
     let ray = Ray { origin: point, direction };
     let Some(hit) = scene.tracer.closest(&ray, 1e-3) else {
         return relit.light.told_sky(direction).unwrap_or_default().max(beyond);
     };
+    let at = point + direction * hit.t;
+    let seen = probes.iter().filter_map(|p| p.light_of(at).map(|light| (p.origin.distance_squared(at), light)));
+    if let Some((_, light)) = seen.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        return light;
+    }
     let s = scene.surface(&ray, &hit);
     let lit = relit.lit(s.position, s.normal, scratch);
     let e = if lit.asks && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };

@@ -1,10 +1,10 @@
 //! A probe as the audit asks it: radiance by direction, and what the model says it sees.
 
-use glam::{DVec3, Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-use crate::panorama::{Coding, Panorama, Picture, Projection, convert, latlong_pixel_fast, latlong_size};
+use crate::panorama::{Coding, Picture, latlong, latlong_pixel_fast};
 use crate::scene::{Ray, Scene};
 use crate::site::Probe;
 
@@ -73,6 +73,9 @@ impl ProbeView {
         let depth = (0..width * height)
             .into_par_iter()
             .map(|i| {
+                if levels[0].log[i].is_nan() {
+                    return f32::INFINITY;
+                }
                 let direction = to_world * direction(width, height, i);
                 scene.tracer.closest(&Ray { origin, direction }, 1e-3).map_or(f32::INFINITY, |hit| hit.t)
             })
@@ -120,6 +123,12 @@ impl ProbeView {
         let at = latlong_pixel_fast(self.to_probe * p, w as f32, h as f32);
         let (x, y) = ((at.x.max(0.0) as usize).min(w - 1), (at.y.max(0.0) as usize).min(h - 1));
         self.depth[y * w + x] > 0.98 * p.length()
+    }
+
+    /// Radiance that the probe saw coming from a point that nothing hides from it, over 4 × 4 pixels.
+    pub(crate) fn light_of(&self, point: Vec3) -> Option<Vec3> {
+        let log = if self.open(point) { self.log_radiance(point, 2) } else { Vec3::NAN };
+        log.is_finite().then(|| log.map(f32::exp))
     }
 
     /// How the probe sees a point with this normal, if the model puts nothing else in front of or beside it within a
@@ -190,23 +199,6 @@ fn direction(width: usize, height: usize, i: usize) -> Vec3 {
     let (sin_phi, cos_phi) = ((x / width as f32 - 0.5) * 2.0 * PI).sin_cos();
     let (sin_theta, cos_theta) = (y / height as f32 * PI).sin_cos();
     Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
-}
-
-/// The picture in latitude/longitude; NaN where it shows nothing.
-fn latlong(picture: Picture, projection: Projection) -> Picture {
-    if projection == Projection::LatLong {
-        return picture;
-    }
-    let panorama = Panorama::new(picture, projection, glam::DMat3::IDENTITY);
-    let (width, height) = latlong_size(&panorama);
-    let mut out = convert(&panorama, Projection::LatLong, width, height);
-    for (i, pixel) in out.pixels.iter_mut().enumerate() {
-        let d: DVec3 = direction(width, height, i).as_dvec3();
-        if panorama.shown(d).is_none() {
-            *pixel = Vec3::NAN;
-        }
-    }
-    out
 }
 
 /// Means of 2 × 2 pixels; invalid ones spoil theirs.
