@@ -260,7 +260,7 @@ pub(crate) fn test(
         noise,
     };
     // so wide a window needs no more than every other row and column
-    let sampled = |i: usize| i % surfaces.width % 2 == 0 && i / surfaces.width % 2 == 0;
+    let sampled = |i: usize| [i % surfaces.width, i / surfaces.width].iter().all(|k| k.is_multiple_of(2));
     let windowed = |k: usize| {
         let cost = |i| if sampled(i) { 4.0 * geometry.cost(surfaces, probes, i, place(k)) } else { 0.0 };
         surfaces.shape.smoothed(&(0..n).into_par_iter().map(cost).collect::<Vec<f32>>(), SWEEP_WINDOW)
