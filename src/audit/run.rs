@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::audit::decide::assess::assess;
 use crate::audit::decide::merge::{count_false_alarms, gathered};
+use crate::audit::decide::occlusion::take_hidden;
 use crate::audit::error::AuditError;
 use crate::audit::finding::Audit;
 use crate::audit::observe::photo::Photo;
@@ -74,6 +75,7 @@ pub fn audit(
         seen.push(assess(site, &prepared, view, photo, &observed));
     }
     count_false_alarms(&mut seen, settings.false_alarms);
+    take_hidden(&mut seen);
     progress("done", steps, steps);
     let mut audit = gathered(site, lighting, settings, seen);
     audit.warnings.splice(0..0, left_out);

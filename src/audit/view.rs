@@ -87,8 +87,8 @@ pub struct Observations {
     pub(crate) sights: Sights,
     pub(crate) log_photo: Vec<Vec3>,
     pub(crate) usable: Vec<f32>,
-    /// What surfaces may mirror.
-    pub(crate) gloss: Gloss,
+    /// The most that surfaces may mirror towards the camera, radiance.
+    pub(crate) mirrored: Vec<Vec3>,
     pub(crate) geometry: Geometry,
     /// Where a surface beside goes on although the model has an opening.
     pub(crate) continued: Continuation,
@@ -149,7 +149,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         .map(|(probe, sights)| soften(&surfaces, probe, sights, &blurred, &usable))
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
-    let gloss = Gloss::look(&relit, &surfaces, &prepared.probes, &sights);
+    let gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
     let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, &soft, &radiometry, &gloss);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
@@ -180,7 +180,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         sights,
         log_photo,
         usable,
-        gloss,
+        mirrored: gloss.to_camera,
         geometry,
         continued,
         texture,

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::decide::judged::{By, Judged};
+use crate::audit::decide::occlusion::{Eye, SAMPLES, Sightlines};
 use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
@@ -20,6 +21,7 @@ use crate::statistics::median;
 pub(crate) struct Assessed {
     pub(crate) view: AuditedView,
     pub(crate) field: Field,
+    pub(crate) eye: Eye,
     pub(crate) found: Vec<Found>,
 }
 
@@ -31,6 +33,8 @@ pub(crate) struct Found {
     /// Mean of the modelled surface's normals, of length 1.
     pub(crate) normal: Vec3,
     pub(crate) by: By,
+    /// Places all over it, with the probes that can tell of them.
+    pub(crate) sightlines: Vec<Sightlines>,
 }
 
 /// Judges a view and brings everything to the photograph's size.
@@ -92,11 +96,25 @@ pub(crate) fn assess(
             let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
             let finding = finding(site, prepared, view, observed, &j, &mask, w);
             let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
-            Found { finding, mask, pixels: j.region.pixels, normal, by: j.by }
+            let sightlines = sightlines(prepared, observed, &j.region.pixels);
+            Found { finding, mask, pixels: j.region.pixels, normal, by: j.by, sightlines }
         })
         .collect();
     let view = AuditedView { summary, photograph, render, verdicts, reasons, suspicion, masks: Vec::new() };
-    Assessed { view, field, found }
+    let eye = Eye {
+        camera: observed.camera,
+        origin: prepared.scene.origin,
+        position: observed.surfaces.position.clone(),
+        distance: observed.surfaces.distance.clone(),
+    };
+    Assessed { view, field, eye, found }
+}
+
+fn sightlines(prepared: &AuditScene, observed: &Observations, pixels: &[usize]) -> Vec<Sightlines> {
+    let telling = |i: usize| observed.geometry.telling(i).map(|k| prepared.probes[k].origin).collect();
+    let few = pixels.iter().step_by(pixels.len().div_ceil(SAMPLES).max(1));
+    let all = few.map(|i| Sightlines { point: observed.surfaces.position[*i], probes: telling(*i) });
+    all.filter(|s| !s.probes.is_empty()).collect()
 }
 
 /// A region as a finding.

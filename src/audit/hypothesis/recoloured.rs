@@ -17,7 +17,7 @@ impl Texture {
     fn chroma(&self, observed: &Observations, pixels: &[usize], mirrored: f32) -> Vec2 {
         let dull = |i: usize| {
             let light = observed.log_photo[i].map(f32::exp);
-            let scattered = (light - observed.gloss.camera[i] * mirrored).max(light * 0.1);
+            let scattered = (light - observed.mirrored[i] * mirrored).max(light * 0.1);
             chroma(self.ratio[i] + (scattered / light).map(f32::ln))
         };
         pixels.iter().map(|i| dull(*i)).sum::<Vec2>() / pixels.len().max(1) as f32

@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 
 use crate::audit::likelihood::noise::{Noise, Parts, Sample};
 use crate::audit::observe::geometry_buffer::GeometryBuffer;
-use crate::audit::observe::gloss::Gloss;
+use crate::audit::observe::gloss::{Gloss, bounds};
 use crate::audit::observe::probe_view::ProbeView;
 use crate::audit::observe::radiometry::{Radiometry, Sights};
 
@@ -90,6 +90,11 @@ impl Geometry {
         let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
         let point = surfaces.position[i] + ray * (metres / normal.dot(ray).min(-0.1));
         self.of.iter().zip(probes).map(|(of, probe)| of.cost(&self.noise, probe, i, point)).sum()
+    }
+
+    /// The probes that see a pixel well and with parallax.
+    pub(crate) fn telling(&self, i: usize) -> impl Iterator<Item = usize> {
+        (0..self.of.len()).filter(move |k| self.of[*k].weight[i] > 0.0)
     }
 
     /// Whether some probe sees enough in a pixel for its place to be told.
@@ -310,13 +315,19 @@ fn of_probe(
     let parallax: Vec<f32> = (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
     let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
     let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
+    let squared: Vec<f32> = (0..n).into_par_iter().map(|i| noise.squared(soft[i] - here[i], variance[i])).collect();
+    // what noise explains needs no gloss
+    let to_probe = gloss.towards(surfaces, probe.origin, &|i| weight[i] > 0.0 && squared[i] > 1.0);
     let dull: Vec<f32> = (0..n)
         .into_par_iter()
         .map(|i| {
             if weight[i] == 0.0 {
                 return 0.0;
             }
-            let [below, above] = gloss.bounds(Some(k), i, here[i].map(f32::exp));
+            if squared[i] <= 1.0 {
+                return squared[i];
+            }
+            let [below, above] = bounds(gloss.to_camera[i], to_probe[i], here[i].map(f32::exp));
             let difference = soft[i] - here[i];
             limited(noise.squared(difference - difference.clamp(below, above), variance[i]))
         })
@@ -326,9 +337,7 @@ fn of_probe(
     let rest = dull.iter().zip(&variance).map(|(c, v)| c * v).collect();
     // contrast that the noise alone would give says nothing of a surface's place
     let telling = (TELLING * noise.floor(k)).powi(2);
-    let plain = (0..n)
-        .map(|i| (2.0 * by[i][2] < telling && seen[i]).then(|| limited(noise.squared(soft[i] - here[i], variance[i]))))
-        .collect();
+    let plain = (0..n).map(|i| (2.0 * by[i][2] < telling && seen[i]).then(|| limited(squared[i]))).collect();
     OfProbe { soft, level, variance, plain, weight, mismatch, rest, seen, parallax }
 }
 

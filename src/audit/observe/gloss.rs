@@ -10,10 +10,9 @@ use std::f32::consts::FRAC_1_SQRT_2;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::ProbeView;
-use crate::audit::observe::radiometry::Sights;
 use crate::panorama::{Picture, luminance};
 use crate::render::{Irradiance, Relit};
-use crate::scene::{Ray, Scene};
+use crate::scene::Ray;
 use crate::volume::Nearby;
 
 /// Reflectance of varnish, wax and polished stone seen straight on: refractive index 1.5.
@@ -22,123 +21,110 @@ const STRAIGHT: f32 = 0.04;
 /// How wide such surfaces spread what they mirror, radians: rings of directions around the mirrored one.
 const LOBE: [f32; 2] = [0.1, 0.25];
 
-/// Every how many pixels along each side mirrored light is looked up.
-const STRIDE: usize = 6;
+/// Sides of the squares of pixels that mirrored light is looked up once for: a streak on a column is not much wider.
+const STRIDE: usize = 3;
 
-/// The most that a view's surfaces may mirror, per pixel, radiance.
-pub(crate) struct Gloss {
-    /// Towards the camera.
-    pub(crate) camera: Vec<Vec3>,
-    /// Towards each probe; zero where it does not see the surface.
-    pub(crate) probes: Vec<Vec<Vec3>>,
+/// What a view's surfaces may mirror.
+pub(crate) struct Gloss<'a> {
+    relit: &'a Relit<'a>,
+    probes: &'a [ProbeView],
+    /// Light through openings.
+    beyond: Vec3,
+    /// The most that they may mirror towards the camera, per pixel, radiance.
+    pub(crate) to_camera: Vec<Vec3>,
 }
 
-impl Gloss {
-    /// Looks up what is mirrored in a view.
-    pub(crate) fn look(relit: &Relit, surfaces: &GeometryBuffer, probes: &[ProbeView], sights: &Sights) -> Self {
+impl<'a> Gloss<'a> {
+    /// Of what the probes saw; what none of them did is relit.
+    pub(crate) fn new(relit: &'a Relit<'a>, surfaces: &GeometryBuffer, probes: &'a [ProbeView]) -> Self {
         // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
         let beyond = probes.iter().map(ProbeView::brightest).fold(relit.light.beyond(relit.scene), Vec3::max);
-        let towards = |eye: Vec3, sees: &(dyn Fn(usize) -> bool + Sync)| -> Vec<Vec3> {
-            let (w, h) = (surfaces.width, surfaces.height);
-            let wide = w.div_ceil(STRIDE);
-            // a cell's middle stands for all of it
-            let cells: Vec<Vec3> = (0..h.div_ceil(STRIDE))
-                .into_par_iter()
-                .flat_map_iter(|row| {
-                    let mut scratch = Nearby::default();
-                    (0..wide).map(move |column| {
-                        let x = (column * STRIDE + STRIDE / 2).min(w - 1);
-                        let y = (row * STRIDE + STRIDE / 2).min(h - 1);
-                        let i = y * w + x;
-                        if surfaces.triangle[i] == NONE || !sees(i) {
-                            return Vec3::ZERO;
-                        }
-                        let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
-                        let along = (point - eye).normalize_or_zero();
-                        mirrored(relit, probes, beyond, point, normal, along, &mut scratch)
-                    })
-                })
-                .collect();
-            (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
-        };
-        Self {
-            camera: towards(surfaces.origin, &|_| true),
-            probes: probes.iter().zip(&sights.of).map(|(p, of)| towards(p.origin, &|i| of[i].is_some())).collect(),
-        }
+        let mut this = Self { relit, probes, beyond, to_camera: Vec::new() };
+        this.to_camera = this.towards(surfaces, surfaces.origin, &|_| true);
+        this
     }
 
-    /// By how much the photograph's logarithm may be below and above that of a probe's light, or of light that is
-    /// scattered alone, per channel.
-    pub(crate) fn bounds(&self, probe: Option<usize>, i: usize, light: Vec3) -> [Vec3; 2] {
-        /// A surface shows no less than this share of its light by scattering.
-        const LEAST: f32 = 0.05;
-        let light = light.max(Vec3::splat(1e-30));
-        let of_probe = probe.map_or(Vec3::ZERO, |k| self.probes[k][i]);
-        [
-            (Vec3::ONE - of_probe / light).max(Vec3::splat(LEAST)).map(f32::ln),
-            (Vec3::ONE + self.camera[i] / light).map(f32::ln),
-        ]
+    /// The most that surfaces may mirror towards an eye, per pixel, radiance; zero where it is not wanted.
+    pub(crate) fn towards(
+        &self,
+        surfaces: &GeometryBuffer,
+        eye: Vec3,
+        wanted: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Vec<Vec3> {
+        let (w, h) = (surfaces.width, surfaces.height);
+        let wide = w.div_ceil(STRIDE);
+        let cells: Vec<Vec3> = (0..h.div_ceil(STRIDE))
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let mut scratch = Nearby::default();
+                (0..wide).map(move |column| {
+                    // one pixel stands for all of a square: its middle, if that is wanted
+                    let corner = row * STRIDE * w + column * STRIDE;
+                    let inside = |k: &usize| column * STRIDE + k % STRIDE < w && row * STRIDE + k / STRIDE < h;
+                    let middle_first = (0..STRIDE * STRIDE).map(|k| (k + STRIDE * STRIDE / 2) % (STRIDE * STRIDE));
+                    let mut all = middle_first.filter(inside).map(|k| corner + k / STRIDE * w + k % STRIDE);
+                    let Some(i) = all.find(|i| surfaces.triangle[*i] != NONE && wanted(*i)) else { return Vec3::ZERO };
+                    let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
+                    self.mirrored(point, normal, (point - eye).normalize_or_zero(), &mut scratch)
+                })
+            })
+            .collect();
+        (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
+    }
+
+    /// The most that a smooth dielectric mirrors along a direction of view, the brightest of what its lobe reaches.
+    fn mirrored(&self, point: Vec3, normal: Vec3, along: Vec3, scratch: &mut Nearby) -> Vec3 {
+        let cos = -normal.dot(along);
+        if cos.is_nan() || cos <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let middle = along + normal * (2.0 * cos);
+        let (a, b) = middle.any_orthonormal_pair();
+        // the inner ring along two axes, the outer one between them
+        let across = [a, -a, b, -b];
+        let between = [a + b, a - b, b - a, -a - b].map(|d| d * FRAC_1_SQRT_2);
+        let rings = across.map(|d| d * LOBE[0]).into_iter().chain(between.map(|d| d * LOBE[1]));
+        let lobe = std::iter::once(Vec3::ZERO).chain(rings);
+        let lights = lobe
+            .map(|d| (middle + d).normalize())
+            .map(|d| if d.dot(normal) > 0.0 { self.radiance(point, d, scratch) } else { Vec3::ZERO });
+        let brightest = lights.fold(Vec3::ZERO, brighter);
+        // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
+        brightest * (STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5))
+    }
+
+    /// Radiance that arrives at a point from a direction: what the nearest probe saw there, and where none did, what is relit.
+    fn radiance(&self, point: Vec3, direction: Vec3, scratch: &mut Nearby) -> Vec3 {
+        let (relit, scene) = (self.relit, self.relit.scene);
+        let ray = Ray { origin: point, direction };
+        let Some(hit) = scene.tracer.closest(&ray, 1e-3) else {
+            return relit.light.told_sky(direction).unwrap_or_default().max(self.beyond);
+        };
+        let at = point + direction * hit.t;
+        let lights = self.probes.iter().filter_map(|p| Some((p.origin.distance_squared(at), p.light_of(at)?)));
+        if let Some((_, light)) = lights.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            return light;
+        }
+        let s = scene.surface(&ray, &hit);
+        let lit = relit.lit(s.position, s.normal, scratch);
+        let e = if lit.asks && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
+        let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE[0] * hit.t) * e / std::f32::consts::PI;
+        if Picture::valid(light) { light } else { Vec3::ZERO }
     }
 }
 
-/// The most that a smooth dielectric mirrors along a direction of view, the brightest of what its lobe reaches.
-fn mirrored(
-    relit: &Relit,
-    probes: &[ProbeView],
-    beyond: Vec3,
-    point: Vec3,
-    normal: Vec3,
-    along: Vec3,
-    scratch: &mut Nearby,
-) -> Vec3 {
-    let cos = -normal.dot(along);
-    if cos.is_nan() || cos <= 0.0 {
-        return Vec3::ZERO;
-    }
-    let middle = along + normal * (2.0 * cos);
-    let (a, b) = middle.any_orthonormal_pair();
-    // the inner ring along two axes, the outer one between them
-    let across = [a, -a, b, -b];
-    let between = [a + b, a - b, b - a, -a - b].map(|d| d * FRAC_1_SQRT_2);
-    let rings = across.map(|d| d * LOBE[0]).into_iter().chain(between.map(|d| d * LOBE[1]));
-    let lobe = std::iter::once(Vec3::ZERO).chain(rings);
-    let lights = lobe
-        .map(|d| (middle + d).normalize())
-        .map(|d| if d.dot(normal) > 0.0 { radiance(relit, probes, beyond, point, d, scratch) } else { Vec3::ZERO });
-    let brightest = lights.fold(Vec3::ZERO, brighter);
-    // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
-    brightest * (STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5))
+/// By how much a photograph's logarithm may be below and above that of a probe's light, where the surface may mirror so much
+/// towards the camera and towards the probe; per channel.
+pub(crate) fn bounds(to_camera: Vec3, to_probe: Vec3, light: Vec3) -> [Vec3; 2] {
+    /// A surface shows no less than this share of its light by scattering.
+    const LEAST: f32 = 0.05;
+    let light = light.max(Vec3::splat(1e-30));
+    [(Vec3::ONE - to_probe / light).max(Vec3::splat(LEAST)).map(f32::ln), (Vec3::ONE + to_camera / light).map(f32::ln)]
 }
 
 /// The brighter of two lights.
 fn brighter(a: Vec3, b: Vec3) -> Vec3 {
     if luminance(b) > luminance(a) { b } else { a }
-}
-
-/// Radiance that arrives at a point from a direction: what the nearest probe saw there, and where none did, what is relit.
-fn radiance(
-    relit: &Relit,
-    probes: &[ProbeView],
-    beyond: Vec3,
-    point: Vec3,
-    direction: Vec3,
-    scratch: &mut Nearby,
-) -> Vec3 {
-    let scene: &Scene = relit.scene;
-    let ray = Ray { origin: point, direction };
-    let Some(hit) = scene.tracer.closest(&ray, 1e-3) else {
-        return relit.light.told_sky(direction).unwrap_or_default().max(beyond);
-    };
-    let at = point + direction * hit.t;
-    let seen = probes.iter().filter_map(|p| p.light_of(at).map(|light| (p.origin.distance_squared(at), light)));
-    if let Some((_, light)) = seen.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        return light;
-    }
-    let s = scene.surface(&ray, &hit);
-    let lit = relit.lit(s.position, s.normal, scratch);
-    let e = if lit.asks && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
-    let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE[0] * hit.t) * e / std::f32::consts::PI;
-    if Picture::valid(light) { light } else { Vec3::ZERO }
 }
 
 #[cfg(test)]
@@ -147,12 +133,9 @@ mod tests {
 
     #[test]
     fn what_may_be_mirrored_widens_what_a_right_model_shows() {
-        let gloss = Gloss { camera: vec![Vec3::splat(1.0)], probes: vec![vec![Vec3::splat(0.5)]] };
-        let [below, above] = gloss.bounds(Some(0), 0, Vec3::splat(1.0));
+        let [below, above] = bounds(Vec3::splat(1.0), Vec3::splat(0.5), Vec3::splat(1.0));
         assert!((below.x - 0.5f32.ln()).abs() < 1e-6 && (above.x - 2.0f32.ln()).abs() < 1e-6);
-        // light that is scattered alone holds nothing mirrored
-        assert_eq!(gloss.bounds(None, 0, Vec3::splat(1.0))[0], Vec3::ZERO);
         // what is mirrored may be all that is there, nearly
-        assert!(gloss.bounds(Some(0), 0, Vec3::splat(0.1))[0].is_finite());
+        assert!(bounds(Vec3::splat(1.0), Vec3::splat(0.5), Vec3::splat(0.1))[0].is_finite());
     }
 }
