@@ -1,5 +1,7 @@
+use super::pdf::pdf;
+use super::png::{png, text_width, wrap};
 use super::style::{BLACK, BLUE, Hatch, Pattern, Style, VERMILION};
-use super::{Svg, Text, pdf, png, text_width, wrap};
+use super::svg::{Svg, Text};
 
 fn sheet() -> Svg {
     let mut svg = Svg::new(60.0, 40.0, "A <test>", "two hatches & a word");

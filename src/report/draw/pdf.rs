@@ -7,8 +7,8 @@ use std::sync::{Arc, LazyLock};
 use svg2pdf::usvg::{self, fontdb};
 use svg2pdf::{ConversionOptions, to_chunk};
 
-use super::ReportError;
 use super::png::{BOLD, PLAIN};
+use crate::report::error::ReportError;
 
 // svg2pdf stands on an older usvg than the pictures do, with a database of its own
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
