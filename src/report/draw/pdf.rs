@@ -1,16 +1,20 @@
-//! PDF of sheets, drawn by svg2pdf from the very SVG that is shipped: lines stay lines, and the one font that is shipped is
-//! embedded.
+//! PDF of sheets, drawn by krilla from the very SVG that is shipped: lines stay lines, the one font that is shipped is
+//! embedded, and archives take it (PDF/A-2b, ISO 19005-2).
 
-use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, TextStr};
-use std::collections::HashMap;
+use krilla::configure::{Archival, ConfigurationBuilder};
+use krilla::error::KrillaError;
+use krilla::geom::Size;
+use krilla::metadata::Metadata;
+use krilla::page::PageSettings;
+use krilla::{Document, SerializeSettings};
+use krilla_svg::{SurfaceExt, SvgSettings};
 use std::sync::{Arc, LazyLock};
-use svg2pdf::usvg::{self, fontdb};
-use svg2pdf::{ConversionOptions, to_chunk};
+use usvg::fontdb;
 
 use super::png::{BOLD, PLAIN};
 use crate::report::error::ReportError;
 
-// svg2pdf stands on an older usvg than the pictures do, with a database of its own
+// krilla stands on an older usvg than the pictures do, with a database of its own
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(PLAIN.to_vec());
@@ -18,52 +22,45 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// A PDF file with a page for each SVG sheet, as large as the sheet. The same bytes for the same sheets.
+/// A PDF file with a page for each SVG sheet, as large as the sheet. The same bytes for the same sheets. It is PDF/A-2b,
+/// but where a letter is missing in the font: archives refuse such a file, people can read the rest of it.
 ///
 /// # Errors
 /// If an SVG cannot be read or drawn.
 pub fn pdf(title: &str, sheets: &[&str]) -> Result<Vec<u8>, ReportError> {
-    /// PDF's unit is a point, 1/72 inch.
-    const DPI: f32 = 72.0;
     let bad = |what: String| ReportError::Drawing { what };
     let options = usvg::Options {
         fontdb: FONTS.clone(),
         font_family: "DejaVu Sans".into(),
-        dpi: DPI,
+        // PDF's unit is a point, 1/72 inch
+        dpi: 72.0,
         ..usvg::Options::default()
     };
-    let mut last = Ref::new(1);
-    let mut next = || {
-        last = last.next();
-        last
+    let trees: Result<Vec<_>, _> = sheets.iter().map(|svg| usvg::Tree::from_str(svg, &options)).collect();
+    let trees = trees.map_err(|e| bad(e.to_string()))?;
+    let file = match drawn(title, &trees, true) {
+        Err(KrillaError::Validation(_)) => drawn(title, &trees, false),
+        file => file,
     };
-    let (catalogue, pages) = (next(), next());
-    let mut file = Pdf::new();
-    let mut kids = Vec::new();
-    for svg in sheets {
-        let tree = usvg::Tree::from_str(svg, &options).map_err(|e| bad(e.to_string()))?;
-        let (width, height) = (tree.size().width(), tree.size().height());
-        let (chunk, drawing) = to_chunk(&tree, ConversionOptions::default()).map_err(|e| bad(e.to_string()))?;
-        // each drawing counts its parts from 1
-        let mut own: HashMap<Ref, Ref> = HashMap::new();
-        let chunk = chunk.renumber(|old| *own.entry(old).or_insert_with(&mut next));
-        let Some(drawing) = own.get(&drawing).copied() else { return Err(bad("a sheet came out empty".to_owned())) };
-        let (page, content) = (next(), next());
-        kids.push(page);
-        file.extend(&chunk);
-        let mut put = Content::new();
-        // a drawing is one unit wide and high
-        put.transform([width, 0.0, 0.0, height, 0.0, 0.0]);
-        put.x_object(Name(b"S"));
-        file.stream(content, &put.finish());
-        let mut page = file.page(page);
-        page.media_box(Rect::new(0.0, 0.0, width, height)).parent(pages).contents(content);
-        page.resources().x_objects().pair(Name(b"S"), drawing);
+    file.map_err(|e| bad(format!("{e:?}")))
+}
+
+fn drawn(title: &str, trees: &[usvg::Tree], archival: bool) -> Result<Vec<u8>, KrillaError> {
+    let configuration = match archival {
+        true => ConfigurationBuilder::new().with_archival_validator(Archival::A2_B),
+        false => ConfigurationBuilder::new(),
+    };
+    let configuration = configuration.finish().unwrap_or_default();
+    let mut file = Document::new_with(SerializeSettings { configuration, ..SerializeSettings::default() });
+    for tree in trees {
+        let Some(size) = Size::from_wh(tree.size().width(), tree.size().height()) else { continue };
+        let mut page = file.start_page_with(PageSettings::new(size));
+        let mut surface = page.surface();
+        surface.draw_svg(tree, size, SvgSettings::default());
+        surface.finish();
         page.finish();
     }
-    file.catalog(catalogue).pages(pages);
-    file.pages(pages).count(kids.len() as i32).kids(kids);
-    let info = next();
-    file.document_info(info).title(TextStr(title)).creator(TextStr("clerestory"));
-    Ok(file.finish())
+    let metadata = Metadata::new().title(title.to_owned()).creator("clerestory".to_owned());
+    file.set_metadata(metadata.language("en".to_owned()));
+    file.finish()
 }
