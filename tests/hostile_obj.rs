@@ -292,9 +292,12 @@ fn with_texture(mtl: &str, picture: &str) -> (Vec3, Vec3, String) {
 #[test]
 fn materials_are_forgiven_what_exporters_do() {
     let half = 0.502_886_5; // 188 of 255 decoded from sRGB
-    let cases: [(&str, &str, f32, &str); 12] = [
+    let cases: [(&str, &str, f32, &str); 14] = [
         ("newmtl a b\nKd 1 1 1\nmap_Kd wood floor.png\n", "wood floor.png", half, ""),
         ("newmtl a b\nKd .5 .5 .5\nmap_Kd -s 1 1 1 -o 0 0 -mm 0 1 -clamp off w.png\n", "w.png", 0.5 * half, ""),
+        // a picture of one grey as a mask, and one that is not there
+        ("newmtl a b\nKd .5 .5 .5\nmap_d -imfchan l w.png\n", "w.png", 0.5, "Cut-out pictures: 0 triangles cut"),
+        ("newmtl a b\nKd .5 .5 .5\nmap_d none.png\n", "w.png", 0.5, "there is no picture “none.png”"),
         ("newmtl a b\nmap_Kd -s 2 2 w.png\n", "w.png", half, "m.mtl:2: material “a b” scales"),
         ("newmtl a b\nKd 0 0 0\nmap_Kd w.png\n", "w.png", half, "m.mtl:3: material “a b” has Kd 0 0 0 beside"),
         ("newmtl a b\nKd 1 1 1\nmap_Kd Textures\\W.PNG\n", "w.png", half, "“Textures\\W.PNG”"),
@@ -312,6 +315,10 @@ fn materials_are_forgiven_what_exporters_do() {
         assert!(if warning.is_empty() { warnings.is_empty() } else { warnings.contains(warning) }, "{mtl}: {warnings}");
     }
     assert_eq!(with_texture("newmtl a b\nKe 5 4 3\n", "w.png").1, Vec3::new(5.0, 4.0, 3.0));
+    let mtl = b"newmtl a b\nmap_Kd -clamp on w.png\n";
+    let files = [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl), ("w.png", &png(4, 4, [188; 3])[..])];
+    let (scene, _) = load(folder(METRES_Z, &files).path()).unwrap();
+    assert_eq!(scene.textures[0].wrap(), [clerestory::scene::Wrap::Clamp; 2]);
 }
 
 #[test]

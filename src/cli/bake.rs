@@ -52,11 +52,18 @@ pub(crate) struct BakeHow {
     #[arg(long, value_name = "SHARE", default_value_t = bake::Settings::default().error, value_parser = error)]
     pub(super) error: f32,
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     pub(super) cells: u32,
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::Settings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
     pub(super) volume_rays: u32,
+}
+
+impl Default for BakeHow {
+    fn default() -> Self {
+        let volume::Settings { cells, rays } = volume::Settings::default();
+        Self { lighting: vec![], vertices: None, error: bake::Settings::default().error, cells, volume_rays: rays }
+    }
 }
 
 /// What was made, for scripts.

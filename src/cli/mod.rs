@@ -84,16 +84,6 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Runs another verb as if its command line had been typed (without the program's name), on the same threads; gives what
-/// it prints.
-pub(crate) fn run_line(line: &[String]) -> anyhow::Result<Vec<u8>> {
-    let words = std::iter::once("clerestory").chain(line.iter().map(String::as_str));
-    let arguments = Arguments::try_parse_from(words)?;
-    let mut out = Vec::new();
-    verb(&arguments.verb, &mut out)?;
-    Ok(out)
-}
-
 /// A command line of this program (without its name) as a shell takes it.
 pub(crate) fn command(line: &[String]) -> String {
     std::iter::once("clerestory".to_owned()).chain(line.iter().map(|w| quoted(w))).collect::<Vec<_>>().join(" ")

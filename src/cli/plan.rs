@@ -3,13 +3,12 @@
 use anyhow::anyhow;
 use clap::{Args, ValueHint};
 use clerestory::plan::output::{self, Outward};
-use clerestory::plan::ply;
-use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
-use clerestory::report::{Imprint, coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
+use clerestory::plan::site::{FloorPlan, Options, plan};
+use clerestory::report::write_plan;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Plan where to put the tripod: floors, stations, what they see and what nothing will.
 ///
@@ -74,13 +73,12 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     }
     let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
     spinner.set_message("drawing");
-    let outward = Outward::of(&site, &scene);
-    let json = output::json(&site, &plan, &outward);
-    let files = write(&site, &plan, &outward, &json, &folder)?;
+    let (json, files) = write_plan(&site, &scene, &plan, &folder)?;
     spinner.finish_and_clear();
     if args.json {
         super::out::json(&json, out)?;
     } else if !args.quiet {
+        let outward = Outward::of(&site, &scene);
         for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
             writeln!(out, "! {warning}")?;
         }
@@ -89,45 +87,6 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
         writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
     }
     Ok(())
-}
-
-/// Writes all files and gives their names.
-fn write(
-    site: &Site,
-    plan: &SitePlan<'_>,
-    outward: &Outward,
-    json: &output::PlanJson,
-    folder: &Path,
-) -> anyhow::Result<Vec<String>> {
-    let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
-    let mut names = Vec::new();
-    for (i, floor) in plan.floors.iter().enumerate() {
-        let imprint = |number| Imprint {
-            site: &site.name,
-            project: &site.project,
-            sheet: [number, 2 * plan.floors.len()],
-            made_by: &made_by,
-        };
-        let sheets =
-            [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
-        for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
-            write_sheet(&sheet, folder, &stem)?;
-            names.push(format!("{stem}.svg, .png, .pdf"));
-        }
-        let drawing = format!("{}.dxf", output::sheets(floor)[0]);
-        write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
-        names.push(drawing);
-    }
-    write_file(&folder.join("plan.json"), (serde_json::to_string_pretty(json)? + "\n").as_bytes())?;
-    write_file(&folder.join("plan.csv"), output::csv(plan, outward).as_bytes())?;
-    names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
-    if let Some(surface) = &plan.surface {
-        let mut bytes = Vec::new();
-        ply::write(surface, outward, &mut bytes)?;
-        write_file(&folder.join("coverage.ply"), &bytes)?;
-        names.push("coverage.ply".to_owned());
-    }
-    Ok(names)
 }
 
 /// The result in lines that a site file takes for comments.

@@ -9,13 +9,14 @@ use clerestory::check::{self, Saving};
 use clerestory::panorama::{self, Exposure, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, exposure_of, prepare, render};
+use clerestory::report::{NotDone, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::shoot::read_light;
 use clerestory::site::{Camera, Site, View};
 use clerestory::volume;
 use clerestory::{paper, radiometry, site};
 use compared::{Compared, compared, photos};
-use print::{Done, NotDone, Outcome, print};
+use print::print;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -23,10 +24,13 @@ use std::time::Instant;
 
 use super::visible::visible;
 
+/// Rays a pixel, unless others are asked for.
+const SAMPLES: u32 = 4;
+
 /// Relight a site's views from its probes.
 ///
 /// Writes NAME.exr (linear radiance) and NAME.png (for people) per view into --out.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 #[command(after_help = "Examples:\n  \
     clerestory render sites/chapel\n  \
     clerestory render sites/chapel --view apse --lighting 14:30\n  \
@@ -56,13 +60,13 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_enum, default_value_t = Method::Ibs)]
     method: Method,
     /// Rays a pixel
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1024))]
     samples: u32,
     /// Use only the first N probes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     probes: Option<u32>,
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     cells: u32,
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::Settings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
@@ -110,9 +114,10 @@ pub(crate) struct RenderArgs {
 }
 
 /// How to relight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Method {
     /// Image-based shooting as this program does it
+    #[default]
     Ibs,
     /// The paper's plain method: fixed radius, equal average, point albedo, undirected volume
     Paper,
@@ -131,6 +136,26 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         site = found;
         site.warnings.extend(lines);
     }
+    let outcome = rendered(site, args)?;
+    if args.json {
+        super::out::json(&outcome, out)?;
+    } else if !args.quiet {
+        print(&outcome, out)?;
+    }
+    Ok(())
+}
+
+impl RenderArgs {
+    /// All views as they come, into a folder, silently.
+    pub(super) fn as_they_come(out: &Path, compare: bool) -> Self {
+        let volume::Settings { cells, rays } = volume::Settings::default();
+        let out = Some(out.to_owned());
+        Self { samples: SAMPLES, cells, volume_rays: rays, compare, out, quiet: true, ..Self::default() }
+    }
+}
+
+/// Renders views of a site that is loaded, and writes them.
+pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rendered> {
     let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
@@ -208,7 +233,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         }
         let file = write(&frame, view, &folder, args.layers, exposure)?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
-        done.push(Done {
+        done.push(RenderedView {
             name: view.name.clone(),
             rays_s,
             shade_s,
@@ -224,7 +249,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     let Setup { mut timings, records, record_bytes, .. } = setup;
     timings.volume_s += volume_s;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
-    let outcome = Outcome {
+    Ok(Rendered {
         setup: timings,
         views: done,
         records,
@@ -233,13 +258,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         left_out,
         warnings,
         gains,
-    };
-    if args.json {
-        super::out::json(&outcome, out)?;
-    } else if !args.quiet {
-        print(&outcome, out)?;
-    }
-    Ok(())
+    })
 }
 
 /// The light of the lightings that nobody asked for.

@@ -69,8 +69,32 @@ pub(super) struct ModelMaterial {
     pub(super) emission: Vec3,
     /// The picture that multiplies the albedo.
     pub(super) map: Option<Map>,
-    /// Whether the picture's alpha cuts holes: what it is multiplied with, and from where on there is a surface.
-    pub(super) cutout: Option<[f32; 2]>,
+    /// What cuts holes into it.
+    pub(super) cutout: Option<Cutout>,
+}
+
+/// A picture that tells where there is a surface and where there is a hole.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Cutout {
+    /// The picture; `None` for the one that paints the surface.
+    pub(super) map: Option<Map>,
+    /// What of the picture tells it.
+    pub(super) channel: Channel,
+    /// What it is multiplied with.
+    pub(super) factor: f32,
+    /// From where on there is a surface.
+    pub(super) cutoff: f32,
+}
+
+/// What of a picture tells how opaque a texel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Channel {
+    /// Its alpha.
+    Alpha,
+    /// Its brightness.
+    Grey,
+    /// Its alpha where it has one, else its brightness.
+    Either,
 }
 
 /// A texture as a material names it.

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use crate::bake::{BakeError, Baked};
 use crate::panorama::{Exposure, PanoramaError, Picture, linear_to_srgb, pinhole_of, undistorted};
 use crate::photograph::{self, PhotographError};
-use crate::scene::Scene;
+use crate::scene::{Scene, Wrap};
 use crate::site::{Camera, Site, View};
 use crate::whole::write_whole;
 use findings::{Mark, Shown};
@@ -74,7 +74,8 @@ struct About {
     lightings: Vec<Lighting>,
     sky: [usize; 2],
     materials: Vec<Range>,
-    pictures: usize,
+    /// How each picture goes on across and down, as OpenGL numbers it.
+    pictures: Vec<[u32; 2]>,
     /// Least texture coordinates and their step; nothing without textures.
     uv: Option<[f32; 3]>,
     tinted: bool,
@@ -283,9 +284,13 @@ fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Resul
 const RUN: usize = 2048;
 
 /// The materials in use, in runs of triangles, and their pictures as blocks.
-fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(Vec<Range>, usize), ViewerError> {
+fn materials(
+    scene: &Scene,
+    baked: &Baked,
+    blocks: &mut Vec<Block>,
+) -> Result<(Vec<Range>, Vec<[u32; 2]>), ViewerError> {
     let mut number = vec![None; scene.textures.len()];
-    let (mut all, mut pictures) = (Vec::new(), 0);
+    let (mut all, mut pictures) = (Vec::new(), Vec::new());
     for (m, ends) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
         let material = &scene.materials[m];
         let lamp = material.emission != Vec3::ZERO;
@@ -296,8 +301,8 @@ fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(V
                 let (bytes, kind) =
                     texture.encoded().map_err(|why| BakeError::Picture { name: texture.name.clone(), why })?;
                 blocks.push(Block { kind, bytes: bytes.to_vec() });
-                number[t as usize] = Some(pictures as i32);
-                pictures += 1;
+                number[t as usize] = Some(pictures.len() as i32);
+                pictures.push(texture.wrap().map(Wrap::code));
             }
             picture = number[t as usize].unwrap_or(-1);
         }

@@ -95,23 +95,27 @@ void main() {
   e = mix(rgbe(lightA), rgbe(lightB), fade);
   gl_Position = matrix * vec4(place, 1.);
 }`;
-const SHOW = `
+const SRGB = `
 uniform float exposure;
 vec3 srgb(vec3 c) { // within half a code of sRGB's curve by square roots, which are fast everywhere
   vec3 a = sqrt(max(c, vec3(0.))), b = sqrt(a), d = sqrt(b);
   return mix(12.92 * c, .662002687 * a + .684122060 * b - .323583601 * d - .0225411470 * c, step(.0031308, c));
-}
+}`;
+const SHOW = `${SRGB}
 vec3 show(vec3 radiance) {
   vec3 c = radiance * exposure; float peak = max(c.r, max(c.g, c.b));
   if (peak > .8) { float over = (peak - .8) / .2; c *= (.8 + .2 * over / (1. + over)) / peak; }
   return srgb(c);
 }`;
-const FRAGMENT = (layer, cut) => `#version 300 es
+/** Light as it is, for a picture of which several pixels become one before it is shown. */
+const KEEP = `${SRGB}
+vec3 show(vec3 radiance) { return min(radiance * exposure, vec3(6e4)); }`;
+const FRAGMENT = (layer, cut, keep) => `#version 300 es
 precision highp float;
 in vec3 place, e, colour; in vec2 st; flat in vec4 about;
 uniform sampler2D picture; uniform vec3 albedo, eye; uniform float cut, far; uniform vec3 palette[12];
 out vec4 shown;
-${SHOW}
+${keep ? KEEP : SHOW}
 void main() {
   ${cut ? "if (place.z > cut) discard;" : ""}
   ${LOOK[layer] === LOOK[9] ? "" : "vec3 rho = albedo * colour * texture(picture, st).rgb, c = vec3(.35);"}
@@ -131,16 +135,27 @@ const LOOK = {
 };
 const SKY_VERTEX = `#version 300 es
 out vec2 at; void main() { at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4. - 1.; gl_Position = vec4(at, 1., 1.); }`;
-const SKY_FRAGMENT = `#version 300 es
+const SKY_FRAGMENT = (keep) => `#version 300 es
 precision highp float;
 in vec2 at; uniform mat3 rays; uniform sampler2D skyA, skyB; uniform float fade; uniform int layer; out vec4 shown;
-${SHOW}
+${keep ? KEEP : SHOW}
 vec3 rgbe(vec4 c) { c *= 255.; return c.a < .5 ? vec3(0.) : (c.rgb + .5) * exp2(c.a - 136.); }
 void main() {
   if (layer != 0) { shown = vec4(.09, .094, .11, 1.); return; }
   vec3 d = normalize(rays * vec3(at, 1.));
   vec2 uv = vec2(atan(d.x, d.y) / 6.28318531 + .5, acos(clamp(d.z, -1., 1.)) / 3.14159265);
   shown = vec4(show(mix(rgbe(texture(skyA, uv)), rgbe(texture(skyB, uv)), fade)), 1.);
+}`;
+/** Makes one pixel of 2 × 2 as a camera does, in linear light. */
+const MEAN_FRAGMENT = `#version 300 es
+precision highp float;
+uniform sampler2D light; out vec4 shown;
+${SHOW}
+void main() {
+  ivec2 at = 2 * ivec2(gl_FragCoord.xy);
+  vec3 sum = vec3(0.);
+  for (int k = 0; k < 4; k++) sum += texelFetch(light, at + ivec2(k & 1, k >> 1), 0).rgb;
+  shown = vec4(show(.25 * sum), 1.);
 }`;
 // Okabe and Ito's colours, and the plan's: no station, one, two, three and more
 const PALETTE = [
@@ -244,12 +259,16 @@ async function open() {
     G.lights.push(buffer(interleaved(await next(), n, 4)));
     G.skies.push(texture(interleaved(await next(), M.sky[0] * M.sky[1], 4), ...M.sky));
   }
-  for (let i = 0; i < M.pictures; i++) G.pictures.push(texture(await createImageBitmap(await next(), { imageOrientation: "flipY", colorSpaceConversion: "none", premultiplyAlpha: "none" })));
+  for (const wrap of M.pictures) {
+    G.pictures.push(texture(await createImageBitmap(await next(), { imageOrientation: "flipY", colorSpaceConversion: "none", premultiplyAlpha: "none" })));
+    [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T].forEach((side, k) => gl.texParameteri(gl.TEXTURE_2D, side, wrap[k]));
+  }
   G.white = texture(new Uint8Array([255, 255, 255, 255]), 1, 1);
   for (const view of M.views) if (view.photo) view.photo = URL.createObjectURL(await next());
   G.vao = vao;
   G.models = new Map();
-  G.sky = program(SKY_VERTEX, SKY_FRAGMENT);
+  G.sky = [false, true].map((keep) => program(SKY_VERTEX, SKY_FRAGMENT(keep)));
+  if (gl.getExtension("EXT_color_buffer_float")) G.mean = program(SKY_VERTEX, MEAN_FRAGMENT);
   G.pick = gl.createFramebuffer();
   const dot = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, dot);
@@ -308,9 +327,9 @@ function exposure() {
 }
 
 /** The program of a layer; one that cuts nothing lets hidden surfaces go unpainted. */
-function model(layer) {
-  const name = `${layer}${S.cut < 1000}`;
-  if (!G.models.has(name)) G.models.set(name, program(VERTEX, FRAGMENT(layer, S.cut < 1000)));
+function model(layer, keep) {
+  const name = `${layer}${S.cut < 1000}${keep}`;
+  if (!G.models.has(name)) G.models.set(name, program(VERTEX, FRAGMENT(layer, S.cut < 1000, keep)));
   return G.models.get(name);
 }
 
@@ -326,8 +345,8 @@ function seen([l, r, b, t]) {
   return found.sort((p, q) => p[0] - q[0]).map((f) => f[1]);
 }
 
-function paint(layer, tan) {
-  const [a, b, fade] = lightings(), { p, at: u } = model(layer);
+function paint(layer, tan, keep = false) {
+  const [a, b, fade] = lightings(), { p, at: u } = model(layer, keep);
   gl.bindVertexArray(G.vao);
   for (const [slot, of] of [[2, a], [3, b]]) {
     gl.bindBuffer(gl.ARRAY_BUFFER, G.lights[of]);
@@ -358,8 +377,8 @@ function paint(layer, tan) {
     gl.drawElements(gl.TRIANGLES, 3 * m.count, gl.UNSIGNED_INT, 12 * m.first);
   }
   if (layer === 9) return;
-  const v = G.sky.at, [right, up, forward] = axes(), [l, r, bottom, t] = tan;
-  gl.useProgram(G.sky.p);
+  const { p: sky, at: v } = G.sky[Number(keep)], [right, up, forward] = axes(), [l, r, bottom, t] = tan;
+  gl.useProgram(sky);
   gl.disable(gl.CULL_FACE);
   gl.depthFunc(gl.LEQUAL);
   const middle = add(add(forward, right, (l + r) / 2), up, (bottom + t) / 2);
@@ -377,9 +396,53 @@ function paint(layer, tan) {
   gl.depthFunc(gl.LESS);
 }
 
-/** Draws; `fine` once nothing moves: a slow machine draws coarsely before; and twice as finely, to smooth edges, if soft. */
+/** The picture of light of twice the size, made where it is not there yet. */
+function lightMap(w, h) {
+  if (G.map && G.map.w === w && G.map.h === h) return G.map;
+  if (G.map) {
+    gl.deleteTexture(G.map.light);
+    gl.deleteRenderbuffer(G.map.depth);
+    gl.deleteFramebuffer(G.map.frame);
+  }
+  G.map = { w, h, light: gl.createTexture(), depth: gl.createRenderbuffer(), frame: gl.createFramebuffer() };
+  gl.activeTexture(gl.TEXTURE0);
+  gl.bindTexture(gl.TEXTURE_2D, G.map.light);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA16F, 2 * w, 2 * h);
+  for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+  gl.bindRenderbuffer(gl.RENDERBUFFER, G.map.depth);
+  gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, 2 * w, 2 * h);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, G.map.frame);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, G.map.light, 0);
+  gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, G.map.depth);
+  return G.map;
+}
+
+/** Draws relit surfaces at twice the size and takes means in linear light. */
+function paintFine(w, h) {
+  const map = lightMap(w, h);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, map.frame);
+  gl.viewport(0, 0, 2 * w, 2 * h);
+  gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  paint(S.layer, rim(), true);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.viewport(0, 0, w, h);
+  gl.useProgram(G.mean.p);
+  gl.disable(gl.DEPTH_TEST);
+  gl.activeTexture(gl.TEXTURE0);
+  gl.bindTexture(gl.TEXTURE_2D, map.light);
+  gl.uniform1i(G.mean.at.light, 0);
+  gl.uniform1f(G.mean.at.exposure, 1);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+}
+
+/** The most pixels that are drawn at twice the size. */
+const FINE = 4e6;
+
+/** Draws; `fine` once nothing moves: then each pixel is the mean of four, as cameras and `render` make them; a slow machine draws coarsely before. */
 function draw(fine = false) {
-  const canvas = $("gl"), scale = (window.devicePixelRatio || 1) * (fine ? (soft ? 2 : 1) : S.scale);
+  const canvas = $("gl"), device = window.devicePixelRatio || 1;
+  const mean = fine && G.mean && [0, 2].includes(S.layer) && canvas.clientWidth * canvas.clientHeight * device ** 2 <= FINE;
+  const scale = device * (mean ? 1 : fine ? (soft ? 2 : 1) : S.scale);
   if (soft && G.fine !== fine) {
     for (const t of G.pictures) {
       gl.bindTexture(gl.TEXTURE_2D, t);
@@ -390,10 +453,13 @@ function draw(fine = false) {
   }
   const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
   for (const c of [canvas, $("over")]) if (c.width !== w || c.height !== h) [c.width, c.height] = [w, h];
-  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  gl.viewport(0, 0, w, h);
-  gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-  paint(S.layer, rim());
+  if (mean) paintFine(w, h);
+  else {
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, w, h);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    paint(S.layer, rim());
+  }
   overlay(w, h, scale);
 }
 

@@ -150,6 +150,13 @@ impl Texture {
         f32::from(level.texels[y * level.width + x][3]) / 255.0
     }
 
+    /// Mean of a texel's three codes as they are, 0..=1, from the top left.
+    pub(super) fn brightness(&self, x: usize, y: usize) -> f32 {
+        let level = &self.levels[0];
+        let [r, g, b, _] = level.texels[y * level.width + x].map(f32::from);
+        (r + g + b) / 765.0
+    }
+
     /// Width and height in texels.
     pub fn size(&self) -> (usize, usize) {
         (self.levels[0].width, self.levels[0].height)

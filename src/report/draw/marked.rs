@@ -2,8 +2,10 @@
 
 use image::{GrayImage, Rgb, RgbImage, Rgba, RgbaImage};
 
+use super::png::png;
 use super::style::{BLACK, GREY, Style};
-use super::{Anchor, ReportError, Svg, Text, png};
+use super::svg::{Anchor, Svg, Text};
+use crate::report::error::ReportError;
 
 /// A finding to mark.
 #[derive(Clone, Debug)]

@@ -1,11 +1,12 @@
 //! The study sheet: error against time, log–log, with what it says in words and a table.
 
-use super::imprint::{Imprint, TITLE_BLOCK, title_block};
-use super::loglog::{Mark, Plot};
-use super::study_table::{orders, table};
-use super::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
-use super::{Anchor, Svg, Text, wrap};
+use super::table::{orders, table};
 use crate::plan::output::counted;
+use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
+use crate::report::draw::loglog::{Mark, Plot};
+use crate::report::draw::png::wrap;
+use crate::report::draw::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
+use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::study::{
     EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto,
     rounded,

@@ -1,9 +1,11 @@
 //! The art gallery's drawing: walls, numbered guards, what each sees, and what nobody sees.
 
-use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, WHITE};
-use super::svg::{Anchor, Point, Svg, Text};
 use crate::plan::gallery::{Guards, unseen_rings};
 use crate::plan::open_space::OpenSpace;
+use crate::report::draw::style::{
+    BLACK, BLUE, GREEN, GREY, Hatch, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, WHITE,
+};
+use crate::report::draw::svg::{Anchor, Point, Svg, Text};
 use glam::DVec2;
 
 /// Millimetres: the drawing's longer side, its margin, and the lines of text below it.

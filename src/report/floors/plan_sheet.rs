@@ -1,14 +1,16 @@
 //! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
 
 use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, words};
-use super::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
-use super::lengths::Lengths;
-use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW};
-use super::svg::{Anchor, Svg, Text};
-use super::text_width;
 use crate::plan::grid::Map;
 use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
+use crate::report::draw::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
+use crate::report::draw::lengths::Lengths;
+use crate::report::draw::png::text_width;
+use crate::report::draw::style::{
+    BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW,
+};
+use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::site::UNITS;
 
 const COLOURS: [&str; 7] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW];

@@ -1,11 +1,11 @@
 //! A plot with both axes in logarithms.
 
 use super::style::{BLACK, GREY, LIGHT, Style, WHITE};
-use super::{Anchor, Point, Svg, Text};
+use super::svg::{Anchor, Point, Svg, Text};
 
 /// The shape of a point, so that nothing is said by colour alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mark {
+pub(in crate::report) enum Mark {
     /// A filled disc.
     Disc,
     /// An open square.
@@ -20,7 +20,7 @@ pub(super) enum Mark {
 
 impl Mark {
     /// Draws it with a half width in millimetres.
-    pub(super) fn draw(self, svg: &mut Svg, [x, y]: Point, r: f64, colour: &'static str) {
+    pub(in crate::report) fn draw(self, svg: &mut Svg, [x, y]: Point, r: f64, colour: &'static str) {
         let open = Style::fill(WHITE).outlined(colour, 0.4);
         match self {
             Self::Disc => svg.circle([x, y], r, &Style::fill(colour)),
@@ -41,7 +41,7 @@ impl Mark {
 }
 
 /// A frame on the sheet with ranges of both axes.
-pub(super) struct Plot {
+pub(in crate::report) struct Plot {
     frame: [f64; 4],
     /// Decimal logarithms of the ends of the axes.
     x: [f64; 2],
@@ -50,7 +50,7 @@ pub(super) struct Plot {
 
 impl Plot {
     /// A plot in a frame [left, top, width, height] that shows all points; `None` without any.
-    pub(super) fn around(frame: [f64; 4], points: &[(f64, f64)]) -> Option<Self> {
+    pub(in crate::report) fn around(frame: [f64; 4], points: &[(f64, f64)]) -> Option<Self> {
         let logs = |part: fn(&(f64, f64)) -> f64| -> Option<[f64; 2]> {
             let all = points.iter().map(part).filter(|v| *v > 0.0 && v.is_finite()).map(f64::log10);
             let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |r, v| (r.0.min(v), r.1.max(v)));
@@ -67,19 +67,19 @@ impl Plot {
     }
 
     /// Where a point stands on the sheet.
-    pub(super) fn at(&self, x: f64, y: f64) -> Point {
+    pub(in crate::report) fn at(&self, x: f64, y: f64) -> Point {
         let [left, top, width, height] = self.frame;
         let along = |v: f64, [low, high]: [f64; 2]| (v.max(f64::MIN_POSITIVE).log10() - low) / (high - low);
         [left + width * along(x, self.x), top + height * (1.0 - along(y, self.y))]
     }
 
     /// What `draw` draws, cut at the frame.
-    pub(super) fn clipped(&self, svg: &mut Svg, draw: impl FnOnce(&mut Svg)) {
+    pub(in crate::report) fn clipped(&self, svg: &mut Svg, draw: impl FnOnce(&mut Svg)) {
         svg.clipped(self.frame, draw);
     }
 
     /// Frame, grid, figures and names of the axes.
-    pub(super) fn axes(&self, svg: &mut Svg, x_name: &str, y_name: &str) {
+    pub(in crate::report) fn axes(&self, svg: &mut Svg, x_name: &str, y_name: &str) {
         let [left, top, width, height] = self.frame;
         let small = Text::new(2.3);
         let mut last = f64::NEG_INFINITY;
@@ -106,14 +106,14 @@ impl Plot {
     }
 
     /// A mark at a point.
-    pub(super) fn mark(&self, svg: &mut Svg, mark: Mark, (x, y): (f64, f64), r: f64, colour: &'static str) {
+    pub(in crate::report) fn mark(&self, svg: &mut Svg, mark: Mark, (x, y): (f64, f64), r: f64, colour: &'static str) {
         if x > 0.0 && y > 0.0 {
             mark.draw(svg, self.at(x, y), r, colour);
         }
     }
 
     /// An upright bar from the lower to the upper limit of y.
-    pub(super) fn error_bar(&self, svg: &mut Svg, x: f64, [low, high]: [f64; 2], colour: &'static str) {
+    pub(in crate::report) fn error_bar(&self, svg: &mut Svg, x: f64, [low, high]: [f64; 2], colour: &'static str) {
         if !(low > 0.0 && high.is_finite()) {
             return;
         }
@@ -125,7 +125,7 @@ impl Plot {
     }
 
     /// An arrow between two points of the plot.
-    pub(super) fn arrow(&self, svg: &mut Svg, from: (f64, f64), to: (f64, f64)) {
+    pub(in crate::report) fn arrow(&self, svg: &mut Svg, from: (f64, f64), to: (f64, f64)) {
         let (a, b) = (self.at(from.0, from.1), self.at(to.0, to.1));
         let d = [b[0] - a[0], b[1] - a[1]];
         let length = d[0].hypot(d[1]);

@@ -58,7 +58,7 @@ impl Hatch {
         Self { pattern, colour, spacing: 1.8, weight: 0.3 }
     }
 
-    pub(super) fn id(&self) -> String {
+    pub(in crate::report) fn id(&self) -> String {
         let pattern = match self.pattern {
             Pattern::Lines(angle) => format!("lines{angle}"),
             Pattern::Cross(angle) => format!("cross{angle}"),
@@ -68,7 +68,7 @@ impl Hatch {
         format!("hatch-{pattern}-{colour}-{}-{}", number(self.spacing), number(self.weight)).replace('.', "_")
     }
 
-    pub(super) fn definition(&self, id: &str) -> String {
+    pub(in crate::report) fn definition(&self, id: &str) -> String {
         let (size, half) = (number(self.spacing), number(self.spacing / 2.0));
         let (weight, colour) = (number(self.weight), self.colour);
         let across = format!(r#"<path d="M0 {half}H{size}" stroke="{colour}" stroke-width="{weight}"/>"#);

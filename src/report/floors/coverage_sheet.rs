@@ -1,14 +1,14 @@
 //! The sheet that shows how often each part of a floor is seen, and what more stations would add.
 
 use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
-use super::imprint::{Imprint, TITLE_BLOCK, title_block};
-use super::lengths::Lengths;
 use super::plan_sheet::{UNREACHABLE, UNSEEN, figures};
-use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
-use super::svg::{Anchor, Svg, Text};
 use crate::plan::grid::Map;
 use crate::plan::output::{Outward, counted};
 use crate::plan::site::FloorPlan;
+use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
+use crate::report::draw::lengths::Lengths;
+use crate::report::draw::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
+use crate::report::draw::svg::{Anchor, Svg, Text};
 
 const PANEL: f64 = 78.0 + TITLE_BLOCK;
 const ONCE: [Style; 2] = [

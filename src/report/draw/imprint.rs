@@ -1,14 +1,14 @@
 //! What a sheet says of itself: the title block, and fields to fill in by hand.
 
+use super::png::text_width;
 use super::style::{BLACK, GREY, Style};
 use super::svg::{Svg, Text};
-use super::text_width;
 use crate::site::Project;
 
 /// Height of a title block, millimetres.
 pub const TITLE_BLOCK: f64 = 9.0;
 /// Height of a row of fields to fill in, millimetres.
-pub(super) const BLANKS: f64 = 8.0;
+pub(in crate::report) const BLANKS: f64 = 8.0;
 /// Height of a field's name and of what stands in it, millimetres.
 const NAME: f64 = 1.8;
 const VALUE: f64 = 2.8;
@@ -58,7 +58,7 @@ pub fn title_block(svg: &mut Svg, [x, y, width]: [f64; 3], imprint: &Imprint) {
 }
 
 /// Draws a row of named lines to write on, [`BLANKS`] high.
-pub(super) fn blanks(svg: &mut Svg, [x, y, width]: [f64; 3], names: &[&str]) {
+pub(in crate::report) fn blanks(svg: &mut Svg, [x, y, width]: [f64; 3], names: &[&str]) {
     let wide = width / names.len().max(1) as f64;
     svg.group("blanks", "blanks", |svg| {
         for (i, name) in names.iter().enumerate() {

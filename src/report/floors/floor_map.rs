@@ -2,10 +2,11 @@
 
 use glam::DVec2;
 
-use super::lengths::Lengths;
-use super::style::{BLACK, GREY, Hatch, LIGHT, Pattern, Style, WHITE};
-use super::svg::{Anchor, Point, Svg, Text};
 use crate::plan::site::{FloorPlan, Station};
+use crate::report::draw::lengths::Lengths;
+use crate::report::draw::png::{text_width, wrap};
+use crate::report::draw::style::{BLACK, GREY, Hatch, LIGHT, Pattern, Style, WHITE};
+use crate::report::draw::svg::{Anchor, Point, Svg, Text};
 
 /// Millimetres left free around the sheet.
 pub(super) const MARGIN: f64 = 12.0;
@@ -61,7 +62,7 @@ impl FloorMap {
     pub(super) fn head(&self, svg: &mut Svg, title: &str, subtitle: &str) {
         svg.group("head", "head", |svg| {
             svg.text([MARGIN, 16.0], title, &Text::new(5.6).bold());
-            let wide = super::text_width(subtitle, 3.2, false);
+            let wide = text_width(subtitle, 3.2, false);
             let size = 3.2 * ((self.paper[0] - 2.0 * MARGIN) / wide).min(1.0);
             svg.text([MARGIN, 22.0], subtitle, &Text::new(size).colour("#333333"));
             svg.line([MARGIN, 24.5], [self.paper[0] - MARGIN, 24.5], &Style::line(BLACK, 0.3));
@@ -131,7 +132,7 @@ impl FloorMap {
     pub(super) fn named(&self, station: &Station) -> impl Iterator<Item = Point> {
         const APART: f64 = 4.0;
         let [x, y] = self.at(station.position.truncate());
-        let long = NAME_GAP + super::text_width(&station.name, NAME, false);
+        let long = NAME_GAP + text_width(&station.name, NAME, false);
         (0..=(long / APART).ceil() as usize).map(move |k| [x + long.min(k as f64 * APART), y])
     }
 
@@ -198,7 +199,7 @@ pub(super) enum Sample {
 /// Words in lines of a width, from a point down; returns where the next line would be.
 pub(super) fn words(svg: &mut Svg, [x, mut y]: Point, width: f64, size: f64, paragraphs: &[String]) -> f64 {
     for paragraph in paragraphs {
-        for line in super::wrap(paragraph, width, size, false) {
+        for line in wrap(paragraph, width, size, false) {
             svg.text([x, y], &line, &Text::new(size));
             y += size * 1.35;
         }

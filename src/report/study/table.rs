@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::style::{BLACK, GREY, Style};
-use super::{Anchor, Svg, Text};
+use crate::report::draw::style::{BLACK, GREY, Style};
+use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::study::{Interval, Method, Parameter, Row, Summary};
 
 /// Millimetres.

@@ -267,7 +267,7 @@ fn path(points: &[Point], closed: bool) -> String {
 }
 
 /// A number with at most three decimals; what is not finite becomes 0, since an SVG must not hold it.
-pub(super) fn number(x: f64) -> String {
+pub(in crate::report) fn number(x: f64) -> String {
     let x = if x.is_finite() { x } else { 0.0 };
     let text = format!("{x:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -1,5 +1,7 @@
+use super::pdf::pdf;
+use super::png::{png, text_width, wrap};
 use super::style::{BLACK, BLUE, Hatch, Pattern, Style, VERMILION};
-use super::{Svg, Text, pdf, png, text_width, wrap};
+use super::svg::{Svg, Text};
 
 fn sheet() -> Svg {
     let mut svg = Svg::new(60.0, 40.0, "A <test>", "two hatches & a word");
@@ -77,8 +79,13 @@ fn a_pdf_has_a_page_as_large_as_each_sheet_and_is_the_same_each_time() {
     assert!(file.starts_with(b"%PDF-") && file.ends_with(b"%%EOF"));
     let text = String::from_utf8_lossy(&file);
     assert_eq!(text.matches("/MediaBox").count(), 2);
-    // 100 mm in points, and a font that is there
+    // 100 mm in points, a font that is there, and what makes it one for archives
     assert!(text.contains("283.46") && text.contains("/FontFile"), "{}", text.len());
+    assert!(text.contains("<pdfaid:part>2</pdfaid:part>") && text.contains("/OutputIntents"));
+    let mut foreign = Svg::new(50.0, 50.0, "x", "y");
+    foreign.text([5.0, 5.0], "\u{6f22}", &Text::new(5.0));
+    let foreign = pdf("x", &[&foreign.finish()]).unwrap();
+    assert!(!String::from_utf8_lossy(&foreign).contains("pdfaid"), "a letter is missing");
     assert_eq!(file, pdf("Šibenik", &[&one, &other]).unwrap());
     assert!(pdf("x", &["<svg"]).is_err());
 }

@@ -25,7 +25,7 @@ const IMPERIAL: [(f64, &str); 12] = [
 
 /// How a sheet writes lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lengths {
+pub(in crate::report) enum Lengths {
     /// Metres and square metres.
     Metric,
     /// Feet, inches and quarters of an inch, and square feet.
@@ -34,14 +34,14 @@ pub(super) enum Lengths {
 
 impl Lengths {
     /// As the site's unit suggests.
-    pub(super) fn of(frame: &Frame) -> Self {
+    pub(in crate::report) fn of(frame: &Frame) -> Self {
         let is = |metres: f64| (frame.metres_per_unit / metres - 1.0).abs() < 1e-4;
         // the survey foot is 2 parts in a million longer
         if is(FOOT_M) || is(FOOT_M / 12.0) { Self::Imperial } else { Self::Metric }
     }
 
     /// A length to be held against a tape: `3.42`, or `11′ 2¾″`.
-    pub(super) fn tape(self, metres: f64) -> String {
+    pub(in crate::report) fn tape(self, metres: f64) -> String {
         match self {
             Self::Metric => format!("{metres:.2}"),
             Self::Imperial => {
@@ -53,7 +53,7 @@ impl Lengths {
     }
 
     /// The unit of [`Lengths::tape`] where it does not say itself.
-    pub(super) fn unit(self) -> &'static str {
+    pub(in crate::report) fn unit(self) -> &'static str {
         match self {
             Self::Metric => ", m",
             Self::Imperial => "",
@@ -61,7 +61,7 @@ impl Lengths {
     }
 
     /// A distance to walk, whole.
-    pub(super) fn walk(self, metres: f64) -> String {
+    pub(in crate::report) fn walk(self, metres: f64) -> String {
         match self {
             Self::Metric => format!("{metres:.0} m"),
             Self::Imperial => format!("{:.0} ft", metres / FOOT_M),
@@ -69,7 +69,7 @@ impl Lengths {
     }
 
     /// An area with so many decimals of a square metre: `12.3 m²`, or `132 sq ft`.
-    pub(super) fn area(self, m2: f64, decimals: usize) -> String {
+    pub(in crate::report) fn area(self, m2: f64, decimals: usize) -> String {
         match self {
             Self::Metric => format!("{m2:.decimals$} m²"),
             Self::Imperial => {
@@ -80,7 +80,7 @@ impl Lengths {
     }
 
     /// The finest usual scale that is not finer than 1 to `needed`.
-    pub(super) fn scale(self, needed: f64) -> f64 {
+    pub(in crate::report) fn scale(self, needed: f64) -> f64 {
         let usual = match self {
             Self::Metric => METRIC.into_iter().find(|s| *s >= needed),
             Self::Imperial => IMPERIAL.into_iter().map(|s| s.0).find(|s| *s >= needed),
@@ -89,7 +89,7 @@ impl Lengths {
     }
 
     /// A scale in words: `1 : 100`, or `1/8″ = 1′ (1 : 96)`.
-    pub(super) fn scale_says(self, scale: f64) -> String {
+    pub(in crate::report) fn scale_says(self, scale: f64) -> String {
         match IMPERIAL.iter().find(|s| self == Self::Imperial && s.0 == scale) {
             Some((_, says)) => format!("{says} (1 : {scale})"),
             None => format!("1 : {scale}"),
@@ -97,7 +97,7 @@ impl Lengths {
     }
 
     /// A round length of at most so many metres, for a scale bar, and how it is written.
-    pub(super) fn bar(self, longest_m: f64) -> (f64, String) {
+    pub(in crate::report) fn bar(self, longest_m: f64) -> (f64, String) {
         let (unit_m, unit) = if self == Self::Metric { (1.0, "m") } else { (FOOT_M, "ft") };
         let longest = longest_m / unit_m;
         let ten = 10f64.powf(longest.log10().floor());

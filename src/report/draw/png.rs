@@ -5,10 +5,10 @@ use std::sync::{Arc, LazyLock};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{self, fontdb};
 
-use super::ReportError;
+use crate::report::error::ReportError;
 
-pub(super) const PLAIN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
-pub(super) const BOLD: &[u8] = include_bytes!("font/DejaVuSans-Bold.ttf");
+pub(in crate::report) const PLAIN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
+pub(in crate::report) const BOLD: &[u8] = include_bytes!("font/DejaVuSans-Bold.ttf");
 
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = fontdb::Database::new();
