@@ -1,9 +1,9 @@
 //! `clerestory gallery FILE`.
 
 use clap::Args;
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::{Polygon, PolygonError};
 use clerestory::plan::gallery::{Effort, Guards, guard};
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::{Polygon, PolygonError};
 use clerestory::report::ReportError;
 use clerestory::report::gallery_sheet::gallery_sheet;
 use glam::DVec2;

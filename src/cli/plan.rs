@@ -2,9 +2,10 @@
 
 use anyhow::anyhow;
 use clap::{Args, ValueHint};
-use clerestory::plan::output::{self, Outward};
-use clerestory::plan::ply;
-use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
+use clerestory::plan::export::ply;
+use clerestory::plan::export::tables::{self, Outward};
+use clerestory::plan::stations::result::{FloorPlan, SitePlan};
+use clerestory::plan::stations::run::{Options, plan};
 use clerestory::report::{Imprint, coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
@@ -75,7 +76,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
     spinner.set_message("drawing");
     let outward = Outward::of(&site, &scene);
-    let json = output::json(&site, &plan, &outward);
+    let json = tables::json(&site, &plan, &outward);
     let files = write(&site, &plan, &outward, &json, &folder)?;
     spinner.finish_and_clear();
     if args.json {
@@ -85,7 +86,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
             writeln!(out, "! {warning}")?;
         }
         plan.floors.iter().try_for_each(|floor| print(floor, &outward, out))?;
-        writeln!(out, "\n{}", output::probe_blocks(&plan, &outward).trim_end())?;
+        writeln!(out, "\n{}", tables::probe_blocks(&plan, &outward).trim_end())?;
         writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
     }
     Ok(())
@@ -96,7 +97,7 @@ fn write(
     site: &Site,
     plan: &SitePlan<'_>,
     outward: &Outward,
-    json: &output::PlanJson,
+    json: &tables::PlanJson,
     folder: &Path,
 ) -> anyhow::Result<Vec<String>> {
     let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
@@ -110,16 +111,16 @@ fn write(
         };
         let sheets =
             [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
-        for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
+        for (stem, sheet) in tables::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
             names.push(format!("{stem}.svg, .png, .pdf"));
         }
-        let drawing = format!("{}.dxf", output::sheets(floor)[0]);
+        let drawing = format!("{}.dxf", tables::sheets(floor)[0]);
         write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
         names.push(drawing);
     }
     write_file(&folder.join("plan.json"), (serde_json::to_string_pretty(json)? + "\n").as_bytes())?;
-    write_file(&folder.join("plan.csv"), output::csv(plan, outward).as_bytes())?;
+    write_file(&folder.join("plan.csv"), tables::csv(plan, outward).as_bytes())?;
     names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
     if let Some(surface) = &plan.surface {
         let mut bytes = Vec::new();
@@ -143,14 +144,14 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     )?;
     if !plan.present.is_empty() {
         let share = 100.0 * plan.present_fraction;
-        writeln!(out, "#   {} taken already see {share:.1} %", output::counted(plan.present.len(), "probe"))?;
+        writeln!(out, "#   {} taken already see {share:.1} %", tables::counted(plan.present.len(), "probe"))?;
     }
     let more = stations.saturating_sub(plan.needed);
     let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };
     writeln!(
         out,
         "#   {}{why}; at least {} needed in plan, for the floor cut into {} places and {} points",
-        output::counted(stations, "station"),
+        tables::counted(stations, "station"),
         plan.lower_bound,
         plan.discrete[0],
         plan.discrete[1]

@@ -6,9 +6,9 @@ use super::lengths::Lengths;
 use super::plan_sheet::{UNREACHABLE, UNSEEN, figures};
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
 use super::svg::{Anchor, Svg, Text};
-use crate::plan::grid::Map;
-use crate::plan::output::{Outward, counted};
-use crate::plan::site::FloorPlan;
+use crate::plan::export::tables::{Outward, counted};
+use crate::plan::floors::raster::Map;
+use crate::plan::stations::result::FloorPlan;
 
 const PANEL: f64 = 78.0 + TITLE_BLOCK;
 const ONCE: [Style; 2] = [

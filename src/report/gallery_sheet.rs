@@ -2,8 +2,8 @@
 
 use super::style::{BLACK, BLUE, GREEN, GREY, Hatch, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, WHITE};
 use super::svg::{Anchor, Point, Svg, Text};
+use crate::plan::free_space::open_space::OpenSpace;
 use crate::plan::gallery::{Guards, unseen_rings};
-use crate::plan::open_space::OpenSpace;
 use glam::DVec2;
 
 /// Millimetres: the drawing's longer side, its margin, and the lines of text below it.

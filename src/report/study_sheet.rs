@@ -5,7 +5,7 @@ use super::loglog::{Mark, Plot};
 use super::study_table::{orders, table};
 use super::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use super::{Anchor, Svg, Text, wrap};
-use crate::plan::output::counted;
+use crate::plan::export::tables::counted;
 use crate::study::{
     EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto,
     rounded,

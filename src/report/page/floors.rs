@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::data::{Floor, Plan, Station};
 use super::parts::{heads, percent, scroll, sheet, snippet};
-use crate::plan::output::counted;
+use crate::plan::export::tables::counted;
 
 pub(super) fn floors(plan: &Plan) -> Markup {
     html! { @for (i, f) in plan.floors.iter().enumerate() { (floor(i, f)) } }

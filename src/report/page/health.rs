@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::data::{Archive, Check, Run};
 use super::parts::{heads, scroll, warnings};
-use crate::plan::output::counted;
+use crate::plan::export::tables::counted;
 
 pub(super) fn health(check: &Check) -> Markup {
     let mut said: Vec<String> = check.causes.iter().map(|cause| cause.sentence.clone()).collect();

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::data::{Archive, Audit, Plan, Render};
 use super::parts::{file, percent, warnings};
-use crate::plan::output::counted;
+use crate::plan::export::tables::counted;
 use crate::statistics;
 
 /// The most findings that the opening names.
