@@ -2,8 +2,8 @@
 //!
 //! `cargo bench --bench visibility`
 
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::visibility::{Isovist, Scratch};
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::visibility::isovist::{Isovist, Scratch};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec2;
 use std::hint::black_box;

@@ -4,9 +4,9 @@
 
 #![allow(clippy::print_stdout)] // a table is what it is for
 
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::plan::gallery::{Effort, Guards, guard};
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::Polygon;
 use glam::DVec2;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

@@ -18,6 +18,7 @@ pub(crate) mod cholesky;
 pub mod csv;
 pub(crate) mod edge_aware;
 pub mod init;
+pub(crate) mod lists;
 pub mod panorama;
 pub mod paper;
 pub mod photograph;

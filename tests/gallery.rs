@@ -7,9 +7,9 @@ mod data;
 #[path = "gallery/oracle.rs"]
 mod oracle;
 
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::plan::gallery::{Effort, covered_fraction, guard};
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::Polygon;
 use data::shared;
 use glam::{DVec2, dvec2};
 use oracle::visible_area;

@@ -6,10 +6,11 @@ mod support;
 
 use clerestory::audit::{self, Photo, audit};
 use clerestory::panorama::{EnvironmentSampler, Exposure, Layer, Panorama, Picture, Projection, write_exr};
-use clerestory::plan::cover::{self, Coverage};
+use clerestory::plan::cover;
+use clerestory::plan::cover::coverage::Coverage;
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::plan::gallery;
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::Polygon;
 use clerestory::reference::{Lights, Settings, Sky, irradiance};
 use clerestory::report::style::Style;
 use clerestory::report::{Svg, Text};
@@ -94,7 +95,7 @@ proptest! {
         let all: Vec<u32> = (0..weights.len() as u32).collect();
         if let Ok(coverage) = Coverage::new(weights, [all.clone(), all]) {
             told([coverage.coverable()]);
-            assert!(cover::lower_bound(&coverage).at_least <= 1);
+            assert!(cover::bound::lower_bound(&coverage).at_least <= 1);
         }
     }
 

@@ -8,8 +8,9 @@ mod support;
 
 use assert_cmd::Command;
 use clerestory::plan::PlanError;
-use clerestory::plan::output::{self, Outward};
-use clerestory::plan::site::{FloorPlan, Options, SitePlan, plan};
+use clerestory::plan::export::tables::{self, Outward};
+use clerestory::plan::stations::result::{FloorPlan, SitePlan};
+use clerestory::plan::stations::run::{Options, plan};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
 use data::shared;
@@ -93,7 +94,7 @@ fn a_house_with_stair_and_gallery_has_two_floors() {
     let names: Vec<&str> = plan.floors.iter().map(|f| f.floor.name.as_str()).collect();
     assert_eq!(names, ["Ground floor", "First floor"]);
     let out = Outward::of(&house.site, &house.scene);
-    let json = output::json(&house.site, &plan, &out);
+    let json = tables::json(&house.site, &plan, &out);
     assert!((json.floors[0].elevation - 0.0).abs() < 0.01 && (json.floors[1].elevation - 3.0).abs() < 0.01);
     let (ground, first) = (&json.floors[0], &json.floors[1]);
     // the stair's upper part blocks sight; cells that walls touch count as wall
@@ -119,7 +120,7 @@ fn a_closet_whose_door_is_shut_still_counts() {
     quads.extend(box_of([7.9, 0.0, 0.0], [8.0, 2.6, 3.0]));
     let built = built(quads, "");
     let plan = planned(&built);
-    let json = output::json(&built.site, &plan, &Outward::of(&built.site, &built.scene));
+    let json = tables::json(&built.site, &plan, &Outward::of(&built.site, &built.scene));
     let floor = &json.floors[0];
     assert!(floor.left_out_m2 == 0.0 && floor.area_m2 > 77.0, "{} {}", floor.left_out_m2, floor.area_m2);
     assert!(floor.stations.iter().any(|s| s.position[0] > 8.0 && s.position[1] < 2.5), "{:?}", floor.stations);
@@ -243,7 +244,7 @@ fn limits_are_kept() {
     assert!((0..floor.stations.len()).all(|i| at(i).x > 4.0));
     assert_stands(&suite.scene, floor, 0.5);
     let reach =
-        floor.stations.iter().flat_map(|s| s.star.outline().into_iter().map(|p| p.distance(s.position.truncate())));
+        floor.stations.iter().flat_map(|s| s.region.outline().into_iter().map(|p| p.distance(s.position.truncate())));
     assert!(reach.fold(0.0, f64::max) <= 6.0 + 1e-9);
     assert!(floor.curve.windows(2).all(|w| w[0] <= w[1] + 1e-12));
     // the order on foot visits each once
@@ -289,10 +290,10 @@ fn the_same_for_any_number_of_threads() {
         pool.install(|| {
             let plan = planned(&house);
             let out = Outward::of(&house.site, &house.scene);
-            let mut text = serde_json::to_string(&output::json(&house.site, &plan, &out)).unwrap();
-            text += &output::csv(&plan, &out);
+            let mut text = serde_json::to_string(&tables::json(&house.site, &plan, &out)).unwrap();
+            text += &tables::csv(&plan, &out);
             let mut ply = Vec::new();
-            clerestory::plan::ply::write(plan.surface.as_ref().unwrap(), &out, &mut ply).unwrap();
+            clerestory::plan::export::ply::write(plan.surface.as_ref().unwrap(), &out, &mut ply).unwrap();
             (text, ply)
         })
     };
@@ -306,7 +307,7 @@ fn the_ply_is_whole() {
     let plan = planned(&room);
     let mut ply = Vec::new();
     let out = Outward::of(&room.site, &room.scene);
-    clerestory::plan::ply::write(plan.surface.as_ref().unwrap(), &out, &mut ply).unwrap();
+    clerestory::plan::export::ply::write(plan.surface.as_ref().unwrap(), &out, &mut ply).unwrap();
     let header = ply.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let text = String::from_utf8(ply[..header].to_vec()).unwrap();
     let count = |what: &str| -> usize {
@@ -341,12 +342,12 @@ fn site_for(model: &Path, up: &str) -> tempfile::TempDir {
     folder
 }
 
-fn figures(site: &Site, scene: &Scene, options: &Options) -> output::PlanJson {
+fn figures(site: &Site, scene: &Scene, options: &Options) -> tables::PlanJson {
     let plan = plan(site, scene, options).unwrap();
     for floor in &plan.floors {
         assert_stands(scene, floor, 0.3);
     }
-    let json = output::json(site, &plan, &Outward::of(site, scene));
+    let json = tables::json(site, &plan, &Outward::of(site, scene));
     for f in &json.floors {
         println!(
             "{} {}: {:.1} m², {} stations (at least {}), {:.3} in plan, {:?} in space",

@@ -1,7 +1,7 @@
 //! A generated building: rooms along corridors, doors, pillars.
 
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::{Polygon, Ring};
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::{Polygon, Ring};
 use glam::{DVec2, dvec2};
 
 const ROOM: f64 = 4.0;

@@ -6,8 +6,8 @@
 
 mod building;
 
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::visibility::{Isovist, Scratch};
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::visibility::isovist::{Isovist, Scratch};
 use glam::DVec2;
 use std::time::Instant;
 

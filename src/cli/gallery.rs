@@ -1,9 +1,9 @@
 //! `clerestory gallery FILE`.
 
 use clap::Args;
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::{Polygon, PolygonError};
 use clerestory::plan::gallery::{Effort, Guards, guard};
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::{Polygon, PolygonError};
 use clerestory::report::{ReportError, gallery_sheet, write_file};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};

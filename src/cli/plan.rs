@@ -2,8 +2,9 @@
 
 use anyhow::anyhow;
 use clap::{Args, ValueHint};
-use clerestory::plan::output::{self, Outward};
-use clerestory::plan::site::{FloorPlan, Options, plan};
+use clerestory::plan::export::tables::{self, Outward};
+use clerestory::plan::stations::result::FloorPlan;
+use clerestory::plan::stations::run::{Options, plan};
 use clerestory::report::write_plan;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
@@ -83,7 +84,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
             writeln!(out, "! {warning}")?;
         }
         plan.floors.iter().try_for_each(|floor| print(floor, &outward, out))?;
-        writeln!(out, "\n{}", output::probe_blocks(&plan, &outward).trim_end())?;
+        writeln!(out, "\n{}", tables::probe_blocks(&plan, &outward).trim_end())?;
         writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
     }
     Ok(())
@@ -102,14 +103,14 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     )?;
     if !plan.present.is_empty() {
         let share = 100.0 * plan.present_fraction;
-        writeln!(out, "#   {} taken already see {share:.1} %", output::counted(plan.present.len(), "probe"))?;
+        writeln!(out, "#   {} taken already see {share:.1} %", tables::counted(plan.present.len(), "probe"))?;
     }
     let more = stations.saturating_sub(plan.needed);
     let why = if more > 0 { format!(" ({more} of them for the surface in 3D and for overlap)") } else { String::new() };
     writeln!(
         out,
         "#   {}{why}; at least {} needed in plan, for the floor cut into {} places and {} points",
-        output::counted(stations, "station"),
+        tables::counted(stations, "station"),
         plan.lower_bound,
         plan.discrete[0],
         plan.discrete[1]

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use clerestory::audit::{self, Audit, Finding};
 use clerestory::check::check;
 use clerestory::panorama::{self, Exposure, Picture, write_png};
-use clerestory::plan::{self, site::plan};
+use clerestory::plan::{self, stations::run::plan};
 use clerestory::report::page::{Archive, ViewPictures, page};
 use clerestory::report::{Manifest, Mark, Run, fingerprints, marked, pdf, write_file, write_json, write_plan};
 use clerestory::scene::{self, Health};
@@ -207,7 +207,7 @@ impl Report<'_> {
             }
             Part::Plan => {
                 let scene = scene::load(site, &mut Health::default())?;
-                let plan = plan(site, &scene, &plan::site::Options::default())
+                let plan = plan(site, &scene, &plan::stations::run::Options::default())
                     .with_context(|| site.file.display().to_string())?;
                 archive.plan = Some(write_plan(site, &scene, &plan, folder)?.0);
             }

@@ -1,6 +1,6 @@
 //! Why a site cannot be planned.
 
-use super::polygon::PolygonError;
+use super::free_space::polygon::PolygonError;
 
 /// Why no plan was made; each says what to change.
 #[derive(Debug, thiserror::Error)]

@@ -7,7 +7,8 @@ use super::model::{GeometryBuffer, LocalPose};
 use super::picture::Level;
 use super::run::{Eye, SEARCHED, level, tilts};
 use super::search::{Candidate, Headings, Masked, of_model, of_picture};
-use crate::plan::floors::{self, Floor};
+use crate::plan::floors::find::find_floors;
+use crate::plan::floors::floor::Floor;
 use crate::scene::Scene;
 use crate::site::Site;
 
@@ -25,7 +26,7 @@ const MOST_CANDIDATES: usize = 2_000;
 /// upright as the site file has them: each place is seen once, for all of them, at half the cells that a search around a known place
 /// has. In a model without floors they are looked for everywhere.
 pub(super) fn on_floors(site: &Site, scene: &Scene, eyes: &[&Eye]) -> Vec<Vec<Candidate>> {
-    let places = match floors::find(scene, &site.plan, true) {
+    let places = match find_floors(scene, &site.plan, true) {
         Ok(found) => lenses(&found.floors, site.plan.probe_height_m),
         // a part of a building, such as a scan of a corner
         Err(_) => within(scene.mesh.bounds()),

@@ -193,7 +193,7 @@ pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                header { h1 { "Reports" } p { (crate::plan::output::counted(rows.len(), "site")) ", one a row." } }
+                header { h1 { "Reports" } p { (crate::plan::export::tables::counted(rows.len(), "site")) ", one a row." } }
                 main {
                     div class="scroll" tabindex="0" role="region" aria-label="Reports" {
                         table class="sortable" {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::plan::surface::Surface;
+use crate::plan::visibility::surface::Surface;
 use crate::scene::Scene;
 use crate::site::Site;
 

@@ -1,6 +1,6 @@
 //! The area seen from a point, in rational numbers: slow, and obviously right.
 
-use clerestory::plan::polygon::Polygon;
+use clerestory::plan::free_space::polygon::Polygon;
 use glam::DVec2;
 use num_rational::BigRational as Q;
 use std::cmp::Ordering;

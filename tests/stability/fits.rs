@@ -2,8 +2,8 @@
 
 use clerestory::audit::{self, audit};
 use clerestory::panorama::{Layer, Picture, write_exr};
-use clerestory::plan::open_space::OpenSpace;
-use clerestory::plan::polygon::Polygon;
+use clerestory::plan::free_space::open_space::OpenSpace;
+use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::site::{Camera, Match, Pose, Resection, Site};
 use glam::{DVec2, DVec3, Vec3, dvec2, dvec3};
 

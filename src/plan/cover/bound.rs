@@ -1,7 +1,8 @@
 //! Lower bounds on how many candidates a cover takes.
 
-use super::exact::Part;
-use super::{Coverage, Lists};
+use super::coverage::Coverage;
+use super::subproblem::Subproblem;
+use crate::lists::Lists;
 
 /// A lower bound and what proves it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +29,7 @@ pub fn lower_bound(coverage: &Coverage) -> Bound {
         let list: Vec<u32> = coverage.covers(c).iter().map(|&e| number[e as usize]).collect();
         columns.push(&list);
     }
-    let part = Part::new(columns, needed.len());
+    let part = Subproblem::new(columns, needed.len());
     let mut dual = Dual::new(&part);
     for &e in &apart {
         dual.prices[number[e] as usize] = 1.0;
@@ -79,7 +80,7 @@ pub(crate) struct Dual {
 }
 
 impl Dual {
-    pub(crate) fn new(part: &Part) -> Self {
+    pub(crate) fn new(part: &Subproblem) -> Self {
         let share = |r: usize| {
             let of = |c: &u32| 1.0 / part.columns.get(*c as usize).len().max(1) as f64;
             part.rows.get(r).iter().map(of).fold(1.0, f64::min)
@@ -88,7 +89,7 @@ impl Dual {
     }
 
     /// Climbs for so many steps, or until the bound exceeds `enough`; keeps the best prices and returns their bound.
-    pub(crate) fn climb(&mut self, part: &Part, free: &Free, steps: usize, enough: f64) -> f64 {
+    pub(crate) fn climb(&mut self, part: &Subproblem, free: &Free, steps: usize, enough: f64) -> f64 {
         let rows: Vec<usize> = (0..free.rows.len()).filter(|&r| free.rows[r]).collect();
         let columns: Vec<usize> = (0..free.columns.len()).filter(|&c| free.columns[c]).collect();
         let mut best = f64::NEG_INFINITY;

@@ -1,9 +1,10 @@
 //! The fewest candidates, proved: branch and bound on what [`super::reduce`] leaves.
 
 use super::bound::{Dual, Free, round_up};
-use super::choose::{Goal, choose};
+use super::coverage::Coverage;
+use super::greedy::{Goal, select};
 use super::reduce::reduce;
-use super::{Coverage, Lists};
+use super::subproblem::Subproblem;
 use std::time::Instant;
 
 /// A cover and a bound on all covers.
@@ -24,37 +25,23 @@ impl Minimum {
 
 /// When to stop an exact search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Limits {
+pub struct SearchLimits {
     /// At this time.
     pub until: Option<Instant>,
     /// After so many nodes of the search tree in each independent part: the same result on any machine.
     pub nodes: Option<usize>,
 }
 
-impl Limits {
+impl SearchLimits {
     fn reached(&self, nodes: usize) -> bool {
         self.nodes.is_some_and(|most| nodes > most)
             || nodes.is_multiple_of(16) && self.until.is_some_and(|t| Instant::now() >= t)
     }
 }
 
-/// An independent part of a problem, with its own numbers.
-#[derive(Clone, Debug)]
-pub(crate) struct Part {
-    pub(crate) columns: Lists,
-    pub(crate) rows: Lists,
-}
-
-impl Part {
-    pub(crate) fn new(columns: Lists, rows: usize) -> Self {
-        let rows = columns.transposed(rows);
-        Self { columns, rows }
-    }
-}
-
 /// The fewest candidates that cover everything coverable. Stopped by a limit it returns the best cover found and a
 /// bound that still holds.
-pub fn minimum(coverage: &Coverage, limits: Limits) -> Minimum {
+pub fn minimum(coverage: &Coverage, limits: SearchLimits) -> Minimum {
     let reduced = reduce(coverage);
     let mut result = Minimum { at_least: reduced.forced.len(), chosen: reduced.forced };
     for (part, names) in &reduced.parts {
@@ -67,18 +54,18 @@ pub fn minimum(coverage: &Coverage, limits: Limits) -> Minimum {
 }
 
 struct Search<'a> {
-    part: &'a Part,
+    part: &'a Subproblem,
     best: Vec<usize>,
-    limits: Limits,
+    limits: SearchLimits,
     nodes: usize,
     stopped: bool,
 }
 
 /// A part's best cover, and a bound.
-fn solve(part: &Part, limits: Limits) -> (Vec<usize>, usize) {
+fn solve(part: &Subproblem, limits: SearchLimits) -> (Vec<usize>, usize) {
     let rows = part.rows.len();
     let candidates = (0..part.columns.len()).map(|c| part.columns.get(c).iter().copied());
-    let first = Coverage::new(vec![1.0; rows], candidates).map(|c| choose(&c, &Goal::default()).chosen);
+    let first = Coverage::new(vec![1.0; rows], candidates).map(|c| select(&c, &Goal::default()).chosen);
     let mut search = Search {
         part,
         best: first.unwrap_or_else(|_| (0..part.columns.len()).collect()),
@@ -205,7 +192,7 @@ impl Search<'_> {
 }
 
 /// Leaves out columns whose cost lifts the bound over `most`; whether any was.
-fn fix(free: &mut Free, dual: &Dual, bound: f64, most: usize, part: &Part) -> bool {
+fn fix(free: &mut Free, dual: &Dual, bound: f64, most: usize, part: &Subproblem) -> bool {
     let mut changed = false;
     for c in 0..free.columns.len() {
         if free.columns[c] && dual.costs[c] > 0.0 && bound + dual.costs[c] > most as f64 + 1e-6 {

@@ -1,12 +1,14 @@
 //! Makes a set cover smaller without changing how many candidates it takes.
 
-use super::exact::Part;
-use super::{Coverage, Lists, within};
+use super::coverage::Coverage;
+use super::subproblem::Subproblem;
+use super::subproblem::within;
+use crate::lists::Lists;
 
 /// What is left of a problem: candidates that belong to some best cover, and independent parts.
 pub(crate) struct Reduced {
     pub(crate) forced: Vec<usize>,
-    pub(crate) parts: Vec<(Part, Vec<usize>)>,
+    pub(crate) parts: Vec<(Subproblem, Vec<usize>)>,
 }
 
 /// Takes what must be taken, drops candidates that cover no more than another, drops elements that are covered
@@ -124,7 +126,7 @@ fn drop_rows(columns: &Lists, rows: &Lists, row_in: &mut [bool]) -> bool {
     changed
 }
 
-fn parts(columns: &Lists, rows: &Lists, row_in: &[bool], column_in: &[bool]) -> Vec<(Part, Vec<usize>)> {
+fn parts(columns: &Lists, rows: &Lists, row_in: &[bool], column_in: &[bool]) -> Vec<(Subproblem, Vec<usize>)> {
     let mut of_row = vec![u32::MAX; row_in.len()];
     let mut result = Vec::new();
     for seed in 0..row_in.len() {
@@ -156,7 +158,7 @@ fn parts(columns: &Lists, rows: &Lists, row_in: &[bool], column_in: &[bool]) -> 
             list.sort_unstable();
             local.push(&list);
         }
-        result.push((Part::new(local, count as usize), names));
+        result.push((Subproblem::new(local, count as usize), names));
     }
     result
 }

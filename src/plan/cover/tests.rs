@@ -1,4 +1,7 @@
-use super::*;
+use super::bound::lower_bound;
+use super::coverage::{Coverage, CoverageError};
+use super::exact::{SearchLimits, minimum};
+use super::greedy::{Goal, select};
 use proptest::prelude::*;
 
 /// By looking at every subset.
@@ -26,17 +29,17 @@ proptest! {
     ) {
         let coverage = Coverage::new(vec![1.0; 14], columns).unwrap();
         let best = fewest(&coverage);
-        let minimum = minimum(&coverage, Limits::default());
+        let minimum = minimum(&coverage, SearchLimits::default());
         prop_assert!(covers_all(&coverage, &minimum.chosen));
         prop_assert_eq!(minimum.chosen.len(), best);
         prop_assert_eq!(minimum.at_least, best);
         let bound = lower_bound(&coverage);
         prop_assert!(bound.at_least <= best);
         prop_assert!(bound.apart.len() <= bound.at_least);
-        let choice = choose(&coverage, &Goal::default());
-        prop_assert!(covers_all(&coverage, &choice.chosen));
-        prop_assert!(choice.chosen.len() >= best);
-        prop_assert!(choice.curve.windows(2).all(|w| w[0] <= w[1]));
+        let selection = select(&coverage, &Goal::default());
+        prop_assert!(covers_all(&coverage, &selection.chosen));
+        prop_assert!(selection.chosen.len() >= best);
+        prop_assert!(selection.curve.windows(2).all(|w| w[0] <= w[1]));
     }
 }
 
@@ -45,19 +48,19 @@ fn swaps_mend_the_greedy_choice() {
     // greedy takes the six in the middle first and then needs both halves
     let columns = [vec![0, 1, 2, 6, 7, 8], vec![0, 1, 2, 3, 4], vec![5, 6, 7, 8, 9], vec![3, 4], vec![5, 9]];
     let coverage = Coverage::new(vec![1.0; 10], columns).unwrap();
-    let plain = choose(&coverage, &Goal { improve: false, ..Goal::default() });
-    let better = choose(&coverage, &Goal::default());
+    let plain = select(&coverage, &Goal { improve: false, ..Goal::default() });
+    let better = select(&coverage, &Goal::default());
     assert_eq!((plain.chosen.len(), better.chosen), (3, vec![1, 2]));
 }
 
 #[test]
 fn goals_are_kept() {
     let coverage = Coverage::new(vec![5.0, 3.0, 1.0, 1.0], [vec![0], vec![1], vec![2], vec![3]]).unwrap();
-    let most = choose(&coverage, &Goal { target: 0.8, ..Goal::default() });
+    let most = select(&coverage, &Goal { target: 0.8, ..Goal::default() });
     assert_eq!((most.chosen, most.curve), (vec![0, 1], vec![5.0, 8.0]));
-    let two = choose(&coverage, &Goal { at_most: Some(2), fixed: vec![3], ..Goal::default() });
+    let two = select(&coverage, &Goal { at_most: Some(2), fixed: vec![3], ..Goal::default() });
     assert_eq!((two.chosen, two.covered), (vec![3, 0], 6.0));
-    let nothing = choose(&Coverage::default(), &Goal::default());
+    let nothing = select(&Coverage::default(), &Goal::default());
     assert_eq!(nothing.chosen, Vec::<usize>::new());
 }
 

@@ -8,9 +8,10 @@
 //! Of a face, one corner is enough, and faces that a step over an edge widens (one more region, none less) need none:
 //! [`super::crossings`] leaves those out.
 
-use super::crossings::{Buckets, Rays};
-use super::star::Star;
-use crate::plan::open_space::OpenSpace;
+use super::crossings::{Buckets, Rays, place_key};
+use super::witness_region::WitnessRegion;
+use crate::lists::Lists;
+use crate::plan::free_space::open_space::OpenSpace;
 use glam::DVec2;
 use std::collections::HashMap;
 use std::time::Instant;
@@ -37,33 +38,33 @@ impl Candidates {
     }
 
     /// Asks all candidates about witnesses that were added since.
-    pub(crate) fn ask(&mut self, open: &OpenSpace, stars: &[Star]) {
-        let index = Index::new(open, stars, self.asked, self.points.len());
+    pub(crate) fn ask(&mut self, open: &OpenSpace, regions: &[WitnessRegion]) {
+        let index = Index::new(open, regions, self.asked, self.points.len());
         for (p, sees) in self.points.iter().zip(&mut self.sees) {
-            sees.extend(index.seen_by(stars, *p));
+            sees.extend(index.seen_by(regions, *p));
         }
-        self.asked = stars.len();
+        self.asked = regions.len();
     }
 
     /// Adds what the regions of all witnesses make necessary, and asks; false if time ran out.
-    pub(crate) fn arrange(&mut self, open: &OpenSpace, stars: &[Star], until: Option<Instant>) -> bool {
-        self.ask(open, stars);
+    pub(crate) fn arrange(&mut self, open: &OpenSpace, regions: &[WitnessRegion], until: Option<Instant>) -> bool {
+        self.ask(open, regions);
         let (low, high) = open.bounds();
         let extent = (high - low).max_element();
-        let rays = Rays::of(stars, extent);
-        let index = Index::new(open, stars, 0, rays.list.len() * 4);
+        let rays = Rays::of(regions, extent);
+        let index = Index::new(open, regions, 0, rays.list.len() * 4);
         let buckets = Buckets::new((low, high), &rays.list);
-        rays.corners(&buckets, until, |p, of| self.add(p, of, extent, &index, stars))
+        rays.corners(&buckets, until, |p, of| self.add(p, of, extent, &index, regions))
     }
 
     /// Adds a corner of the regions of `of`: it lies in these whatever rounding says, which is much where their borders
     /// are nearly parallel.
-    fn add(&mut self, p: DVec2, of: &[u32], extent: f64, index: &Index, stars: &[Star]) {
+    fn add(&mut self, p: DVec2, of: &[u32], extent: f64, index: &Index, regions: &[WitnessRegion]) {
         let key = place_key(p, extent);
         if self.known.get(&key).is_some_and(|&k| of.iter().all(|w| self.sees[k as usize].contains(w))) {
             return;
         }
-        let mut sees: Vec<u32> = index.seen_by(stars, p).collect();
+        let mut sees: Vec<u32> = index.seen_by(regions, p).collect();
         for &w in of {
             if let Err(place) = sees.binary_search(&w) {
                 sees.insert(place, w);
@@ -75,36 +76,30 @@ impl Candidates {
     }
 }
 
-/// The same for points that differ by rounding only, but for a few.
-pub(super) fn place_key(p: DVec2, extent: f64) -> [i64; 2] {
-    (p / (extent * 1e-10)).round().to_array().map(|v| v as i64)
-}
-
 /// Witnesses by the cells that their regions' boxes touch.
 struct Index {
     low: DVec2,
     per_unit: DVec2,
     size: [usize; 2],
-    starts: Vec<usize>,
-    witnesses: Vec<u32>,
+    witnesses: Lists,
 }
 
 impl Index {
-    fn new(open: &OpenSpace, stars: &[Star], first: usize, cells: usize) -> Self {
+    fn new(open: &OpenSpace, regions: &[WitnessRegion], first: usize, cells: usize) -> Self {
         let (low, high) = open.bounds();
         let across = (cells as f64 / 4.0).sqrt().clamp(1.0, 256.0).ceil();
         let per_unit = DVec2::splat(across) / (high - low);
         let size = [across as usize; 2];
-        let mut index = Self { low, per_unit, size, starts: vec![], witnesses: vec![] };
+        let mut index = Self { low, per_unit, size, witnesses: Lists::default() };
         let reach = (high - low).max_element() * 1e-9;
         let mut entries = Vec::new();
-        for (w, star) in stars.iter().enumerate().skip(first) {
-            let ([x0, y0], [x1, y1]) = (index.xy(star.low - reach), index.xy(star.high + reach));
+        for (w, region) in regions.iter().enumerate().skip(first) {
+            let ([x0, y0], [x1, y1]) = (index.xy(region.low - reach), index.xy(region.high + reach));
             for y in y0..=y1 {
-                entries.extend((x0..=x1).map(|x| (y * index.size[0] + x, w as u32)));
+                entries.extend((x0..=x1).map(|x| ((y * index.size[0] + x) as u32, w as u32)));
             }
         }
-        (index.starts, index.witnesses) = bucketed(entries, index.size[0] * index.size[1]);
+        index.witnesses = Lists::of(index.size[0] * index.size[1], || entries.iter().copied());
         index
     }
 
@@ -114,28 +109,9 @@ impl Index {
     }
 
     /// The witnesses that see a point, in rising order.
-    fn seen_by(&self, stars: &[Star], p: DVec2) -> impl Iterator<Item = u32> {
+    fn seen_by(&self, regions: &[WitnessRegion], p: DVec2) -> impl Iterator<Item = u32> {
         let [x, y] = self.xy(p);
         let cell = y * self.size[0] + x;
-        let list = &self.witnesses[self.starts[cell]..self.starts[cell + 1]];
-        list.iter().copied().filter(move |&w| stars[w as usize].holds(p))
+        self.witnesses.get(cell).iter().copied().filter(move |&w| regions[w as usize].holds(p))
     }
-}
-
-/// Sorts (cell, item) pairs into cells; items of a cell rise if they came in rising order.
-pub(super) fn bucketed(entries: Vec<(usize, u32)>, cells: usize) -> (Vec<usize>, Vec<u32>) {
-    let mut starts = vec![0; cells + 1];
-    for (cell, _) in &entries {
-        starts[cell + 1] += 1;
-    }
-    for cell in 0..cells {
-        starts[cell + 1] += starts[cell];
-    }
-    let mut fill = starts.clone();
-    let mut items = vec![0; entries.len()];
-    for (cell, item) in entries {
-        items[fill[cell]] = item;
-        fill[cell] += 1;
-    }
-    (starts, items)
 }

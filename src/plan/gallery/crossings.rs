@@ -7,8 +7,8 @@
 //! corners of cells that no such step widens: the light cells (Tozoni, de Rezende and de Souza 2016) and some more.
 //! Where a ray ends in another, or what they do is unclear, corners are kept: there, cells may be edges or points.
 
-use super::arrangement::{bucketed, place_key};
-use super::star::{Ray, Star};
+use super::witness_region::{Ray, WitnessRegion};
+use crate::lists::Lists;
 use glam::DVec2;
 use std::collections::HashSet;
 use std::ops::Range;
@@ -18,12 +18,17 @@ use std::time::Instant;
 const UP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.656_047_932_198_273_4);
 
 /// The rays of all witnesses.
-pub(super) struct Rays {
+pub(crate) struct Rays {
     /// The witness and the ray.
-    pub(super) list: Vec<(u32, Ray)>,
+    pub(crate) list: Vec<(u32, Ray)>,
     extent: f64,
     /// Crossings nearer than this count as one.
     tolerance: f64,
+}
+
+/// The same for points that differ by rounding only, but for a few.
+pub(crate) fn place_key(p: DVec2, extent: f64) -> [i64; 2] {
+    (p / (extent * 1e-10)).round().to_array().map(|v| v as i64)
 }
 
 /// How a ray meets another.
@@ -57,14 +62,15 @@ struct Kept {
 }
 
 impl Rays {
-    pub(super) fn of(stars: &[Star], extent: f64) -> Self {
-        let rays = |(w, star): (usize, &Star)| star.rays.iter().map(move |&r| (w as u32, r)).collect::<Vec<_>>();
-        Self { list: stars.iter().enumerate().flat_map(rays).collect(), extent, tolerance: extent * 2e-9 }
+    pub(crate) fn of(regions: &[WitnessRegion], extent: f64) -> Self {
+        let rays =
+            |(w, region): (usize, &WitnessRegion)| region.rays.iter().map(move |&r| (w as u32, r)).collect::<Vec<_>>();
+        Self { list: regions.iter().enumerate().flat_map(rays).collect(), extent, tolerance: extent * 2e-9 }
     }
 
     /// Gives every corner that some guard may need, but the open space's own, with witnesses whose regions meet there;
     /// false if time ran out.
-    pub(super) fn corners(
+    pub(crate) fn corners(
         &self,
         buckets: &Buckets,
         until: Option<Instant>,
@@ -248,24 +254,23 @@ fn climb(ray: &Ray) -> f64 {
 }
 
 /// Rays by the cells they may touch.
-pub(super) struct Buckets {
+pub(crate) struct Buckets {
     low: DVec2,
     per_unit: DVec2,
     across: usize,
-    starts: Vec<usize>,
-    rays: Vec<u32>,
+    rays: Lists,
 }
 
 impl Buckets {
-    pub(super) fn new((low, high): (DVec2, DVec2), rays: &[(u32, Ray)]) -> Self {
+    pub(crate) fn new((low, high): (DVec2, DVec2), rays: &[(u32, Ray)]) -> Self {
         let across = ((rays.len() as f64).sqrt() * 1.5).clamp(1.0, 1024.0).ceil();
         let per_unit = DVec2::splat(across) / (high - low);
-        let mut new = Self { low, per_unit, across: across as usize, starts: vec![], rays: vec![] };
+        let mut new = Self { low, per_unit, across: across as usize, rays: Lists::default() };
         let mut entries = Vec::new();
         for (k, (_, ray)) in rays.iter().enumerate() {
-            new.touched(ray.ends, |cell| entries.push((cell, k as u32)));
+            new.touched(ray.ends, |cell| entries.push((cell as u32, k as u32)));
         }
-        (new.starts, new.rays) = bucketed(entries, new.across * new.across);
+        new.rays = Lists::of(new.across * new.across, || entries.iter().copied());
         new
     }
 
@@ -275,7 +280,7 @@ impl Buckets {
     }
 
     fn cell(&self, cell: usize) -> &[u32] {
-        &self.rays[self.starts[cell]..self.starts[cell + 1]]
+        self.rays.get(cell)
     }
 
     /// Cells of a segment, column by column, and those within a hair (a hundredth of a cell) of it: two segments that

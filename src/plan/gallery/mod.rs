@@ -11,21 +11,24 @@
 
 mod arrangement;
 mod crossings;
-mod star;
 #[cfg(test)]
 mod tests;
 mod unseen;
+mod witness_region;
 
-use super::cover::{Coverage, Goal, Limits, choose, maximal, minimum};
-use super::open_space::OpenSpace;
-use super::orient::orient;
-use super::visibility::{Isovist, Scratch};
+use super::cover::coverage::Coverage;
+use super::cover::exact::{SearchLimits, minimum};
+use super::cover::greedy::{Goal, select};
+use super::cover::reduce::maximal;
+use super::free_space::open_space::OpenSpace;
+use super::free_space::predicates::orient;
+use super::visibility::isovist::{Isovist, Scratch};
 use arrangement::Candidates;
 use glam::DVec2;
-use star::Star;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 use unseen::{Unseen, unseen};
+use witness_region::WitnessRegion;
 
 /// How hard to try.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -92,7 +95,7 @@ struct Search<'a> {
     /// 10⁻¹⁰ of the extent.
     tolerance: f64,
     witnesses: Vec<DVec2>,
-    stars: Vec<Star>,
+    regions: Vec<WitnessRegion>,
     candidates: Candidates,
     /// Candidates that turned out not to see a witness, for all that rounding says.
     struck: BTreeSet<(u32, u32)>,
@@ -112,7 +115,7 @@ impl<'a> Search<'a> {
             until,
             tolerance,
             witnesses: Vec::new(),
-            stars: Vec::new(),
+            regions: Vec::new(),
             candidates: Candidates::new(open),
             struck: BTreeSet::new(),
             best: None,
@@ -128,7 +131,7 @@ impl<'a> Search<'a> {
 
     fn witness(&mut self, w: DVec2) {
         self.witnesses.push(w);
-        self.stars.push(Star::new(self.open, w, self.tolerance, &mut self.buffers));
+        self.regions.push(WitnessRegion::new(self.open, w, self.tolerance, &mut self.buffers));
     }
 
     fn late(&self) -> bool {
@@ -142,24 +145,24 @@ impl<'a> Search<'a> {
     fn run(&mut self) {
         loop {
             self.rounds += 1;
-            let arranged = self.stars.len();
-            let whole = self.candidates.arrange(self.open, &self.stars, self.until);
+            let arranged = self.regions.len();
+            let whole = self.candidates.arrange(self.open, &self.regions, self.until);
             let all: Vec<usize> = (0..self.candidates.points.len()).collect();
             // a place where no more witnesses are seen from than from another need not be tried
             let kept = maximal(&self.coverage(&all, arranged, false));
             let coverage = self.coverage(&kept, arranged, false);
             let nodes = (!self.certify).then_some(FAST_NODES);
-            let least = minimum(&coverage, Limits { until: self.until, nodes });
+            let least = minimum(&coverage, SearchLimits { until: self.until, nodes });
             if whole {
                 self.lower = self.lower.max(least.at_least);
             }
             if self.met() {
                 return;
             }
-            let choice = least.chosen.into_iter().map(|k| kept[k]).collect();
-            self.cover_all(kept, choice);
-            let enough = !self.certify && (self.rounds >= FAST_ROUNDS || self.stars.len() > FAST_WITNESSES);
-            if enough || self.met() || self.late() || self.stars.len() == arranged {
+            let selection = least.chosen.into_iter().map(|k| kept[k]).collect();
+            self.cover_all(kept, selection);
+            let enough = !self.certify && (self.rounds >= FAST_ROUNDS || self.regions.len() > FAST_WITNESSES);
+            if enough || self.met() || self.late() || self.regions.len() == arranged {
                 return;
             }
         }
@@ -168,39 +171,39 @@ impl<'a> Search<'a> {
     /// Adds witnesses until guards among the candidates leave nothing unseen.
     ///
     /// Candidates are those that see most of the first witnesses, and all corners: these see everything.
-    fn cover_all(&mut self, mut kept: Vec<usize>, mut choice: Vec<usize>) {
+    fn cover_all(&mut self, mut kept: Vec<usize>, mut selection: Vec<usize>) {
         kept.extend(0..self.open.corners().len());
         kept.sort_unstable();
         kept.dedup();
         let clearance = self.tolerance * 1e3;
         loop {
-            let points: Vec<DVec2> = choice.iter().map(|&c| self.candidates.points[c]).collect();
+            let points: Vec<DVec2> = selection.iter().map(|&c| self.candidates.points[c]).collect();
             let left = unseen(self.open, &points, clearance);
             if left.faces.is_empty() {
                 self.keep(points, &left);
                 return;
             }
-            let first = self.stars.len();
+            let first = self.regions.len();
             for &(p, _) in &left.faces {
                 self.witness(p);
             }
-            self.candidates.ask(self.open, &self.stars);
-            for &c in &choice {
+            self.candidates.ask(self.open, &self.regions);
+            for &c in &selection {
                 let claims = self.candidates.sees[c].iter().filter(|&&w| w as usize >= first);
                 self.struck.extend(claims.map(|&w| (c as u32, w)));
             }
             let late = self.late();
-            let coverage = self.coverage(&kept, self.stars.len(), true);
+            let coverage = self.coverage(&kept, self.regions.len(), true);
             let next = if late {
-                choose(&coverage, &Goal::default()).chosen
+                select(&coverage, &Goal::default()).chosen
             } else {
                 let nodes = if self.certify { 20_000 } else { FAST_NODES };
-                minimum(&coverage, Limits { until: self.until, nodes: Some(nodes) }).chosen
+                minimum(&coverage, SearchLimits { until: self.until, nodes: Some(nodes) }).chosen
             };
-            choice = next.into_iter().map(|k| kept[k]).collect();
+            selection = next.into_iter().map(|k| kept[k]).collect();
             // no cover of these witnesses can be better than the best
             let best = self.best.as_ref().map_or(usize::MAX, |b| b.0.len());
-            if choice.len() >= best && (late || self.rounds > 1) {
+            if selection.len() >= best && (late || self.rounds > 1) {
                 return;
             }
         }
@@ -242,7 +245,7 @@ fn first_witnesses(open: &OpenSpace) -> Vec<DVec2> {
     for polygon in open.polygons() {
         for (k, ring) in polygon.rings().enumerate() {
             let n = ring.len();
-            let turns_left = (super::polygon::ring_area(ring) > 0.0) == (k == 0);
+            let turns_left = (super::free_space::polygon::ring_area(ring) > 0.0) == (k == 0);
             let reflex = |i: usize| {
                 let turn = orient(ring[(i + n - 1) % n], ring[i], ring[(i + 1) % n]);
                 if turns_left { turn <= 0.0 } else { turn >= 0.0 }

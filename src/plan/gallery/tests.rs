@@ -2,10 +2,10 @@
 //! a candidate. Halls lie on a lattice, so that lines run along each other and many meet in one point.
 
 use super::arrangement::Candidates;
-use super::star::Star;
-use crate::plan::cover::within;
-use crate::plan::open_space::OpenSpace;
-use crate::plan::polygon::Polygon;
+use super::witness_region::WitnessRegion;
+use crate::plan::cover::subproblem::within;
+use crate::plan::free_space::open_space::OpenSpace;
+use crate::plan::free_space::polygon::Polygon;
 use glam::DVec2;
 use std::collections::BTreeSet;
 
@@ -136,10 +136,10 @@ fn at_no_crossing_is_more_seen_than_from_some_candidate() {
             lattice.chain(corners.iter().copied().step_by(13)).filter(|&w| open.contains(float(w))).collect();
         let extent = (open.bounds().1 - open.bounds().0).max_element();
         let mut buffers = Default::default();
-        let stars: Vec<Star> =
-            witnesses.iter().map(|&w| Star::new(&open, float(w), extent * 1e-10, &mut buffers)).collect();
+        let regions: Vec<WitnessRegion> =
+            witnesses.iter().map(|&w| WitnessRegion::new(&open, float(w), extent * 1e-10, &mut buffers)).collect();
         let mut candidates = Candidates::new(&open);
-        assert!(candidates.arrange(&open, &stars, None));
+        assert!(candidates.arrange(&open, &regions, None));
 
         let mut lines = Vec::new();
         for &w in &witnesses {

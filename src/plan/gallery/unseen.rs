@@ -1,8 +1,8 @@
 //! What guards leave unseen.
 
-use crate::plan::noding::{less, union};
-use crate::plan::open_space::OpenSpace;
-use crate::plan::visibility::{Isovist, Scratch};
+use crate::plan::free_space::noding::{less, union};
+use crate::plan::free_space::open_space::OpenSpace;
+use crate::plan::visibility::isovist::{Isovist, Scratch};
 use glam::DVec2;
 
 /// What is not seen.
@@ -54,7 +54,7 @@ fn region(open: &OpenSpace) -> Vec<Vec<Contour>> {
         }
         contour
     };
-    let shape = |p: &crate::plan::polygon::Polygon| {
+    let shape = |p: &crate::plan::free_space::polygon::Polygon| {
         std::iter::once(turned(&p.outer, true)).chain(p.holes.iter().map(|h| turned(h, false))).collect()
     };
     open.polygons().iter().map(shape).collect()
@@ -62,7 +62,7 @@ fn region(open: &OpenSpace) -> Vec<Vec<Contour>> {
 
 fn area(contour: &[[f64; 2]]) -> f64 {
     let points: Vec<DVec2> = contour.iter().map(|&p| DVec2::from(p)).collect();
-    crate::plan::polygon::ring_area(&points)
+    crate::plan::free_space::polygon::ring_area(&points)
 }
 
 /// The best of the middles of a shape's widest chords at a few heights, and its distance from the border.

@@ -2,9 +2,9 @@
 
 use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
 use super::plan_sheet::{UNREACHABLE, UNSEEN, figures};
-use crate::plan::grid::Map;
-use crate::plan::output::{Outward, counted};
-use crate::plan::site::FloorPlan;
+use crate::plan::export::tables::{Outward, counted};
+use crate::plan::floors::raster::Map;
+use crate::plan::stations::result::FloorPlan;
 use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};

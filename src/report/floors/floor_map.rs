@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::plan::site::{FloorPlan, Station};
+use crate::plan::stations::result::{FloorPlan, Station};
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::png::{text_width, wrap};
 use crate::report::draw::style::{BLACK, GREY, Hatch, LIGHT, Pattern, Style, WHITE};
@@ -87,13 +87,13 @@ impl FloorMap {
     /// What is open at probe height, but has another floor below: the void beside a gallery.
     pub(super) fn void(&self, svg: &mut Svg, plan: &FloorPlan) {
         let floor = &plan.floor;
-        let void = crate::plan::grid::Map::of(floor.open.grid, |c| floor.open.on[c] && !floor.target.on[c]);
+        let void = crate::plan::floors::raster::Map::of(floor.open.grid, |c| floor.open.on[c] && !floor.target.on[c]);
         svg.group("void", "void", |svg| self.map(svg, &void.without_specks(0.2), &VOID));
     }
 
     /// The outline of a map's cells, filled.
-    pub(super) fn map(&self, svg: &mut Svg, map: &crate::plan::grid::Map, style: &Style) {
-        for polygon in crate::plan::contour::polygons(map, 0.7 * map.grid.cell_m) {
+    pub(super) fn map(&self, svg: &mut Svg, map: &crate::plan::floors::raster::Map, style: &Style) {
+        for polygon in crate::plan::free_space::contour::polygons(map, 0.7 * map.grid.cell_m) {
             let rings: Vec<Vec<Point>> = polygon.rings().map(|r| self.ring(r)).collect();
             svg.area(&rings, style);
         }

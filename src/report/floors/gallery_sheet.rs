@@ -1,7 +1,7 @@
 //! The art gallery's drawing: walls, numbered guards, what each sees, and what nobody sees.
 
+use crate::plan::free_space::open_space::OpenSpace;
 use crate::plan::gallery::{Guards, unseen_rings};
-use crate::plan::open_space::OpenSpace;
 use crate::report::draw::style::{
     BLACK, BLUE, GREEN, GREY, Hatch, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, WHITE,
 };

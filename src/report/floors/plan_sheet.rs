@@ -1,9 +1,9 @@
 //! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
 
 use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, words};
-use crate::plan::grid::Map;
-use crate::plan::output::{Outward, counted};
-use crate::plan::site::FloorPlan;
+use crate::plan::export::tables::{Outward, counted};
+use crate::plan::floors::raster::Map;
+use crate::plan::stations::result::FloorPlan;
 use crate::report::draw::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::png::text_width;
@@ -89,12 +89,12 @@ pub(super) fn figures(plan: &FloorPlan, out: &Outward) -> String {
 fn isovists(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap) {
     svg.group("isovists", "isovists", |svg| {
         for station in &plan.present {
-            let ring = map.ring(&station.star.outline());
+            let ring = map.ring(&station.region.outline());
             svg.area(&[ring], &Style::fill(GREY).opacity(0.14).outlined(GREY, 0.15));
         }
         for (i, station) in plan.stations.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
-            let ring = map.ring(&station.star.outline());
+            let ring = map.ring(&station.region.outline());
             svg.area(&[ring], &Style::fill(colour).opacity(0.17).outlined(colour, 0.2));
         }
     });
@@ -107,7 +107,7 @@ fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap, lengths: Lengths) {
         taken.extend(plan.present.iter().flat_map(|s| map.named(s)));
         for station in &plan.stations {
             let from = map.at(station.position.truncate());
-            for tape in station.tapes.iter().take(2) {
+            for tape in station.check_distances.iter().take(2) {
                 let to = map.at(tape.to);
                 svg.line(from, to, &TAPE);
                 svg.circle(to, 0.5, &Style::fill(BLACK));
@@ -175,7 +175,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
             let y = y + ROW * (i as f64 + 1.0) + 0.3;
             let p = out.point(s.position).map(|v| format!("{v:.*}", out.decimals().min(2)));
             let tapes: Vec<String> = s
-                .tapes
+                .check_distances
                 .iter()
                 .take(if narrow { 2 } else { 3 })
                 .map(|t| {

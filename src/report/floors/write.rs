@@ -5,9 +5,9 @@ use std::path::Path;
 use super::coverage_sheet::coverage_sheet;
 use super::dxf::plan_dxf;
 use super::plan_sheet::plan_sheet;
-use crate::plan::output::{self, Outward, PlanJson};
-use crate::plan::ply;
-use crate::plan::site::SitePlan;
+use crate::plan::export::ply;
+use crate::plan::export::tables::{self, Outward, PlanJson};
+use crate::plan::stations::result::SitePlan;
 use crate::report::draw::imprint::Imprint;
 use crate::report::error::ReportError;
 use crate::report::files::{write_file, write_json, write_sheet};
@@ -37,17 +37,17 @@ pub fn write_plan(
         };
         let sheets =
             [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
-        for (stem, sheet) in output::sheets(floor).into_iter().zip(sheets) {
+        for (stem, sheet) in tables::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
             names.push(format!("{stem}.svg, .png, .pdf"));
         }
-        let drawing = format!("{}.dxf", output::sheets(floor)[0]);
+        let drawing = format!("{}.dxf", tables::sheets(floor)[0]);
         write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
         names.push(drawing);
     }
-    let json = output::json(site, plan, outward);
+    let json = tables::json(site, plan, outward);
     write_json(&folder.join("plan.json"), &json)?;
-    write_file(&folder.join("plan.csv"), output::csv(plan, outward).as_bytes())?;
+    write_file(&folder.join("plan.csv"), tables::csv(plan, outward).as_bytes())?;
     names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
     if let Some(surface) = &plan.surface {
         let path = folder.join("coverage.ply");

@@ -2,7 +2,7 @@
 
 use crate::audit::Audit;
 use crate::check::Check;
-use crate::plan::output::PlanJson;
+use crate::plan::export::tables::PlanJson;
 use crate::report::manifest::{Fingerprint, Run};
 use crate::report::rendered::Rendered;
 use crate::site::Project;

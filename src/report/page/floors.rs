@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::parts::{heads, percent, scroll, sheet, snippet};
-use crate::plan::output::{FloorJson, PlanJson, StationJson, counted};
+use crate::plan::export::tables::{FloorJson, PlanJson, StationJson, counted};
 
 pub(super) fn floors(plan: &PlanJson) -> Markup {
     html! { @for (i, f) in plan.floors.iter().enumerate() { (floor(i, f)) } }

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::archive::Archive;
 use super::parts::{heads, scroll, warnings};
 use crate::check::Check;
-use crate::plan::output::counted;
+use crate::plan::export::tables::counted;
 use crate::report::manifest::Run;
 
 pub(super) fn health(check: &Check) -> Markup {

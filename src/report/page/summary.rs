@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::archive::Archive;
 use super::parts::{file, percent, warnings};
 use crate::audit::{Audit, Kind};
-use crate::plan::output::{PlanJson, counted};
+use crate::plan::export::tables::{PlanJson, counted};
 use crate::report::rendered::Rendered;
 use crate::statistics;
 

@@ -3,7 +3,7 @@ use crate::audit::{
     Audit, AuditedView, Displacement, Finding, Kind, Method, PoseCorrection, Reason, Shares, ViewSummary, What,
 };
 use crate::panorama::Picture;
-use crate::plan::output::{FloorJson, PlanJson, StationJson};
+use crate::plan::export::tables::{FloorJson, PlanJson, StationJson};
 use crate::report::manifest::{Fingerprint, Run};
 
 const VIEW: &str = "apse <1>";

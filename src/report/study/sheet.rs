@@ -1,7 +1,7 @@
 //! The study sheet: error against time, log–log, with what it says in words and a table.
 
 use super::table::{orders, table};
-use crate::plan::output::counted;
+use crate::plan::export::tables::counted;
 use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
 use crate::report::draw::loglog::{Mark, Plot};
 use crate::report::draw::png::wrap;

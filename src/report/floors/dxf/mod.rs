@@ -4,8 +4,8 @@ mod writer;
 
 use glam::{DVec2, DVec3};
 
-use crate::plan::output::Outward;
-use crate::plan::site::{FloorPlan, Station};
+use crate::plan::export::tables::Outward;
+use crate::plan::stations::result::{FloorPlan, Station};
 use writer::{Dxf, Layer};
 
 const WALLS: Layer = Layer { name: "WALLS", colour: 7, dashed: false };
@@ -44,9 +44,9 @@ pub fn plan_dxf(plan: &FloorPlan, out: &Outward) -> String {
         dxf.circle(layer, p, 0.1 / unit);
         dxf.place(layer, p, height);
         dxf.text(layer, p + DVec2::splat(0.12 / unit), WORDS_M / unit, 0.0, name);
-        let seen: Vec<DVec2> = s.star.outline().into_iter().map(at).collect();
+        let seen: Vec<DVec2> = s.region.outline().into_iter().map(at).collect();
         dxf.polyline(SIGHT, &seen, true);
-        for tape in &s.tapes {
+        for tape in &s.check_distances {
             let to = at(tape.to);
             dxf.polyline(DIMENSIONS, &[p, to], false);
             // words are read from below or from the right

@@ -1,0 +1,271 @@
+//! The region that sight can cross: triangulated once, then asked where a point lies and what it sees.
+
+use super::noding;
+use super::polygon::{Polygon, PolygonError, checked};
+use super::predicates::orient;
+use super::triangulation::{Triangle, Triangles, Unfit, WALL, triangulate};
+use crate::lists::Lists;
+use glam::DVec2;
+
+/// Open space: polygons with holes, cut into triangles. Its border belongs to it.
+///
+/// ```
+/// use self::OpenSpace;
+/// use super::polygon::Polygon;
+/// use glam::dvec2;
+///
+/// let square = vec![dvec2(0.0, 0.0), dvec2(2.0, 0.0), dvec2(2.0, 2.0), dvec2(0.0, 2.0)];
+/// let open = OpenSpace::new(&[Polygon { outer: square, holes: vec![] }])?;
+/// let seen = open.visibility(dvec2(0.5, 0.5)).expect("is inside");
+/// assert_eq!(seen.area(), 4.0);
+/// assert!(open.sees(dvec2(0.0, 0.0), dvec2(2.0, 2.0)));
+/// # Ok::<(), super::polygon::PolygonError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct OpenSpace {
+    pub(crate) corners: Vec<DVec2>,
+    pub(crate) triangles: Vec<Triangle>,
+    /// Triangles around each corner.
+    around: Lists,
+    grid: Grid,
+    polygons: Vec<Polygon>,
+    area: f64,
+    altered: bool,
+}
+
+/// Where in the triangulation a point lies, exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Location {
+    /// Strictly inside a triangle.
+    Inside(u32),
+    /// Inside the edge opposite a triangle's corner of that number.
+    Edge(u32, usize),
+    /// On a corner.
+    Corner(u32),
+}
+
+impl OpenSpace {
+    /// Cuts the union of the polygons, each less its holes, into triangles.
+    ///
+    /// Rings that neither cross nor overlap are taken as they are, to the last bit; else all rings are cut at their
+    /// crossings on a grid of about 2⁻²¹ of the extent ([`OpenSpace::altered`] then says so). Errors: no polygon, a
+    /// ring of fewer than three points, a coordinate that is not finite or beyond ±10¹², nothing inside.
+    pub fn new(polygons: &[Polygon]) -> Result<Self, PolygonError> {
+        let given = checked(polygons)?;
+        match triangulate(&given) {
+            Ok(triangles) => Ok(Self::from_triangles(triangles, given, false)),
+            Err(Unfit::Error(e)) => Err(e),
+            Err(Unfit::Crossing(_) | Unfit::Rings) => {
+                let clean = checked(&noding::resolve(&given)).map_err(|_| PolygonError::NoInside)?;
+                match triangulate(&clean) {
+                    Ok(triangles) => Ok(Self::from_triangles(triangles, clean, true)),
+                    Err(Unfit::Error(e)) => Err(e),
+                    Err(Unfit::Crossing(p)) => Err(PolygonError::Crossing { x: p.x, y: p.y }),
+                    Err(Unfit::Rings) => Err(PolygonError::NoInside),
+                }
+            }
+        }
+    }
+
+    fn from_triangles(parts: Triangles, polygons: Vec<Polygon>, altered: bool) -> Self {
+        let (corners, triangles) = in_order_of_use(parts);
+        let fans = || (0u32..).zip(&triangles).flat_map(|(t, triangle)| triangle.corners.map(|c| (c, t)));
+        let around = Lists::of(corners.len(), fans);
+        let grid = Grid::new(&corners, &triangles);
+        let twice = |t: &Triangle| {
+            orient(corners[t.corners[0] as usize], corners[t.corners[1] as usize], corners[t.corners[2] as usize])
+        };
+        let area = triangles.iter().map(twice).sum::<f64>() / 2.0;
+        Self { corners, triangles, around, grid, polygons, area, altered }
+    }
+
+    /// The area of all of it, in square units.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Whether rings had to be cut at crossings, so that corners may lie elsewhere than given (by 2⁻²¹ of the extent).
+    pub fn altered(&self) -> bool {
+        self.altered
+    }
+
+    /// The polygons in use: those given, or what noding made of them.
+    pub fn polygons(&self) -> &[Polygon] {
+        &self.polygons
+    }
+
+    /// All corners of the rings, each once.
+    pub fn corners(&self) -> &[DVec2] {
+        &self.corners
+    }
+
+    /// Whether a point lies inside or on the border: exact.
+    pub fn contains(&self, p: DVec2) -> bool {
+        self.locate(p).is_some()
+    }
+
+    /// Lowest and highest coordinates.
+    pub fn bounds(&self) -> (DVec2, DVec2) {
+        (self.grid.low, self.grid.high)
+    }
+
+    /// The point itself if it lies inside, else the nearest found a hair (10⁻¹² of the extent) inside a wall that is
+    /// no further than 10⁻⁹ of the extent; for points that were constructed on a wall and rounded out of it.
+    pub fn pulled_in(&self, p: DVec2) -> Option<DVec2> {
+        if self.contains(p) {
+            return Some(p);
+        }
+        let extent = (self.grid.high - self.grid.low).max_element();
+        let reach = extent * 1e-9;
+        for &t in self.grid.cell(self.grid.clamped(p)) {
+            let [a, b, c] = self.points(t);
+            let near = [(a, b), (b, c), (c, a)].iter().all(|&(a, b)| orient(a, b, p) >= -reach * a.distance(b));
+            let pulled = || p + ((a + b + c) / 3.0 - p).normalize_or_zero() * (extent * 1e-12);
+            if near && self.contains(pulled()) {
+                return Some(pulled());
+            }
+            let pulled = || p + ((a + b + c) / 3.0 - p).normalize_or_zero() * (extent * 1e-11);
+            if near && self.contains(pulled()) {
+                return Some(pulled());
+            }
+        }
+        None
+    }
+
+    /// Where a point lies, exactly; `None` outside.
+    pub(crate) fn locate(&self, p: DVec2) -> Option<Location> {
+        for &t in self.grid.cell(self.grid.index(p)?) {
+            let [a, b, c] = self.points(t);
+            let sides = [orient(b, c, p), orient(c, a, p), orient(a, b, p)];
+            if sides.iter().any(|&s| s < 0.0) {
+                continue;
+            }
+            let on = sides.map(|s| s == 0.0);
+            return Some(match on {
+                [false, false, false] => Location::Inside(t),
+                [true, false, false] => Location::Edge(t, 0),
+                [false, true, false] => Location::Edge(t, 1),
+                [false, false, true] => Location::Edge(t, 2),
+                // the corner shared by the two edges it lies on
+                [false, ..] => Location::Corner(self.triangles[t as usize].corners[0]),
+                [_, false, _] => Location::Corner(self.triangles[t as usize].corners[1]),
+                _ => Location::Corner(self.triangles[t as usize].corners[2]),
+            });
+        }
+        None
+    }
+
+    #[inline]
+    pub(crate) fn points(&self, t: u32) -> [DVec2; 3] {
+        self.triangles[t as usize].corners.map(|c| self.corners[c as usize])
+    }
+
+    /// Triangles around a corner, in no order.
+    pub(crate) fn fan(&self, corner: u32) -> &[u32] {
+        let v = corner as usize;
+        self.around.get(v)
+    }
+
+    /// The triangles a place belongs to, one, two or a fan, into `list`.
+    pub(crate) fn triangles_at(&self, place: Location, list: &mut Vec<u32>) {
+        list.clear();
+        match place {
+            Location::Inside(t) => list.push(t),
+            Location::Edge(t, i) => {
+                list.push(t);
+                let other = self.triangles[t as usize].across[i];
+                list.extend((other != WALL).then_some(other));
+            }
+            Location::Corner(v) => list.extend_from_slice(self.fan(v)),
+        }
+    }
+}
+
+/// Renumbers corners in the order triangles use them: neighbours then lie near each other in memory.
+fn in_order_of_use(parts: Triangles) -> (Vec<DVec2>, Vec<Triangle>) {
+    let mut number = vec![u32::MAX; parts.corners.len()];
+    let mut corners = Vec::new();
+    let mut triangles = parts.triangles;
+    for corner in triangles.iter_mut().flat_map(|t| &mut t.corners) {
+        let n = &mut number[*corner as usize];
+        if *n == u32::MAX {
+            *n = corners.len() as u32;
+            corners.push(parts.corners[*corner as usize]);
+        }
+        *corner = *n;
+    }
+    (corners, triangles)
+}
+
+/// A uniform grid that lists the triangles touching each cell.
+#[derive(Clone, Debug)]
+struct Grid {
+    low: DVec2,
+    high: DVec2,
+    per_unit: DVec2,
+    size: [usize; 2],
+    triangles: Lists,
+}
+
+impl Grid {
+    fn new(corners: &[DVec2], triangles: &[Triangle]) -> Self {
+        let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let extent = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+        // about two cells a triangle, as square as the extent allows
+        let cells = (2 * triangles.len()).clamp(1, 1 << 22) as f64;
+        let wide = (cells * extent.x / extent.y).sqrt().clamp(1.0, cells).ceil();
+        let size = [wide as usize, ((cells / wide).ceil() as usize).max(1)];
+        let per_unit = DVec2::new(size[0] as f64, size[1] as f64) / extent;
+        let mut grid = Self { low, high, per_unit, size, triangles: Lists::default() };
+        grid.fill(corners, triangles);
+        grid
+    }
+
+    fn fill(&mut self, corners: &[DVec2], triangles: &[Triangle]) {
+        let mut entries: Vec<(u32, u32)> = Vec::new();
+        for (t, triangle) in triangles.iter().enumerate() {
+            let points = triangle.corners.map(|c| corners[c as usize]);
+            let [x0, y0] = self.cell_of(points[0].min(points[1]).min(points[2]));
+            let [x1, y1] = self.cell_of(points[0].max(points[1]).max(points[2]));
+            for y in y0..=y1 {
+                for x in x0..=x1 {
+                    if self.touches([x, y], points) {
+                        entries.push(((y * self.size[0] + x) as u32, t as u32));
+                    }
+                }
+            }
+        }
+        self.triangles = Lists::of(self.size[0] * self.size[1], || entries.iter().copied());
+    }
+
+    /// Whether a triangle may touch a cell: never a false no, since cells are grown a little.
+    fn touches(&self, [x, y]: [usize; 2], [a, b, c]: [DVec2; 3]) -> bool {
+        let half = 0.5 / self.per_unit;
+        let centre = self.low + (DVec2::new(x as f64, y as f64) + 0.5) / self.per_unit;
+        let out = |a: DVec2, b: DVec2| {
+            let normal = DVec2::new(a.y - b.y, b.x - a.x);
+            normal.dot(centre - a) + 1.01 * half.dot(normal.abs()) < 0.0
+        };
+        !(out(a, b) || out(b, c) || out(c, a))
+    }
+
+    fn cell_of(&self, p: DVec2) -> [usize; 2] {
+        let at = (p - self.low) * self.per_unit;
+        [(at.x as usize).min(self.size[0] - 1), (at.y as usize).min(self.size[1] - 1)]
+    }
+
+    fn index(&self, p: DVec2) -> Option<usize> {
+        let within = p.cmpge(self.low).all() && p.cmple(self.high).all();
+        within.then(|| self.clamped(p))
+    }
+
+    fn clamped(&self, p: DVec2) -> usize {
+        let [x, y] = self.cell_of(p.max(self.low));
+        y * self.size[0] + x
+    }
+
+    fn cell(&self, index: usize) -> &[u32] {
+        self.triangles.get(index)
+    }
+}
