@@ -169,6 +169,7 @@ mod tests {
             summary,
             photograph: Picture::new(3, 3),
             render: Picture::new(3, 3),
+            neutral: Picture::new(3, 3),
             verdicts: vec![Verdict::Ok; 9],
             reasons: vec![Reason::None; 9],
             suspicion: vec![],

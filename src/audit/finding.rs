@@ -250,6 +250,8 @@ pub struct AuditedView {
     pub photograph: Picture,
     /// The model in the probes' light, radiance.
     pub render: Picture,
+    /// The model's albedo under even light, 0..1: relit from what the probes saw, wrong colours hardly show.
+    pub neutral: Picture,
     /// What is said of each pixel.
     pub verdicts: Vec<Verdict>,
     /// Why no more is said of it.

@@ -67,6 +67,8 @@ pub(crate) fn assess(
     };
     let render: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| observed.render.pixels[small(i)]).collect();
     let render = Picture { width: w, height: h, pixels: render };
+    let neutral: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| in_neutral_light(observed, small(i))).collect();
+    let neutral = Picture { width: w, height: h, pixels: neutral };
     let mean = r.offset.element_sum() / 3.0;
     let warnings = warnings(observed);
     let mut pose = observed.pose;
@@ -100,7 +102,7 @@ pub(crate) fn assess(
             Found { finding, mask, pixels: j.region.pixels, normal, by: j.by, sightlines }
         })
         .collect();
-    let view = AuditedView { summary, photograph, render, verdicts, reasons, suspicion, masks: Vec::new() };
+    let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
     let eye = Eye {
         camera: observed.camera,
         origin: prepared.scene.origin,
@@ -115,6 +117,16 @@ fn sightlines(prepared: &AuditScene, observed: &Observations, pixels: &[usize]) 
     let few = pixels.iter().step_by(pixels.len().div_ceil(SAMPLES).max(1));
     let all = few.map(|i| Sightlines { point: observed.surfaces.position[*i], probes: telling(*i) });
     all.filter(|s| !s.probes.is_empty()).collect()
+}
+
+/// A surface's albedo, the darker the less squarely it faces the camera.
+fn in_neutral_light(observed: &Observations, i: usize) -> Vec3 {
+    /// How much of the light comes from all around.
+    const AMBIENT: f32 = 0.5;
+    let s = &observed.surfaces;
+    let facing = s.normal[i].dot(s.ray[i]).abs();
+    let light = AMBIENT + (1.0 - AMBIENT) * facing;
+    if s.triangle[i] == u32::MAX || !light.is_finite() { Vec3::ZERO } else { observed.albedo[i] * light }
 }
 
 /// A region as a finding.

@@ -14,6 +14,9 @@ use crate::audit::view::{AuditScene, Observations};
 /// Squared difference to the probe that agrees best, in variances, from which on a region is off; it is at most 6.
 const MISMATCH: f32 = 3.5;
 
+/// Where some probe agrees within this, in variances, the surface is in its place, whatever place fits the others better.
+const AGREES: f32 = 0.5;
+
 /// Share of a picture that a region which is just off must have, and an opening.
 const SIZE: f32 = 2e-3;
 const OPENING: f32 = 5e-3;
@@ -93,8 +96,12 @@ pub(crate) fn shape(
     let explains = explains(&swept);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(&region, observed.surfaces.width);
-    let moved =
-        explains > 1.0 && sure && swept.pixels > PIXELS_OFF && swept.pixels <= thickness && swept.twin.is_none();
+    let moved = apart >= AGREES
+        && explains > 1.0
+        && sure
+        && swept.pixels > PIXELS_OFF
+        && swept.pixels <= thickness
+        && swept.twin.is_none();
     let (here, there) = behind(prepared, observed, &region).unwrap_or((1.0, f32::INFINITY));
     let gone = there < BEHIND * here;
     let (covered, whole) = region

@@ -10,7 +10,7 @@ pub const TITLE_BLOCK: f64 = 9.0;
 /// Height of a row of fields to fill in, millimetres.
 pub(in crate::report) const BLANKS: f64 = 8.0;
 /// Height of a field's name and of what stands in it, millimetres.
-const NAME: f64 = 1.8;
+const NAME: f64 = 2.5;
 const VALUE: f64 = 2.8;
 
 /// Who made a sheet, of what, for whom.

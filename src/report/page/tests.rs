@@ -54,6 +54,7 @@ fn audit() -> Audit {
         summary,
         photograph: none(),
         render: none(),
+        neutral: none(),
         verdicts: vec![],
         reasons: vec![],
         suspicion: vec![],
