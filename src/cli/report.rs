@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use super::{command, in_words, own_command};
+use super::{as_argument, command, in_words, own_command};
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
 ///
@@ -68,8 +68,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
         software: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into(),
         ..Archive::default()
     };
-    let shown = |path: &Path| path.to_string_lossy().into_owned();
-    let (file, dir) = (shown(&args.site), shown(&folder));
+    let (file, dir) = (as_argument(&args.site), as_argument(&folder));
     for (verb, left_out, options) in parts {
         let mut line = vec![verb.to_owned(), file.clone()];
         if verb != "check" {
@@ -85,7 +84,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
         bar.set_message(format!("{verb} …"));
         if verb == "view" {
             // what came before is shown in it
-            let shown = |option: &str, file: &str| [option.to_owned(), shown(&folder.join(file))];
+            let shown = |option: &str, file: &str| [option.to_owned(), as_argument(&folder.join(file))];
             line.extend(archive.audit.iter().flat_map(|_| shown("--findings", "")));
             line.extend(archive.plan.iter().flat_map(|_| shown("--plan", "plan.json")));
             run.command = command(&line);
