@@ -3,6 +3,8 @@
 
 #[path = "support/data.rs"]
 mod data;
+#[path = "support/readers.rs"]
+mod readers;
 
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
@@ -246,6 +248,56 @@ fn coincident_triangles_load_and_leave_one() {
 
 /// A 2 m square on the ground in national-grid coordinates keeps its size to micrometres, and the same ray meets it
 /// at the same place as in a local model.
+/// One triangle 10,000 km off had moved all others by up to 20 cm, and made boxes of the ray caster metres wide.
+#[test]
+fn a_stray_triangle_moves_nothing_else() {
+    let mut text = String::new();
+    for (i, j) in (0..20).flat_map(|i| (0..20).map(move |j| (f64::from(i) * 0.123, f64::from(j) * 0.0571))) {
+        writeln!(text, "v {i} {j} 0.7\nv {} {j} 0.7\nv {i} {} 0.7\nf -3 -2 -1", i + 0.1, j + 0.05).unwrap();
+    }
+    let alone = load_obj(&text).unwrap().0;
+    let (scene, _) = load_obj(&format!("{text}v 1e7 1e7 0\nv 1.1e7 1e7 0\nv 1e7 1.1e7 0\nf -3 -2 -1\n")).unwrap();
+    assert_eq!(scene.mesh.triangles.len(), alone.mesh.triangles.len() + 1);
+    let place = |scene: &Scene, i: usize| scene.mesh.positions[i].as_dvec3() + scene.origin;
+    let most = (0..1200).map(|i| place(&scene, i).distance(place(&alone, i))).fold(0.0, f64::max);
+    assert!(most < 1e-6, "{most} m");
+    let ray = Ray { origin: scene.local(DVec3::new(0.03, 0.01, 0.0)), direction: Vec3::Z };
+    let hit = scene.tracer.closest(&ray, 1e-3).unwrap();
+    assert!((hit.t - 0.7).abs() < 1e-5 && hit.triangle == 0);
+}
+
+/// What fuzzing begins with is read; what it found, and seeds that are cut short, are read or refused.
+#[test]
+fn seeds_are_read_and_past_crashes_do_no_harm() {
+    let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let files = |kind: &str, reader: &str| {
+        let entries = fs::read_dir(home.join(kind).join(reader)).into_iter().flatten();
+        let mut files: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+        files.sort();
+        files
+    };
+    if !home.is_dir() {
+        println!("skipped: {} is not there", home.display());
+        return;
+    }
+    let own = tempfile::tempdir().unwrap();
+    for reader in readers::READERS {
+        let seeds = files("seeds", reader);
+        assert!(!seeds.is_empty(), "{reader} has no seed");
+        for seed in seeds {
+            let bytes = fs::read(&seed).unwrap();
+            readers::read(reader, &bytes, own.path()).unwrap_or_else(|e| panic!("{}: {e}", seed.display()));
+            for cut in 0..8 {
+                let _ = readers::read(reader, &bytes[..bytes.len() * cut / 8], own.path());
+            }
+        }
+        for crash in files("crashes", reader) {
+            println!("{}", crash.display());
+            let _ = readers::read(reader, &fs::read(&crash).unwrap(), own.path());
+        }
+    }
+}
+
 #[test]
 fn far_coordinates_keep_their_precision() {
     let far = "v 5000000.000001 4000000.0 120.0\nv 5000002.000001 4000000.0 120.0\nv 5000002.000001 4000002.0 120.0\n\

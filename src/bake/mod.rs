@@ -91,6 +91,7 @@ pub struct Vertex {
 
 /// Why a baked model cannot be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BakeError {
     /// The file system refuses.
     #[error("{}: {source}. Check the folder and your right to write there", path.display())]

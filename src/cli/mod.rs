@@ -1,7 +1,10 @@
 //! The command line: one file per verb; parses, calls the library and prints.
 
+use anyhow::bail;
 use clap::{Parser, Subcommand};
+use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::Path;
 
 pub(crate) mod audit;
 pub(crate) mod bake;
@@ -32,6 +35,9 @@ pub(crate) struct Arguments {
     /// Work on so many threads; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
+    /// Let decoding one picture take so much memory, such as 512M or 4G [default: 2G]
+    #[arg(long, global = true, value_name = "BYTES", value_parser = bytes)]
+    memory: Option<u64>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -56,6 +62,9 @@ enum Verb {
 
 /// Runs the verb and writes its result to `out`.
 pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
+    if let Some(bytes) = arguments.memory {
+        clerestory::memory::set_limit(bytes);
+    }
     let threads = arguments.threads.unwrap_or(0) as usize;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
@@ -97,7 +106,36 @@ pub(crate) fn quoted(word: &str) -> String {
 
 /// The command line that this process was started with.
 pub(crate) fn own_command() -> String {
-    command(&std::env::args().skip(1).collect::<Vec<_>>())
+    command(&std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect::<Vec<_>>())
+}
+
+/// Refuses words that are no UTF-8, which results in JSON and in HTML could not name.
+pub(crate) fn readable(mut words: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
+    match words.find(|word| word.to_str().is_none()) {
+        Some(word) => bail!("{}: the name is no UTF-8. Rename the file or folder, or give another", word.display()),
+        None => Ok(()),
+    }
+}
+
+/// A path as an argument that is not taken for an option.
+pub(crate) fn as_argument(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    if path.starts_with('-') { format!("./{path}") } else { path.into_owned() }
+}
+
+/// Bytes from a number with or without K, M or G, which are powers of 1024.
+fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || "expected bytes, from 1M on, such as 512M or 4G".to_owned();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => 1.0,
+        "K" | "KB" | "KIB" => 1024.0,
+        "M" | "MB" | "MIB" => 1024f64.powi(2),
+        "G" | "GB" | "GIB" => 1024f64.powi(3),
+        _ => return Err(wrong()),
+    };
+    let bytes = digits.parse::<f64>().map_err(|_| wrong())? * unit;
+    if (1024f64.powi(2)..1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(wrong()) }
 }
 
 /// An error and its causes in one line; a cause that the line tells already is not told again.
@@ -112,4 +150,20 @@ pub(crate) fn in_words(error: &anyhow::Error) -> String {
 /// Whether whoever read the output has stopped reading.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().filter_map(|e| e.downcast_ref::<io::Error>()).any(|e| e.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_read_with_its_unit() {
+        assert_eq!(
+            [bytes("512M"), bytes("1.5g"), bytes("4GiB"), bytes("2097152")].map(Result::unwrap),
+            [512 << 20, 3 << 29, 4 << 30, 2 << 20]
+        );
+        for wrong in ["", "4T", "-1G", "nan", "1K", "1e30G", "M"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
 }

@@ -22,7 +22,7 @@ use super::register::in_passing;
 use super::render::{RenderArgs, rendered};
 use super::study::studied;
 use super::view::viewed;
-use super::{command, in_words, own_command};
+use super::{as_argument, command, in_words, own_command};
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
 ///
@@ -252,10 +252,9 @@ impl Report<'_> {
 
     /// The command line that does a part by hand.
     fn by_hand(&self, part: Part, archive: &Archive) -> String {
-        let shown = |path: &Path| path.to_string_lossy().into_owned();
-        let mut line = vec![part.verb().to_owned(), shown(&self.args.site)];
+        let mut line = vec![part.verb().to_owned(), as_argument(&self.args.site)];
         if part != Part::Check {
-            line.extend(["--out".into(), shown(self.folder)]);
+            line.extend(["--out".into(), as_argument(self.folder)]);
         }
         if self.args.register && matches!(part, Part::Render | Part::Audit) {
             line.push("--register".into());
@@ -265,10 +264,10 @@ impl Report<'_> {
             Part::Study => line.extend(["--budget".into(), self.args.budget.to_string()]),
             Part::View => {
                 if archive.audit.is_some() {
-                    line.extend(["--findings".into(), shown(self.folder)]);
+                    line.extend(["--findings".into(), as_argument(self.folder)]);
                 }
                 if archive.plan.is_some() {
-                    line.extend(["--plan".into(), shown(&self.folder.join("plan.json"))]);
+                    line.extend(["--plan".into(), as_argument(&self.folder.join("plan.json"))]);
                 }
             }
             _ => {}

@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use super::{PanoramaError, Picture, read_exr, read_hdr, read_raster};
+use crate::memory;
 
 /// The most pixels a picture may have: 2²⁸, twice a 16384 × 8192 panorama.
 pub const MAX_PIXELS: u64 = 1 << 28;
@@ -23,8 +24,8 @@ type Result<T> = std::result::Result<T, PanoramaError>;
 /// Values are kept as stored, also NaN, infinite and negative ones: see [`Picture::health`].
 ///
 /// # Errors
-/// [`PanoramaError`] when the file is missing, damaged, of another format or larger than [`MAX_PIXELS`]. Nothing is
-/// allocated for pixels before the header is found plausible.
+/// [`PanoramaError`] when the file is missing, damaged, of another format, larger than [`MAX_PIXELS`], or more than
+/// [`memory`] allows, which is estimated before anything is decoded.
 pub fn read(path: &Path) -> Result<Picture> {
     Ok(read_coded(path)?.0)
 }
@@ -133,18 +134,21 @@ pub(super) fn check_size(path: &Path, width: u64, height: u64) -> Result<(usize,
     if width == 0 || height == 0 {
         return Err(PanoramaError::damaged(path, format!("a size of {width} × {height} pixels")));
     }
+    memory::check(picture_bytes(width, height)).map_err(|over| PanoramaError::memory(path, over))?;
     Ok((width as usize, height as usize))
+}
+
+/// What a [`Picture`] of such a size takes, which [`check_size`] has passed.
+pub(super) fn picture_bytes(width: u64, height: u64) -> u64 {
+    width * height * size_of::<glam::Vec3>() as u64
 }
 
 /// A black picture, or an error where memory does not suffice.
 pub(super) fn allocate(path: &Path, width: usize, height: usize) -> Result<Picture> {
     let mut pixels = Vec::new();
-    pixels.try_reserve_exact(width * height).map_err(|_| PanoramaError::TooLarge {
-        path: path.into(),
-        width: width as u64,
-        height: height as u64,
-        limit: MAX_PIXELS,
-    })?;
+    let needed = picture_bytes(width as u64, height as u64);
+    let refused = |_| PanoramaError::memory(path, memory::OverLimit::Left { needed, left: 0 });
+    pixels.try_reserve_exact(width * height).map_err(refused)?;
     pixels.resize(width * height, glam::Vec3::ZERO);
     Ok(Picture { width, height, pixels })
 }

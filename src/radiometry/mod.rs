@@ -46,6 +46,7 @@ impl Default for Settings {
 
 /// The radiometry of several pictures.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Fit {
     /// One for each picture, in order.
     pub pictures: Vec<Fitted>,
@@ -59,6 +60,7 @@ pub struct Fit {
 
 /// One picture's radiometry.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Fitted {
     /// The probe's or view's name.
     pub name: String,
@@ -97,6 +99,7 @@ impl Fit {
 
 /// Why a site's pictures could not be compared.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RadiometryError {
     /// A probe's picture cannot be read.
     #[error(transparent)]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Why a sheet could not be drawn or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// The file system refused.
     #[error("{path}: {source}")]

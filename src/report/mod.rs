@@ -2,6 +2,15 @@
 //!
 //! A sheet is an [`Svg`] in millimetres, made by one function per kind of sheet from that stage's typed result; [`png()`]
 //! draws a picture of it. What is computed elsewhere is only shown here.
+//!
+//! ```
+//! use clerestory::report::{Svg, png};
+//!
+//! let sheet = Svg::new(60.0, 30.0, "A sheet", "Nothing is on it yet"); // millimetres
+//! let picture = png(&sheet.finish(), 96.0)?;
+//! assert!(picture.starts_with(b"\x89PNG"));
+//! # Ok::<(), clerestory::report::ReportError>(())
+//! ```
 
 mod audit_sheet;
 mod draw;

@@ -11,12 +11,14 @@ use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO};
 use super::pictures::{self, Decoded};
 use super::texture::cutout::{self, Mask};
 use super::{Material, Mesh, Scene, Tracer, e57, gltf, mtl, obj, ply};
+use crate::memory::OverLimit;
 use crate::panorama::srgb_to_linear;
 use crate::site::files::{find_loosely, foreign_model};
 use crate::site::{Frame, Site, Up, VertexColours};
 
 /// Why a model could not be loaded.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A file could not be read.
     #[error("{}: {why}. Check the name and your right to read it", path.display())]
@@ -69,6 +71,14 @@ pub enum SceneError {
         path: PathBuf,
         /// What happened.
         why: String,
+    },
+    /// A texture would take more memory than it may.
+    #[error("{}: {over}", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// How much, and how much it may.
+        over: OverLimit,
     },
 }
 

@@ -141,12 +141,25 @@ impl Model {
     }
 }
 
-/// The middle of all finite vertices in whole metres, in the program's axes.
-pub(super) fn centre(points: impl Iterator<Item = DVec3>, frame: &Frame) -> DVec3 {
+/// From here on, in metres, single precision tells no half millimetre apart.
+const FAR: f64 = 4096.0;
+
+/// The middle of all finite vertices in whole metres, in the program's axes; where some are so far off that the rest would
+/// be rounded, the median along each axis.
+pub(super) fn centre(points: impl Iterator<Item = DVec3> + Clone, frame: &Frame) -> DVec3 {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in points.filter(|p| p.is_finite()) {
+    for p in points.clone().filter(|p| p.is_finite()) {
         (low, high) = (low.min(p), high.max(p));
     }
-    let middle = frame.point_in(0.5 * low + 0.5 * high).round();
+    let mut middle = frame.point_in(0.5 * low + 0.5 * high);
+    if (frame.point_in(high) - middle).length() >= FAR {
+        let median = |axis: usize| {
+            let mut all: Vec<f64> = points.clone().filter(|p| p.is_finite()).map(|p| p[axis]).collect();
+            let half = all.len() / 2;
+            if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(half, f64::total_cmp).1 }
+        };
+        middle = frame.point_in(DVec3::new(median(0), median(1), median(2)));
+    }
+    let middle = middle.round();
     if middle.is_finite() { middle } else { DVec3::ZERO }
 }

@@ -33,6 +33,7 @@ pub struct Extras {
 
 /// Why no page can be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ViewerError {
     /// A photograph cannot be used.
     #[error(transparent)]
