@@ -294,12 +294,12 @@ fn texts() -> Done {
         "site.toml",
         include_bytes!("../../../sites/chapel/site.toml").replace(b"model/chapel.obj", b"m.obj").as_slice(),
     )?;
-    put("toml", "scan.toml", b"[site]\nunits = \"ft\"\nup = [0, 0.1, 1]\nnorth_deg = 12.5\n[project]\ntitle = \"T\"\ndate = 2026-01-02\n\
-        [model]\npath = \"m.obj\"\nvertex_colours = \"srgb\"\n[plan]\nheight = 5\n[[probe]]\nname = \"a\"\nimage = \"a.exr\"\n\
+    put("toml", "scan.toml", b"[site]\nunits = \"ft\"\nup = [0, 0.1, 1]\nnorth = 12.5\n[project]\ntitle = \"T\"\ndate = \"2026-01-02\"\n\
+        [model]\npath = \"m.obj\"\nvertex_colours = \"srgb\"\n[plan]\nprobe_height = 5\n[[probe]]\nname = \"a\"\nimage = \"a.exr\"\n\
         position = [0, 0, 5]\nheading = 90\npitch = -3\ngain = [1, 1.1, 0.9]\n[[view]]\nname = \"v\"\nposition = [0, 1, 5]\n\
         rotation = [1, 0, 0, 0]\nfx = 500\ncx = 255.5\nk1 = -0.1\nsize = [512, 512]\n[[view]]\nname = \"w\"\nposition = [1, 1, 5]\n\
         matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nfov_y = 50\nsize = [64, 48]\n[environment]\nradiance = [1, 1, 1]\n\
-        [sun]\ndirection = [0.3, 0.2, 0.9]\nirradiance = 3\n")?;
+        [sun]\ndirection = [0.3, 0.2, 0.9]\nirradiance = [3, 3, 2]\n")?;
     put("walk", "walk.toml", b"[path]\nframes = 10\nsize = [64, 48]\nfov_y = 55.0\nease = true\n[[key]]\nposition = [0, 0, 1]\n\
         look_at = [1, 1, 1]\n[[key]]\nposition = [1, 0, 1]\nheading = 90\npitch = 5\n[[key]]\nposition = [1, 1, 1]\nrotation = [1, 0, 0, 0]\n")?;
     put("json", "outside.json", br#"{"rows":[{"camera":"apse","spp":16,"wall_s":1.5,"cpu_s":3,"rmse":0.1,"relmse_trim":0.02,"flip":0.1,"oidn_s":0.5,"oidn":{"rmse":0.05,"relmse_trim":0.01,"flip":0.05}},{"camera":"apse","spp":64,"wall_s":6,"cpu_s":12,"rmse":0.05,"relmse_trim":0.01,"flip":0.05,"oidn_s":null,"oidn":null}]}"#)?;
