@@ -156,14 +156,15 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     inputs.sort();
     inputs.dedup();
     archive.inputs = fingerprints(&inputs, &home)?;
-    archive.sheets_pdf = sheets_together(&archive, &folder)?;
+    let made = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    archive.sheets_pdf = sheets_together(&archive, &made, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
 
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
         site: archive.site.clone(),
-        made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        made,
         command: own_command(),
         runs: archive.runs.clone(),
         inputs: archive.inputs.clone(),
@@ -340,8 +341,9 @@ fn findings(
     Ok(Some(file))
 }
 
-/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, views, the study; gives whether there are any.
-fn sheets_together(archive: &Archive, folder: &Path) -> anyhow::Result<bool> {
+/// Writes all sheets of a report as one PDF file for archives, `report.pdf`: floors, views, the study; gives whether there
+/// are any.
+fn sheets_together(archive: &Archive, made: &str, folder: &Path) -> anyhow::Result<bool> {
     let floors = archive.plan.iter().flat_map(|p| &p.floors).flat_map(|f| f.sheets.iter().cloned());
     let views = archive.views.iter().filter_map(|v| v.sheet.clone());
     let study = archive.study.iter().map(|_| "study".to_owned());
@@ -354,7 +356,7 @@ fn sheets_together(archive: &Archive, folder: &Path) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts)?)?;
+    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts, Some(made))?)?;
     Ok(true)
 }
 

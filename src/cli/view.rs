@@ -87,7 +87,7 @@ pub(super) fn viewed(
     let lightings = lightings(site, &how.lighting)?;
     let folder = super::out::folder(out, site)?;
     let scene = scene::load(site, &mut Health::default())?;
-    let usual = bake::Settings { vertices: VERTICES, views: true, ..bake::Settings::default() };
+    let usual = bake::Settings { vertices: VERTICES, sun_apart: true, ..bake::Settings::default() };
     let Bake { baked, .. } = baked(site, &scene, &lightings, how, usual, shown)?;
     let file = folder.join("viewer.html");
     write_viewer(&file, site, &scene, &baked, extras)?;

@@ -46,6 +46,6 @@ pub fn write_sheet(sheet: &Svg, folder: &Path, stem: &str) -> Result<[PathBuf; 2
     let paths = [folder.join(format!("{stem}.svg")), folder.join(format!("{stem}.png"))];
     write_file(&paths[0], svg.as_bytes())?;
     write_file(&paths[1], &picture)?;
-    write_file(&folder.join(format!("{stem}.pdf")), &pdf(stem, &[&svg])?)?;
+    write_file(&folder.join(format!("{stem}.pdf")), &pdf(stem, &[&svg], None)?)?;
     Ok(paths)
 }
