@@ -31,7 +31,7 @@ const VOUCHED: f32 = 10.0;
 const FITS_BEHIND: f32 = 1.5;
 
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds.
-const ALARMS: [f64; 2] = [0.1, 0.7];
+const ALARMS: [f64; 2] = [0.12, 0.7];
 
 /// Probability from which on a doubt is told.
 const DOUBTFUL: f64 = 0.1;
