@@ -23,8 +23,8 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 });
 
 /// A PDF file with a page for each SVG sheet, as large as the sheet. The same bytes for the same sheets and time. With the
-/// time when it was made (`YYYY-MM-DDThh:mm:ssZ`), which archives ask for, it is PDF/A-2b, unless a letter is missing in the
-/// font: archives refuse such a file, people can read the rest of it.
+/// time when it was made (`YYYY-MM-DDThh:mm:ssZ`), which archives ask for, it is PDF/A-2b, unless a sheet breaks one of that
+/// standard's rules: archives refuse such a file, people can read it.
 ///
 /// # Errors
 /// If an SVG cannot be read or drawn.

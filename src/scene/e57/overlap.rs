@@ -120,8 +120,9 @@ impl Setup {
         }
         let theirs = t.iter().map(|i| other.spacing[*i as usize]).fold(f32::INFINITY, f32::min);
         let distance = middle.length();
-        let sees = |bin: &Bin| {
-            let apart = APART[0] + APART[1] * distance + bin.spacing;
+        // a surface that is seen at an angle goes on nearer or farther beside
+        let sees = |bin: &Bin, steps: f32| {
+            let apart = APART[0] + APART[1] * distance + steps * bin.spacing;
             bin.spacing > 0.0 && bin.nearest - apart < distance && distance < bin.farthest + apart
         };
         // all around as well: no gap opens at the rim of what this one sees
@@ -130,7 +131,7 @@ impl Setup {
             let (first, count, column) = (self.rows[r], self.rows[r + 1] - self.rows[r], self.column(r, middle));
             [count - 1, 0, 1].into_iter().all(|step| {
                 let bin = &self.bins[first + (column + step) % count];
-                sees(bin) && bin.spacing < share * theirs
+                sees(bin, if (r, step) == (row, 0) { 1.0 } else { 3.0 }) && bin.spacing < share * theirs
             })
         })
     }
