@@ -11,10 +11,12 @@
 //! Inside the program everything is right-handed, in metres, z up, with +y towards the model's own north, and local to
 //! [`scene::Scene::origin`]. Colour is linear Rec. 709 RGB.
 
+pub mod atomic_write;
 pub mod audit;
 pub mod bake;
 pub mod check;
 pub(crate) mod cholesky;
+pub(crate) mod components;
 pub mod csv;
 pub(crate) mod edge_aware;
 pub mod init;
@@ -31,9 +33,9 @@ pub mod report;
 pub mod scene;
 pub mod shoot;
 pub mod site;
+pub(crate) mod sphere;
 pub(crate) mod statistics;
 pub mod study;
 pub mod transfer;
 pub mod viewer;
 pub mod volume;
-pub mod whole;

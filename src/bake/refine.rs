@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-use super::Settings;
+use super::BakeSettings;
 use super::mesh::{Edges, Sample, Surface, longest};
 use crate::panorama::luminance;
 use crate::render::{Irradiance, Relit, Source};
@@ -56,7 +56,7 @@ pub(super) fn refine(
     surface: &mut Surface,
     lit: &mut Lit,
     relit: &[Relit],
-    settings: &Settings,
+    settings: &BakeSettings,
     [coarse, finest]: [f32; 2],
     progress: &(dyn Fn(usize) + Sync),
 ) {
@@ -275,7 +275,7 @@ pub(super) fn lights(relit: &[Relit], samples: &[Sample]) -> Lit {
             let (mut source, mut agreement) = (Source::None, 1.0f32);
             for (l, (relit, near)) in relit.iter().zip(&mut near).enumerate() {
                 let lit = relit.lit(s.position, s.normal, near);
-                let shaded = lit.asks && !relit.in_sun(s.position, s.normal);
+                let shaded = lit.needs_shadow_ray && !relit.in_sun(s.position, s.normal);
                 let (e, from) = if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) };
                 // a sum of the greatest numbers may leave them
                 let e = if e.is_finite() { e.max(Vec3::ZERO) } else { Vec3::splat(f32::MAX).min(e.max(Vec3::ZERO)) };

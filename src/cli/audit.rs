@@ -9,7 +9,8 @@ use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use super::visible::visible;
+use super::terminal::output::Output;
+use super::terminal::visible::visible;
 
 /// Find where the model is wrong, from photographs.
 ///
@@ -46,15 +47,8 @@ pub(crate) struct AuditArgs {
     /// How many findings a photograph of a right model may give; what is less strange is a doubt
     #[arg(long, value_name = "NUMBER", default_value_t = 0.1)]
     false_alarms: f64,
-    /// Folder for the findings [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
-    /// Print the findings as JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// Audits a site and tells `out` about it.
@@ -71,15 +65,15 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
             }
         }
     }
+    let folder = args.output.folder(&site)?;
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
     let mut found = Vec::new();
     if args.register {
         (site, found) =
-            super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
+            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.talks())?;
     }
     let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
-    let mut health = Health::default();
-    let scene = scene::load(&site, &mut health)?;
     let settings = Settings {
         longest_px: args.longest,
         refine_pose: !args.no_pose,
@@ -87,7 +81,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
         ..Settings::default()
     };
-    let bar = super::progress::bar(!args.quiet && !args.json, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
+    let bar = args.output.bar("{msg:16} {wide_bar} {pos} of {len}  {eta} left");
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
@@ -97,11 +91,11 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     bar.finish_and_clear();
     audit.warnings.extend(health.warnings.into_iter().chain(found));
     audit.write(&folder)?;
-    write_audit_sheets(&site, &scene, &audit, &super::own_command(), &folder)?;
+    write_audit_sheets(&site, &scene, &audit, &super::terminal::command::own_command(), &folder)?;
     write_markers(&markers(&audit, &site), &folder)?;
-    if args.json {
+    if args.output.json {
         out.write_all(audit.json()?.as_bytes())?;
-    } else if !args.quiet {
+    } else if !args.output.quiet {
         print(&audit, &folder, out)?;
     }
     Ok(())

@@ -9,17 +9,15 @@ pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod gallery;
 pub(crate) mod init;
-mod out;
 pub(crate) mod plan;
-mod progress;
 pub(crate) mod register;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
 pub(crate) mod summary;
+pub(crate) mod terminal;
 pub(crate) mod view;
-pub(crate) mod visible;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]
@@ -92,31 +90,6 @@ pub(crate) fn run_line(line: &[String]) -> anyhow::Result<Vec<u8>> {
     let mut out = Vec::new();
     verb(&arguments.verb, &mut out)?;
     Ok(out)
-}
-
-/// A command line of this program (without its name) as a shell takes it.
-pub(crate) fn command(line: &[String]) -> String {
-    std::iter::once("clerestory".to_owned()).chain(line.iter().map(|w| quoted(w))).collect::<Vec<_>>().join(" ")
-}
-
-/// A word as a shell takes it: in quotes only if need be.
-pub(crate) fn quoted(word: &str) -> String {
-    let plain = !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./:,=+@".contains(c));
-    if plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
-}
-
-/// The command line that this process was started with.
-pub(crate) fn own_command() -> String {
-    command(&std::env::args().skip(1).collect::<Vec<_>>())
-}
-
-/// An error and its causes in one line; a cause that the line tells already is not told again.
-pub(crate) fn in_words(error: &anyhow::Error) -> String {
-    error
-        .chain()
-        .skip(1)
-        .map(ToString::to_string)
-        .fold(error.to_string(), |line, cause| if line.contains(&cause) { line } else { format!("{line}: {cause}") })
 }
 
 /// Whether whoever read the output has stopped reading.

@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use super::{command, in_words, own_command};
+use super::terminal::command::{command, in_words, own_command};
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
 ///
@@ -56,10 +56,12 @@ pub(crate) struct ReportArgs {
 /// Makes the report and tells `out` where it is.
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
     let parts = parts(&site, args);
-    let bar =
-        super::progress::bar(!args.quiet && !args.json, "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
+    let bar = super::terminal::progress::bar(
+        !args.quiet && !args.json,
+        "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}",
+    );
     bar.set_length(1 + parts.iter().filter(|(_, left_out, _)| left_out.is_none()).count() as u64);
 
     let mut archive = Archive {

@@ -61,11 +61,15 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let start = Instant::now();
     let site = Site::load(&args.site)?;
     let lightings = lightings(&site, &args.how.lighting)?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
     let scene = scene::load(&site, &mut Health::default())?;
-    let usual = bake::Settings { vertices: VERTICES, views: true, ..bake::Settings::default() };
+    let usual = bake::BakeSettings { vertices: VERTICES, views: true, ..bake::BakeSettings::default() };
     let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, usual, !args.quiet && !args.json)?;
-    let extras = Extras { findings: args.findings.clone(), plan: args.plan.clone(), command: super::own_command() };
+    let extras = Extras {
+        findings: args.findings.clone(),
+        plan: args.plan.clone(),
+        command: super::terminal::command::own_command(),
+    };
     let file = folder.join("viewer.html");
     write_viewer(&file, &site, &scene, &baked, &extras)?;
     let outcome = Outcome {
@@ -76,7 +80,7 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
         seconds: start.elapsed().as_secs_f64(),
     };
     if args.json {
-        super::out::json(&outcome, out)?;
+        super::terminal::output::json(&outcome, out)?;
     } else if !args.quiet {
         let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;
         let megabytes = *bytes as f64 / 1e6;

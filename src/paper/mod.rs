@@ -38,7 +38,7 @@ const SPACINGS: f32 = 2.5;
 
 /// What the paper leaves to its user.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct PaperSettings {
     /// The radius R of all records, metres. `None`: 2.5 times the median distance of neighbouring records.
     pub radius_m: Option<f32>,
     /// The least albedo that radiance is divided by, 0..=1. The paper divides by ρ as it is; any real model has texels
@@ -48,7 +48,7 @@ pub struct Settings {
     pub cells: u32,
 }
 
-impl Default for Settings {
+impl Default for PaperSettings {
     fn default() -> Self {
         Self { radius_m: None, least_albedo: 0.05, cells: 64 }
     }
@@ -75,7 +75,7 @@ pub struct Plain {
 
 impl Plain {
     /// Shoots, indexes and builds the volume.
-    pub fn new(scene: &Scene, probes: &[ProbeLight], settings: Settings) -> Self {
+    pub fn new(scene: &Scene, probes: &[ProbeLight], settings: PaperSettings) -> Self {
         let start = Instant::now();
         let shots: Vec<Shot> =
             probes.iter().flat_map(|probe| shoot::shoot(scene, probe, settings.least_albedo)).collect();

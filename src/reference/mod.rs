@@ -22,6 +22,6 @@ pub use estimate::{Estimate, Noise};
 pub use lights::{LightError, Lights};
 pub use path::Strategy;
 pub use render::{
-    Eye, Progress, Settings, Stopped, add_samples, irradiance, render_camera, render_panorama, unwatched,
+    Eye, Progress, ReferenceSettings, Stopped, add_samples, irradiance, render_camera, render_panorama, unwatched,
 };
 pub use sky::Sky;

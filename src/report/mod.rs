@@ -44,7 +44,7 @@ pub use register_sheet::{RegisterSheet, register_sheet, register_stem, register_
 pub use study_sheet::study_sheet;
 pub use svg::{Anchor, Point, Svg, Text, escape};
 
-use crate::whole::write_whole;
+use crate::atomic_write::write_atomically;
 
 /// Dots per inch of the PNG that goes with a sheet.
 pub const DPI: f32 = 150.0;
@@ -85,7 +85,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(io)?;
     }
-    write_whole(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
+    write_atomically(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
 }
 
 /// Writes a sheet as `<stem>.svg`, `<stem>.png` (at [`DPI`]) and `<stem>.pdf`; gives the paths of the first two.

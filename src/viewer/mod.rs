@@ -3,8 +3,11 @@
 //! `viewer.html`, `viewer.css` and `viewer.js` are the page; here its data are packed. Positions have 16 bits along each side
 //! of the model's box, light one exponent a colour, all deflated and in base64; the browser inflates them itself.
 
+mod error;
 mod findings;
 mod pack;
+
+pub use error::ViewerError;
 
 use base64::Engine;
 use glam::{DVec3, Vec3};
@@ -12,12 +15,12 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use crate::atomic_write::write_atomically;
 use crate::bake::{BakeError, Baked};
-use crate::panorama::{Exposure, PanoramaError, Picture, linear_to_srgb, pinhole_of, undistorted};
-use crate::photograph::{self, PhotographError};
+use crate::panorama::{Exposure, Picture, linear_to_srgb, pinhole_of, undistorted};
+use crate::photograph;
 use crate::scene::Scene;
 use crate::site::{Camera, Site, View};
-use crate::whole::write_whole;
 use findings::{Mark, Shown};
 
 /// What a page shows beside the model.
@@ -29,30 +32,6 @@ pub struct Extras {
     pub plan: Option<PathBuf>,
     /// The command that made the page.
     pub command: String,
-}
-
-/// Why no page can be made.
-#[derive(Debug, thiserror::Error)]
-pub enum ViewerError {
-    /// A photograph cannot be used.
-    #[error(transparent)]
-    Photograph(#[from] PhotographError),
-    /// A picture cannot be used.
-    #[error(transparent)]
-    Picture(#[from] PanoramaError),
-    /// A texture cannot be used, or the page cannot be written.
-    #[error(transparent)]
-    Bake(#[from] BakeError),
-    /// Findings or a plan cannot be read.
-    #[error("{}: {why}. Expected what `{from}` writes", path.display())]
-    Unusable {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        why: String,
-        /// The verb that makes such a file.
-        from: String,
-    },
 }
 
 /// What the page's script needs to know; lengths in local metres, program's axes.
@@ -199,7 +178,7 @@ pub fn write_viewer(
         findings: extras.findings.as_ref().map_or(Ok(Vec::new()), |folder| findings::findings(site, scene, folder))?,
     };
     let head = head(&about, &blocks);
-    write_whole(path, io, |file| {
+    write_atomically(path, io, |file| {
         file.write_all(head.as_bytes()).map_err(io)?;
         for (i, block) in blocks.iter().enumerate() {
             let text = base64::engine::general_purpose::STANDARD.encode(&block.bytes);

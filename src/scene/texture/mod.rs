@@ -12,10 +12,7 @@ mod wrap;
 
 pub use wrap::Wrap;
 
-use super::load::SceneError;
-
-/// The most pixels a texture may have along a side.
-pub(super) const MAX_SIDE: u32 = 32_768;
+use super::error::{MAX_SIDE, SceneError};
 
 /// The most bytes that decoding a texture may take: a damaged or hostile header must not eat the machine.
 const MAX_DECODE_BYTES: u64 = 2 << 30;
