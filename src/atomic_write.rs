@@ -1,4 +1,13 @@
 //! Files that appear whole or not at all, even if the program is stopped while it writes.
+//!
+//! ```
+//! let folder = std::env::temp_dir();
+//! let path = folder.join(format!("clerestory-whole-{}", std::process::id()));
+//! clerestory::atomic_write::write_atomically(&path, |e| e, |file| std::io::Write::write_all(file, b"all of it"))?;
+//! assert_eq!(std::fs::read(&path)?, b"all of it");
+//! # std::fs::remove_file(&path)?;
+//! # Ok::<(), std::io::Error>(())
+//! ```
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};

@@ -14,7 +14,9 @@ fn main() -> ExitCode {
         std::process::exit(130); // 128 + SIGINT, as shells expect
     });
     let mut out = Visible(io::BufWriter::new(io::stdout()));
-    match cli::run(&cli::Arguments::parse(), &mut out) {
+    let done = cli::terminal::command::readable(std::env::args_os())
+        .and_then(|()| cli::run(&cli::Arguments::parse(), &mut out));
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) if cli::is_broken_pipe(&e) => ExitCode::SUCCESS,
         Err(e) => {

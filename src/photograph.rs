@@ -1,4 +1,15 @@
 //! Photographs of a site: linear pixels, and which of them can be compared with anything.
+//!
+//! ```
+//! use clerestory::photograph;
+//! use clerestory::site::Site;
+//! # let chapel = concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel");
+//!
+//! let site = Site::load(std::path::Path::new(chapel))?;
+//! let (picture, _coding) = photograph::read(&site.views[0])?.expect("the chapel's views have photographs");
+//! assert_eq!([picture.width, picture.height], [256, 256]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -39,6 +50,7 @@ pub struct Photograph {
 
 /// Why a view's photograph cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PhotographError {
     /// The photograph or the mask cannot be read.
     #[error(transparent)]

@@ -8,6 +8,31 @@
 //! are, clipped cells do not, the volume is evened out by its noise, and the sun's irradiance is a median. Here they stay as
 //! the lighting made them that the operator was built for. So it is exact for that lighting and its multiples; for another
 //! one it takes the first one's weights. What is not measured at all but guessed goes with the mean of what is measured.
+//!
+//! ```
+//! use clerestory::render::Relit;
+//! use clerestory::transfer::Transfer;
+//! # use clerestory::glam::{Mat3, Vec3};
+//! # use clerestory::panorama::{Picture, Projection, Radiometry};
+//! # use clerestory::shoot::{Hits, Light, charted};
+//! # use std::sync::Arc;
+//! # mod given {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/room.rs"));
+//! # }
+//! # use given::room;
+//! # let scene = room(); // 4 × 3 × 2.5 m, grey: half of the light comes back
+//! # let panorama = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(0.2); 64 * 32] };
+//! # let (chart, picture) = charted(panorama, Projection::LatLong);
+//! # let hits = Arc::new(Hits::shoot(&scene, Vec3::new(2.0, 1.5, 1.2), Mat3::IDENTITY, chart));
+//! # let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+//! let relit = Relit { scene: &scene, light: &light, volume: None, volume_only: false };
+//! let points = [(Vec3::new(1.0, 1.0, 0.0), Vec3::Z)];
+//! let transfer = Transfer::new(&relit, None, &[(&picture, Radiometry::default())], &points);
+//! // another picture of the same probe, twice as bright: no ray is cast
+//! let brighter = Picture { pixels: picture.pixels.iter().map(|p| 2.0 * p).collect(), ..picture.clone() };
+//! let [before, after] = [&picture, &brighter].map(|p| transfer.light(&transfer.measure(&[p]), Vec3::ZERO, Vec3::ONE)[0]);
+//! assert!((after - 2.0 * before).abs().max_element() < 1e-4);
+//! ```
 
 use glam::Vec3;
 use rayon::prelude::*;

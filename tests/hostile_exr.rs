@@ -209,3 +209,59 @@ fn absurd_sizes_are_refused_before_anything_is_allocated() {
         println!("{}", read_safely(&path).expect_err(size));
     }
 }
+
+/// The most memory that this process has held at once, bytes (proc(5)).
+#[cfg(target_os = "linux")]
+fn peak_bytes() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() << 10
+}
+
+/// Hundreds of bytes that stand for gigabytes: each is read or refused before memory is taken.
+#[cfg(target_os = "linux")]
+#[test]
+fn small_files_do_not_cost_gigabytes() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/cursed/memory");
+    if !folder.is_dir() {
+        println!("skipped: {} is not here", folder.display());
+        return;
+    }
+    let before = peak_bytes();
+    for name in ["exrdisp.exr", "hdr-abort-under-limit.hdr", "iccp.png", "j16k.jpg", "texture-slow.jpg"] {
+        let path = folder.join(name);
+        let picture = read(&path).map(|p| (p.width, p.height)).map_err(|e| e.to_string());
+        let texture = clerestory::scene::Texture::load(&path).map(|_| ()).map_err(|e| e.to_string());
+        println!("{name}: {picture:?}, {texture:?}, peak {} MiB", peak_bytes() >> 20);
+        assert!(peak_bytes() < before.max(100 << 20) + (400 << 20), "{name}: {} MiB", peak_bytes() >> 20);
+        if ["exrdisp.exr", "hdr-abort-under-limit.hdr", "j16k.jpg"].contains(&name) {
+            let refused = picture.unwrap_err();
+            assert!(refused.contains(name) && refused.contains("--memory"), "{refused}");
+        }
+    }
+}
+
+/// With a hard limit, too, an error is said and the program ends by itself.
+#[cfg(target_os = "linux")]
+#[test]
+fn under_a_hard_limit_there_is_an_error() {
+    use std::process::Command;
+    // 16384 × 8192: 1.5 GiB, which is allowed; a gigabyte is there
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.hdr");
+    fs::write(&path, b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8192 +X 16384\n\x02\x02\x40\x00").unwrap();
+    fs::write(folder.path().join("m.obj"), "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n").unwrap();
+    let site = "[site]\nunits = \"m\"\nup = \"z\"\n[model]\npath = \"m.obj\"\n[[probe]]\nname = \"p\"\nposition = [1, 1, 1]\n\
+                heading = 0\nimage = \"large.hdr\"\n";
+    fs::write(folder.path().join("site.toml"), site).unwrap();
+    let run = |limit: &str, memory: &str| {
+        let script = format!("ulimit -v {limit} && exec \"$0\" --threads 1 {memory} check \"$1\"");
+        let program = env!("CARGO_BIN_EXE_clerestory");
+        let done = Command::new("sh").args(["-c", &script, program]).arg(folder.path()).output().unwrap();
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let (code, said) = run("1000000", "");
+    assert!(code == Some(1) && said.contains("large.hdr") && said.contains("ulimit -v"), "{code:?} {said}");
+    let (code, said) = run("unlimited", "--memory 512M");
+    assert!(code == Some(1) && said.contains("512.0 MiB are allowed"), "{code:?} {said}");
+}

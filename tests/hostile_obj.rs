@@ -3,6 +3,8 @@
 
 #[path = "support/data.rs"]
 mod data;
+#[path = "support/readers.rs"]
+mod readers;
 
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
@@ -246,6 +248,56 @@ fn coincident_triangles_load_and_leave_one() {
 
 /// A 2 m square on the ground in national-grid coordinates keeps its size to micrometres, and the same ray meets it
 /// at the same place as in a local model.
+/// One triangle 10,000 km off had moved all others by up to 20 cm, and made boxes of the ray caster metres wide.
+#[test]
+fn a_stray_triangle_moves_nothing_else() {
+    let mut text = String::new();
+    for (i, j) in (0..20).flat_map(|i| (0..20).map(move |j| (f64::from(i) * 0.123, f64::from(j) * 0.0571))) {
+        writeln!(text, "v {i} {j} 0.7\nv {} {j} 0.7\nv {i} {} 0.7\nf -3 -2 -1", i + 0.1, j + 0.05).unwrap();
+    }
+    let alone = load_obj(&text).unwrap().0;
+    let (scene, _) = load_obj(&format!("{text}v 1e7 1e7 0\nv 1.1e7 1e7 0\nv 1e7 1.1e7 0\nf -3 -2 -1\n")).unwrap();
+    assert_eq!(scene.mesh.triangles.len(), alone.mesh.triangles.len() + 1);
+    let place = |scene: &Scene, i: usize| scene.mesh.positions[i].as_dvec3() + scene.origin;
+    let most = (0..1200).map(|i| place(&scene, i).distance(place(&alone, i))).fold(0.0, f64::max);
+    assert!(most < 1e-6, "{most} m");
+    let ray = Ray { origin: scene.local(DVec3::new(0.03, 0.01, 0.0)), direction: Vec3::Z };
+    let hit = scene.tracer.closest(&ray, 1e-3).unwrap();
+    assert!((hit.t - 0.7).abs() < 1e-5 && hit.triangle == 0);
+}
+
+/// What fuzzing begins with is read; what it found, and seeds that are cut short, are read or refused.
+#[test]
+fn seeds_are_read_and_past_crashes_do_no_harm() {
+    let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let files = |kind: &str, reader: &str| {
+        let entries = fs::read_dir(home.join(kind).join(reader)).into_iter().flatten();
+        let mut files: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+        files.sort();
+        files
+    };
+    if !home.is_dir() {
+        println!("skipped: {} is not there", home.display());
+        return;
+    }
+    let own = tempfile::tempdir().unwrap();
+    for reader in readers::READERS {
+        let seeds = files("seeds", reader);
+        assert!(!seeds.is_empty(), "{reader} has no seed");
+        for seed in seeds {
+            let bytes = fs::read(&seed).unwrap();
+            readers::read(reader, &bytes, own.path()).unwrap_or_else(|e| panic!("{}: {e}", seed.display()));
+            for cut in 0..8 {
+                let _ = readers::read(reader, &bytes[..bytes.len() * cut / 8], own.path());
+            }
+        }
+        for crash in files("crashes", reader) {
+            println!("{}", crash.display());
+            let _ = readers::read(reader, &fs::read(&crash).unwrap(), own.path());
+        }
+    }
+}
+
 #[test]
 fn far_coordinates_keep_their_precision() {
     let far = "v 5000000.000001 4000000.0 120.0\nv 5000002.000001 4000000.0 120.0\nv 5000002.000001 4000002.0 120.0\n\
@@ -292,9 +344,12 @@ fn with_texture(mtl: &str, picture: &str) -> (Vec3, Vec3, String) {
 #[test]
 fn materials_are_forgiven_what_exporters_do() {
     let half = 0.502_886_5; // 188 of 255 decoded from sRGB
-    let cases: [(&str, &str, f32, &str); 12] = [
+    let cases: [(&str, &str, f32, &str); 14] = [
         ("newmtl a b\nKd 1 1 1\nmap_Kd wood floor.png\n", "wood floor.png", half, ""),
         ("newmtl a b\nKd .5 .5 .5\nmap_Kd -s 1 1 1 -o 0 0 -mm 0 1 -clamp off w.png\n", "w.png", 0.5 * half, ""),
+        // a picture of one grey as a mask, and one that is not there
+        ("newmtl a b\nKd .5 .5 .5\nmap_d -imfchan l w.png\n", "w.png", 0.5, "Cut-out pictures: 0 triangles cut"),
+        ("newmtl a b\nKd .5 .5 .5\nmap_d none.png\n", "w.png", 0.5, "there is no picture “none.png”"),
         ("newmtl a b\nmap_Kd -s 2 2 w.png\n", "w.png", half, "m.mtl:2: material “a b” scales"),
         ("newmtl a b\nKd 0 0 0\nmap_Kd w.png\n", "w.png", half, "m.mtl:3: material “a b” has Kd 0 0 0 beside"),
         ("newmtl a b\nKd 1 1 1\nmap_Kd Textures\\W.PNG\n", "w.png", half, "“Textures\\W.PNG”"),
@@ -312,6 +367,10 @@ fn materials_are_forgiven_what_exporters_do() {
         assert!(if warning.is_empty() { warnings.is_empty() } else { warnings.contains(warning) }, "{mtl}: {warnings}");
     }
     assert_eq!(with_texture("newmtl a b\nKe 5 4 3\n", "w.png").1, Vec3::new(5.0, 4.0, 3.0));
+    let mtl = b"newmtl a b\nmap_Kd -clamp on w.png\n";
+    let files = [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl), ("w.png", &png(4, 4, [188; 3])[..])];
+    let (scene, _) = load(folder(METRES_Z, &files).path()).unwrap();
+    assert_eq!(scene.textures[0].wrap(), [clerestory::scene::Wrap::Clamp; 2]);
 }
 
 #[test]

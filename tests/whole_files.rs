@@ -50,6 +50,48 @@ fn no_verb_writes_where_the_sites_own_files_lie() {
     assert_eq!(fs::read(&photo).unwrap(), before);
 }
 
+/// A report's page and manifest name its files, so a name that they could not say is refused before any work.
+#[cfg(unix)]
+#[test]
+fn names_that_are_no_utf_8_are_refused_at_once() {
+    use std::os::unix::ffi::OsStrExt;
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let dir = tempfile::tempdir().unwrap();
+    let name = dir.path().join(std::ffi::OsStr::from_bytes(b"r\xff"));
+    for verb in ["report", "render", "plan"] {
+        let start = std::time::Instant::now();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_clerestory"));
+        let said = program.args([verb, "sites/chapel", "--out"]).arg(&name).current_dir(root).output().unwrap();
+        let error = String::from_utf8_lossy(&said.stderr);
+        assert!(said.status.code() == Some(1) && error.contains("no UTF-8"), "{verb}: {error}");
+        assert!(!name.exists() && start.elapsed().as_secs() < 5);
+    }
+}
+
+/// Sites and folders may begin with a dash: with `--` or `=` before them, as everywhere.
+#[test]
+fn names_that_begin_with_a_dash_are_no_options() {
+    let dir = tempfile::tempdir().unwrap();
+    let site = dir.path().join("-site");
+    fs::create_dir(&site).unwrap();
+    let room = "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 0 0 3\nv 6 0 3\nv 6 5 3\nv 0 5 3\nf 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\n\
+                f 1 4 8 5\n";
+    fs::write(site.join("m.obj"), room).unwrap();
+    fs::write(site.join("site.toml"), "[site]\nunits = \"m\"\nup = \"z\"\n[model]\npath = \"m.obj\"\n").unwrap();
+    let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
+        .args(["report", "--quiet", "--without", "render,audit,study", "--out=-r", "--", "-site"])
+        .current_dir(dir.path())
+        .output()
+        .unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&fs::read(dir.path().join("-r/manifest.json")).unwrap()).unwrap();
+    for run in manifest["runs"].as_array().unwrap() {
+        let note = run["note"].as_str().unwrap();
+        assert!(note.is_empty() || note == "not asked for" || note.starts_with("the site has no"), "{run}");
+    }
+}
+
 /// Stops long work at several moments: the exit code is a shell's own, and what lies in the folder is whole.
 #[cfg(unix)]
 #[test]

@@ -56,6 +56,28 @@ pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bo
     print(&rows, &told);
 }
 
+/// What is wrong in a photograph.
+struct Wrong {
+    /// Where it shows, which is asked for.
+    shown: Vec<bool>,
+    /// All that the fault changes: what is found there is not false.
+    changed: Vec<bool>,
+}
+
+impl Wrong {
+    fn of(bench: &Bench, case: Option<&Case>, model: &Scene, view: usize) -> Self {
+        let size = bench.photos[view].pixels.len();
+        let Some(case) = case else { return Self { shown: vec![false; size], changed: vec![false; size] } };
+        let here = Case { fault: case.fault, place: case.place, object: case.object.clone(), view };
+        let truth = bench.truth(model, &here);
+        let changed = truth.wrong.iter().zip(&truth.alike).map(|(w, a)| *w || *a).collect();
+        // nobody could see that a surface is off its place by less than a pixel; what is not there at all, anybody can
+        let displaced = matches!(case.fault, Fault::Displace(_) | Fault::Move(_));
+        let shown = if displaced && truth.is_fine() { vec![false; size] } else { truth.wrong };
+        Self { shown, changed }
+    }
+}
+
 fn run(
     bench: &Bench,
     site: &str,
@@ -65,17 +87,8 @@ fn run(
     told: &mut Vec<(f64, bool)>,
 ) {
     let title = case.map_or("right".to_owned(), |c| c.fault.title());
-    let truths: Vec<Vec<bool>> = (0..bench.cameras.len())
-        .map(|view| {
-            let size = bench.photos[view].pixels.len();
-            let Some(case) = case else { return vec![false; size] };
-            let here = Case { fault: case.fault, place: case.place, object: case.object.clone(), view };
-            let truth = bench.truth(model, &here);
-            // nobody could see that a shape is wrong by less than a pixel
-            if truth.is_fine() { vec![false; size] } else { truth.wrong }
-        })
-        .collect();
-    if case.is_some() && truths.iter().all(|t| t.iter().filter(|w| **w).count() < SHOWN_PX) {
+    let truths: Vec<Wrong> = (0..bench.cameras.len()).map(|view| Wrong::of(bench, case, model, view)).collect();
+    if case.is_some() && truths.iter().all(|t| t.shown.iter().filter(|w| **w).count() < SHOWN_PX) {
         println!("# {site} {title}: does not show");
         return;
     }
@@ -90,14 +103,14 @@ fn run(
     let tally = rows.entry(title.clone()).or_default();
     let mut line = String::new();
     for (v, view) in audited.views.iter().enumerate() {
-        let truth = &truths[v];
+        let truth = &truths[v].shown;
         let (w, h) = (view.photograph.width, view.photograph.height);
         let size = truth.iter().filter(|t| **t).count();
         tally.photographs += 1;
         tally.untestable.push(view.summary.shares.untestable);
         let marked = view.verdicts.iter().filter(|v| matches!(v, Verdict::Texture | Verdict::Geometry)).count();
         tally.marked.push(marked as f64 / (w * h) as f64);
-        let grown = grown(truth, w, h, 6);
+        let grown = grown(&truths[v].changed, w, h, 6);
         let masks: Vec<(&Finding, &Vec<bool>)> = view
             .masks
             .iter()
@@ -164,7 +177,7 @@ fn run(
         let Some(v) = audited.views.iter().position(|a| a.summary.view == f.view) else { continue };
         let view = &audited.views[v];
         let Some((_, mask)) = view.masks.iter().find(|m| m.0 == f.id) else { continue };
-        let near = grown(&truths[v], view.photograph.width, view.photograph.height, 6);
+        let near = grown(&truths[v].changed, view.photograph.width, view.photograph.height, 6);
         let on = (0..mask.len()).filter(|i| mask[*i] && near[*i]).count();
         told.push((f.score, on * 10 >= mask.iter().filter(|m| **m).count()));
     }

@@ -24,7 +24,7 @@ mod row;
 mod truth;
 
 use cases::Case;
-use clerestory::audit::{Judged, Photo, Prepared, Settings, Verdict, examine};
+use clerestory::audit::{AuditScene, Judged, Photo, Settings, Verdict, examine};
 use clerestory::panorama::{self, Picture};
 use clerestory::render::{Options, Relit, prepare, render};
 use clerestory::scene::{self, Health, Scene};
@@ -157,7 +157,7 @@ impl Bench {
         model: &Scene,
         nuisance: Nuisance,
         cameras: &[Camera],
-        f: impl FnOnce(&Prepared, &Light, Option<&Volume>) -> T,
+        f: impl FnOnce(&AuditScene, &Light, Option<&Volume>) -> T,
     ) -> T {
         let lighting = self.site.lightings()[0].clone();
         let mut site = self.site.clone();
@@ -187,7 +187,7 @@ impl Bench {
         let light = &setup.lights[0].1;
         let volume = setup.transport_of[0].map(|t| Volume::new(model, &setup.transports[t], light));
         let lit: Vec<_> = site.probes.iter().zip(&pictures).collect();
-        f(&Prepared::new(model, light, volume.as_ref(), &lit), light, volume.as_ref())
+        f(&AuditScene::new(model, light, volume.as_ref(), &lit), light, volume.as_ref())
     }
 
     /// Audits a case under nuisances, and says which each row belongs to. What the probes give is set up once for all
@@ -211,7 +211,7 @@ impl Bench {
     }
 
     /// Audits a case under a nuisance.
-    fn audited(&self, prepared: &Prepared, relit: &Relit, case: &Case, truth: &Truth, nuisance: Nuisance) -> Row {
+    fn audited(&self, prepared: &AuditScene, relit: &Relit, case: &Case, truth: &Truth, nuisance: Nuisance) -> Row {
         let photo = nuisance.photograph(&self.photos[case.view]);
         let camera = nuisance.camera(&self.cameras[case.view], 5.0);
         let (w, h) = (photo.width, photo.height);

@@ -2,10 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::assess::assess;
-use super::merge::{count_false_alarms, gathered};
-use super::view::{Prepared, Settings, examine};
-use super::{Audit, AuditError, Photo};
+use crate::audit::decide::assess::assess;
+use crate::audit::decide::merge::{count_false_alarms, gathered};
+use crate::audit::decide::occlusion::take_hidden;
+use crate::audit::error::AuditError;
+use crate::audit::finding::Audit;
+use crate::audit::observe::photo::Photo;
+use crate::audit::view::{AuditScene, Settings, examine};
 use crate::panorama;
 use crate::photograph::Photograph;
 use crate::register::{self, Misfit};
@@ -64,14 +67,15 @@ pub fn audit(
     let light = &setup.lights[0].1;
     let volume = setup.transport_of[0].map(|t| Volume::new(scene, &setup.transports[t], light));
     let lit: Vec<_> = pictures.iter().map(|(probe, picture)| (*probe, picture)).collect();
-    let prepared = Prepared::new(scene, light, volume.as_ref(), &lit);
+    let prepared = AuditScene::new(scene, light, volume.as_ref(), &lit);
     let mut seen = Vec::new();
     for (i, (view, photo)) in views.iter().zip(&photographs).enumerate() {
         progress(&view.name, i + 2, steps);
-        let maps = examine(&prepared, &view.camera, photo, settings);
-        seen.push(assess(site, &prepared, view, photo, &maps));
+        let observed = examine(&prepared, &view.camera, photo, settings);
+        seen.push(assess(site, &prepared, view, photo, &observed));
     }
     count_false_alarms(&mut seen, settings.false_alarms);
+    take_hidden(&mut seen);
     progress("done", steps, steps);
     let mut audit = gathered(site, lighting, settings, seen);
     audit.warnings.splice(0..0, left_out);

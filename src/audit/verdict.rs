@@ -2,19 +2,6 @@
 
 use serde::Serialize;
 
-use super::Kind;
-use super::judge::Judged;
-use super::surfaces::NONE;
-use super::texture::BLACK;
-use super::view::Maps;
-use crate::panorama::luminance;
-
-/// A moved surface must raise the cost by this much for its place to count as tested.
-pub(super) const SENSITIVITY: f32 = 120.0;
-
-/// Odds below which a pixel's structure bears the model out.
-const BORNE_OUT: f32 = -1.0;
-
 /// What the audit says of a pixel. [`Verdict::Untestable`] is never shown or counted as [`Verdict::Ok`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -113,45 +100,4 @@ impl Reason {
             Self::Usual => "as much is off elsewhere in these pictures",
         }
     }
-}
-
-/// A verdict for each pixel, and why it is no better.
-pub(super) fn verdicts(maps: &Maps, judged: &[Judged]) -> (Vec<Verdict>, Vec<Reason>) {
-    let (s, t, g) = (&maps.surfaces, &maps.texture, &maps.geometry);
-    let n = t.tested.len();
-    let mut verdicts = vec![Verdict::Untestable; n];
-    let mut reasons = vec![Reason::None; n];
-    for i in 0..n {
-        let reason = if maps.photo.unusable[i] != Reason::None {
-            maps.photo.unusable[i]
-        } else if s.triangle[i] == NONE {
-            Reason::NoSurface
-        } else if g.seen[i] == 0 {
-            if s.normal[i].dot(s.ray[i]).abs() < 0.12 { Reason::Grazing } else { Reason::Unseen }
-        } else if g.able[i] == 0 {
-            Reason::NoParallax
-        } else if luminance(maps.albedo[i]) <= BLACK {
-            Reason::BlackAlbedo
-        } else if !t.tested[i] {
-            Reason::Grazing
-        } else if g.sensitivity[i] < SENSITIVITY || (t.structured[i] && t.odds[i] > BORNE_OUT) {
-            Reason::NoTexture
-        } else {
-            Reason::None
-        };
-        reasons[i] = reason;
-        if reason == Reason::None {
-            verdicts[i] = Verdict::Ok;
-        }
-    }
-    for j in judged {
-        for &i in &j.region.pixels {
-            (verdicts[i], reasons[i]) = match (j.reason, j.kind) {
-                (Reason::None, Kind::Texture) => (Verdict::Texture, Reason::None),
-                (Reason::None, Kind::Geometry) => (Verdict::Geometry, Reason::None),
-                (reason, _) => (Verdict::Ambiguous, reason),
-            };
-        }
-    }
-    (verdicts, reasons)
 }

@@ -2,18 +2,20 @@
 
 use glam::Vec3;
 
-use super::geometry::{self, Geometry};
-use super::gloss::Gloss;
-use super::judge::{self, Judged};
-use super::photo::{Blurred, Photo, Reduced};
-use super::probe_view::ProbeView;
-use super::radiometry::{self, Radiometry, Sights};
-use super::rim::{self, Bridged};
-use super::scores::Scores;
-use super::soften::soften;
-use super::surfaces::{NONE, Surfaces, reduced};
-use super::texture::{self, Texture};
-use super::{PoseCorrection, Reason, Verdict, align, parts, verdict};
+use crate::audit::finding::PoseCorrection;
+use crate::audit::likelihood::appearance::{self, Texture};
+use crate::audit::likelihood::continuation::{self, Continuation};
+use crate::audit::likelihood::photo_consistency::{self, Geometry};
+use crate::audit::likelihood::structure::BLACK;
+use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE, reduced};
+use crate::audit::observe::gloss::Gloss;
+use crate::audit::observe::mesh_components;
+use crate::audit::observe::photo::{Blurred, Photo, Reduced};
+use crate::audit::observe::pose;
+use crate::audit::observe::probe_view::ProbeView;
+use crate::audit::observe::radiometry::{self, Radiometry, Sights};
+use crate::audit::observe::resample::soften;
+use crate::audit::verdict::Reason;
 use crate::panorama::{Picture, luminance};
 use crate::render::{Relit, render};
 use crate::scene::Scene;
@@ -43,16 +45,16 @@ impl Default for Settings {
 }
 
 /// What all views share.
-pub struct Prepared<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) light: &'a Light,
-    pub(super) volume: Option<&'a Volume<'a>>,
-    pub(super) probes: Vec<ProbeView>,
+pub struct AuditScene<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) light: &'a Light,
+    pub(crate) volume: Option<&'a Volume<'a>>,
+    pub(crate) probes: Vec<ProbeView>,
     /// Per triangle, the part of the model it belongs to.
-    pub(super) parts: Vec<u32>,
+    pub(crate) parts: Vec<u32>,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> AuditScene<'a> {
     /// Takes the model, the probes' light, a volume that has a value for every surface that views show, and the probes
     /// with their pictures.
     pub fn new(
@@ -62,44 +64,44 @@ impl<'a> Prepared<'a> {
         probes: &[(&Probe, &Picture)],
     ) -> Self {
         let probes = probes.iter().map(|(probe, picture)| ProbeView::new(scene, probe, picture)).collect();
-        Self { scene, light, volume, probes, parts: parts::parts(&scene.mesh) }
+        Self { scene, light, volume, probes, parts: mesh_components::parts(&scene.mesh) }
     }
 
     /// The part of the model that a triangle is of; `NONE` for none.
-    pub(super) fn part(&self, triangle: u32) -> u32 {
+    pub(crate) fn part(&self, triangle: u32) -> u32 {
         self.parts.get(triangle as usize).copied().unwrap_or(NONE)
     }
 }
 
 /// What both tests say of a view, pixel by pixel, at the audit's size.
-pub struct Maps {
-    pub(super) camera: Camera,
-    pub(super) reduced_by: u32,
-    pub(super) surfaces: Surfaces,
-    pub(super) photo: Reduced,
-    pub(super) render: Picture,
-    pub(super) albedo: Vec<Vec3>,
+pub struct Observations {
+    pub(crate) camera: Camera,
+    pub(crate) reduced_by: u32,
+    pub(crate) surfaces: GeometryBuffer,
+    pub(crate) photo: Reduced,
+    pub(crate) render: Picture,
+    pub(crate) albedo: Vec<Vec3>,
     /// Smooth irradiance; zero where nothing tells it.
-    pub(super) irradiance: Vec<Vec3>,
-    pub(super) radiometry: Radiometry,
-    pub(super) sights: Sights,
-    pub(super) log_photo: Vec<Vec3>,
-    pub(super) usable: Vec<f32>,
-    /// What surfaces may mirror.
-    pub(super) gloss: Gloss,
-    pub(super) geometry: Geometry,
+    pub(crate) irradiance: Vec<Vec3>,
+    pub(crate) radiometry: Radiometry,
+    pub(crate) sights: Sights,
+    pub(crate) log_photo: Vec<Vec3>,
+    pub(crate) usable: Vec<f32>,
+    /// The most that surfaces may mirror towards the camera, radiance.
+    pub(crate) mirrored: Vec<Vec3>,
+    pub(crate) geometry: Geometry,
     /// Where a surface beside goes on although the model has an opening.
-    pub(super) bridged: Bridged,
-    pub(super) texture: Texture,
-    pub(super) pose: PoseCorrection,
-    pub(super) refine_asked: bool,
+    pub(crate) continued: Continuation,
+    pub(crate) texture: Texture,
+    pub(crate) pose: PoseCorrection,
+    pub(crate) refine_asked: bool,
     /// False alarms that are allowed in a photograph.
-    pub(super) false_alarms: f64,
+    pub(crate) false_alarms: f64,
 }
 
 /// Aligns a view's photograph with the model and runs both tests. `mask` is true where the photograph is to be left
 /// out; as long as the photograph, or empty.
-pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, settings: &Settings) -> Maps {
+pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, settings: &Settings) -> Observations {
     let scene = prepared.scene;
     let side = camera.width.max(camera.height);
     let n = side.div_ceil(settings.longest_px.max(16)).max(1);
@@ -109,10 +111,10 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
     let relit = Relit { scene, light: prepared.light, volume: prepared.volume, volume_only: false };
     let mut camera = first;
     let mut pose = PoseCorrection::default();
-    let mut surfaces = Surfaces::look(scene, &camera);
+    let mut surfaces = GeometryBuffer::look(scene, &camera);
     let mut frame = render(scene, &relit, &camera, 4, &|_, _| {});
     // a model without colours shows nothing to lay over a photograph
-    let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > texture::BLACK).count();
+    let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
     let seen = surfaces.triangle.iter().filter(|t| **t != NONE).count();
     if settings.refine_pose && 2 * coloured > seen {
         // a clipped pixel is still as bright as that: its edges tell of the pose
@@ -125,13 +127,13 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
         for _ in 0..2 {
             let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
-            let aligned = align::align(scene, &surfaces, &camera, &first, &shown, &brightness, &to_align);
+            let aligned = pose::align(scene, &surfaces, &camera, &first, &shown, &brightness, &to_align);
             let before = pose.mean_px;
             (camera, pose) = (aligned.camera, aligned.correction);
             if !pose.refined {
                 break;
             }
-            surfaces = Surfaces::look(scene, &camera);
+            surfaces = GeometryBuffer::look(scene, &camera);
             frame = render(scene, &relit, &camera, 4, &|_, _| {});
             if (pose.mean_px - before).abs() < 0.2 {
                 break;
@@ -147,8 +149,8 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         .map(|(probe, sights)| soften(&surfaces, probe, sights, &blurred, &usable))
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
-    let gloss = Gloss::look(&relit, &surfaces, &prepared.probes, &sights);
-    let geometry = geometry::test(&surfaces, &sights, &prepared.probes, &soft, &radiometry, &gloss);
+    let gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
+    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, &soft, &radiometry, &gloss);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
@@ -162,10 +164,11 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
             rest => rest,
         })
         .collect();
-    let bridged = rim::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &mismatch);
-    let e = texture::irradiance(scene, &surfaces, prepared.light, prepared.volume);
-    let texture = texture::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
-    Maps {
+    let continued =
+        continuation::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &mismatch);
+    let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
+    let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
+    Observations {
         camera,
         reduced_by: n,
         surfaces,
@@ -177,9 +180,9 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
         sights,
         log_photo,
         usable,
-        gloss,
+        mirrored: gloss.to_camera,
         geometry,
-        bridged,
+        continued,
         texture,
         pose,
         refine_asked: settings.refine_pose,
@@ -187,37 +190,10 @@ pub fn examine(prepared: &Prepared, camera: &Camera, photograph: &Photo, setting
     }
 }
 
-impl Maps {
+impl Observations {
     /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         (self.surfaces.width, self.surfaces.height)
-    }
-
-    /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
-    pub fn scores(&self) -> [Vec<f32>; 3] {
-        let scores = Scores::of(self);
-        let both = scores.both();
-        [scores.geometry, scores.texture, both]
-    }
-
-    /// The regions that both tests end in, and a verdict for each pixel.
-    pub fn judged(&self, prepared: &Prepared) -> (Vec<Judged>, Vec<Verdict>) {
-        let (judged, _) = judge::judge(prepared, self, &Scores::of(self));
-        let (verdicts, _) = verdict::verdicts(self, &judged);
-        (judged, verdicts)
-    }
-
-    /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
-    /// doubts below findings. Only the order means something.
-    pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
-        let mut ranks: Vec<f32> = Scores::of(self).both().iter().map(|s| s.min(1.0)).collect();
-        for j in judged {
-            let sure = if j.reason == Reason::None { 2.0 } else { 1.0 };
-            for &i in j.pixels() {
-                ranks[i] = sure + 0.9 * j.score as f32 + 0.1 * ranks[i];
-            }
-        }
-        ranks
     }
 
     /// The refined camera, at the audit's size, and how far it was moved.

@@ -35,8 +35,12 @@ pub struct Baked {
     pub lightings: Vec<String>,
     /// The vertices.
     pub vertices: Vec<Vertex>,
-    /// Irradiance, per lighting one for each vertex.
+    /// Irradiance, per lighting one for each vertex; without direct sun where that is kept apart.
     pub irradiance: Vec<Vec<Vec3>>,
+    /// Per lighting what the sun adds where it reaches, one for each vertex; empty where it is not kept apart or not known.
+    pub sunlight: Vec<Vec<Vec3>>,
+    /// Per lighting the direction towards the sun, where it is known.
+    pub suns: Vec<Option<Vec3>>,
     /// Triangles, sorted by material; counter-clockwise on the side that they were baked for.
     pub triangles: Vec<[u32; 3]>,
     /// Per material (in the scene's order) its first triangle; one more at the end.
@@ -77,6 +81,7 @@ pub struct Vertex {
 
 /// Why a baked model cannot be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BakeError {
     /// The file system refuses.
     #[error("{}: {source}. Check the folder and your right to write there", path.display())]
@@ -154,9 +159,10 @@ pub fn bake(
     let relit: Vec<Relit> = (setup.lights.iter().zip(&volumes))
         .map(|((_, light), volume)| Relit { scene, light, volume: volume.as_ref(), volume_only: false })
         .collect();
-    let mut lit = refine::lights(&relit, &surface.samples);
+    let lights = refine::Lights { relit: &relit, sun_apart: settings.sun_apart };
+    let mut lit = lights.at(&surface.samples);
     if !is_scan {
-        refine::refine(&mut surface, &mut lit, &relit, settings, [coarse, finest], progress);
+        refine::refine(&mut surface, &mut lit, &lights, settings, [coarse, finest], progress);
     }
     let mut baked = gathered(scene, &surface, &lit, &setup, &inner);
     if settings.views {
@@ -229,13 +235,25 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
         });
     }
     let lightings = setup.lights.len();
+    let values = lit.irradiance.len() / lit.source.len().max(1);
+    // shade, or shade and sun, of each lighting
+    let each = values / lightings.max(1);
     let irradiance: Vec<Vec<Vec3>> =
-        (0..lightings).map(|l| sample_of.iter().map(|s| lit.irradiance[s * lightings + l]).collect()).collect();
+        (0..lightings).map(|l| sample_of.iter().map(|s| lit.irradiance[s * values + l * each]).collect()).collect();
+    let suns: Vec<Option<Vec3>> = setup.lights.iter().map(|(_, light)| light.sun.map(|s| s.direction)).collect();
+    let sun = |s: usize, l: usize| lit.irradiance[s * values + l * each + 1] - lit.irradiance[s * values + l * each];
+    let apart = |(l, known): (usize, &Option<Vec3>)| match known {
+        Some(_) if each > 1 => sample_of.iter().map(|s| sun(*s, l)).collect(),
+        _ => Vec::new(),
+    };
+    let sunlight: Vec<Vec<Vec3>> = suns.iter().enumerate().map(apart).collect();
     let of_pairs = |count: usize| inner.chunks(2).filter(|p| p.iter().filter(|s| **s).count() == count).count();
     let mut baked = Baked {
         lightings: setup.lights.iter().map(|l| l.0.clone()).collect(),
         vertices,
         irradiance,
+        sunlight,
+        suns,
         triangles,
         materials,
         exposures: Vec::new(),

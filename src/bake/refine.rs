@@ -55,15 +55,15 @@ const DARK: f32 = 0.15;
 pub(super) fn refine(
     surface: &mut Surface,
     lit: &mut Lit,
-    relit: &[Relit],
+    lights: &Lights,
     settings: &BakeSettings,
     [coarse, finest]: [f32; 2],
     progress: &(dyn Fn(usize) + Sync),
 ) {
-    let lightings = relit.len();
-    let dark: Vec<f32> = (0..lightings)
+    let values = lights.values();
+    let dark: Vec<f32> = (0..values)
         .map(|l| {
-            let all = lit.irradiance.iter().skip(l).step_by(lightings).map(|e| luminance(*e)).filter(|e| *e > 0.0);
+            let all = lit.irradiance.iter().skip(l).step_by(values).map(|e| luminance(*e)).filter(|e| *e > 0.0);
             DARK * median(all).unwrap_or(0.0)
         })
         .collect();
@@ -73,7 +73,7 @@ pub(super) fn refine(
             let most = a[l].max(b[l]).max_element();
             (a[l] - b[l]).abs().max_element() / (most + dark[l]).max(f32::MIN_POSITIVE)
         };
-        (0..lightings).map(one).fold(0.0, f32::max)
+        (0..values).map(one).fold(0.0, f32::max)
     };
     // middles that were looked up, with their light, for edges that had no room so far
     let mut kept: HashMap<([u32; 2], u32), u32> = HashMap::new();
@@ -89,13 +89,13 @@ pub(super) fn refine(
                     return false;
                 }
                 let [a, b] = sample_ends(surface, &edges, run);
-                length > BLIND * coarse || differ(lit.at(a, lightings), lit.at(b, lightings)) > settings.error
+                length > BLIND * coarse || differ(lit.at(a, values), lit.at(b, values)) > settings.error
             })
             .collect();
         let key = |r: u32| (edges.runs[r as usize].ends, edges.patch(r));
         let new: Vec<u32> = tested.iter().copied().filter(|&r| !kept.contains_key(&key(r))).collect();
         let asked: Vec<Sample> = new.par_iter().map(|&r| middle(surface, &edges, r)).collect();
-        seen.append(lights(relit, &asked));
+        seen.append(lights.at(&asked));
         for (&r, at) in new.iter().zip(asked) {
             kept.insert(key(r), candidates.len() as u32);
             candidates.push(at);
@@ -103,10 +103,10 @@ pub(super) fn refine(
         let off = |&r: &u32| {
             let run = &edges.runs[r as usize];
             let [a, b] = sample_ends(surface, &edges, run);
-            let (a, b) = (lit.at(a, lightings), lit.at(b, lightings));
+            let (a, b) = (lit.at(a, values), lit.at(b, values));
             let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
             let k = kept.get(&key(r)).copied().unwrap_or(0);
-            let (off, length) = (differ(seen.at(k, lightings), &between), surface.length(run.ends));
+            let (off, length) = (differ(seen.at(k, values), &between), surface.length(run.ends));
             if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length } else { 0.0 }
         };
         let off: Vec<f32> = tested.par_iter().map(off).collect();
@@ -124,7 +124,7 @@ pub(super) fn refine(
         let mut most = room / 2;
         let known = |r: u32| {
             let k = *kept.get(&key(r))?;
-            let one = (seen.at(k, lightings), seen.source[k as usize], seen.agreement[k as usize]);
+            let one = (seen.at(k, values), seen.source[k as usize], seen.agreement[k as usize]);
             Some((candidates[k as usize], one))
         };
         progress(surface.samples.len());
@@ -133,7 +133,7 @@ pub(super) fn refine(
             if !marked.contains(&true) {
                 return;
             }
-            if split(surface, lit, relit, &edges, marked, room, known) {
+            if split(surface, lit, lights, &edges, marked, room, known) {
                 break;
             }
             // what hangs on them took too much room
@@ -155,7 +155,9 @@ pub(super) fn cut_long(surface: &mut Surface, coarse: f32, most: usize) {
             marked[run.edge as usize] = surface.length(run.ends) > coarse;
         }
         let room = most.saturating_sub(surface.samples.len());
-        if !marked.contains(&true) || !split(surface, &mut Lit::default(), &[], &edges, marked, room, |_| None) {
+        if !marked.contains(&true)
+            || !split(surface, &mut Lit::default(), &Lights::default(), &edges, marked, room, |_| None)
+        {
             return;
         }
     }
@@ -178,7 +180,7 @@ fn marked(worst: &[f32], most: usize) -> Vec<bool> {
 fn split<'a>(
     surface: &mut Surface,
     lit: &mut Lit,
-    relit: &[Relit],
+    lights: &Lights,
     edges: &Edges,
     mut marked: Vec<bool>,
     room: usize,
@@ -218,7 +220,7 @@ fn split<'a>(
             asked.push(middle(surface, edges, r as u32));
         }
     }
-    let found = lights(relit, &asked);
+    let found = lights.at(&asked);
     let mut next = 0;
     for (r, slot) in middles.iter_mut().enumerate() {
         let Some((_, sample)) = slot else { continue };
@@ -230,8 +232,8 @@ fn split<'a>(
             }
             None => {
                 surface.samples.push(asked[next]);
-                if !relit.is_empty() {
-                    lit.push((found.at(next as u32, relit.len()), found.source[next], found.agreement[next]));
+                if !lights.relit.is_empty() {
+                    lit.push((found.at(next as u32, lights.values()), found.source[next], found.agreement[next]));
                 }
                 next += 1;
             }
@@ -263,23 +265,60 @@ fn set_even(surface: &mut Surface, at: u32) {
     surface.pieces[at as usize / 3].even[at as usize % 3] = true;
 }
 
-/// The light at samples, as rendering finds it.
-pub(super) fn lights(relit: &[Relit], samples: &[Sample]) -> Lit {
-    if relit.is_empty() {
-        return Lit::default();
+/// What tells light at samples.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Lights<'a> {
+    /// One a lighting.
+    pub(super) relit: &'a [Relit<'a>],
+    /// Tell light without direct sun and light with it, in the place of what there is.
+    pub(super) sun_apart: bool,
+}
+
+impl Lights<'_> {
+    /// How many irradiances a sample has.
+    fn values(&self) -> usize {
+        self.relit.len() * if self.sun_apart { 2 } else { 1 }
     }
-    let lot = |samples: &[Sample]| {
-        let mut near: Vec<Nearby> = relit.iter().map(|_| Nearby::default()).collect();
+
+    /// The light at samples, as rendering finds it.
+    pub(super) fn at(&self, samples: &[Sample]) -> Lit {
+        if self.relit.is_empty() {
+            return Lit::default();
+        }
+        let lots: Vec<Lit> = samples.par_chunks(LOT).map(|lot| self.lot(lot)).collect();
+        lots.into_iter().fold(Lit::default(), |mut all, lot| {
+            all.append(lot);
+            all
+        })
+    }
+
+    fn lot(&self, samples: &[Sample]) -> Lit {
+        let mut near: Vec<Nearby> = self.relit.iter().map(|_| Nearby::default()).collect();
         let mut all = Lit::default();
         for s in samples {
             let (mut source, mut agreement) = (Source::None, 1.0f32);
-            for (l, (relit, near)) in relit.iter().zip(&mut near).enumerate() {
+            for (l, (relit, near)) in self.relit.iter().zip(&mut near).enumerate() {
                 let lit = relit.lit(s.position, s.normal, near);
-                let shaded = lit.needs_shadow_ray && !relit.in_sun(s.position, s.normal);
+                let direct = if self.sun_apart { relit.light.unshadowed_sun(s.normal) } else { Vec3::ZERO };
+                let asks = lit.needs_shadow_ray || direct != Vec3::ZERO;
+                let in_sun = asks && relit.in_sun(s.position, s.normal);
+                let shaded = lit.needs_shadow_ray && !in_sun;
                 let (e, from) = if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) };
                 // a sum of the greatest numbers may leave them
-                let e = if e.is_finite() { e.max(Vec3::ZERO) } else { Vec3::splat(f32::MAX).min(e.max(Vec3::ZERO)) };
-                all.irradiance.push(e);
+                let finite = |e: Vec3| {
+                    if e.is_finite() { e.max(Vec3::ZERO) } else { Vec3::splat(f32::MAX).min(e.max(Vec3::ZERO)) }
+                };
+                if self.sun_apart {
+                    // what records say of a place that they know lit, or shaded, and what it would be otherwise
+                    let (shade, sun) = match (lit.needs_shadow_ray, in_sun) {
+                        (true, _) => (lit.shade, lit.sun),
+                        (false, true) => (e - direct, e),
+                        (false, false) => (e, e + direct),
+                    };
+                    all.irradiance.extend([finite(shade), finite(sun.max(shade))]);
+                } else {
+                    all.irradiance.push(finite(e));
+                }
                 if l == 0 {
                     source = from;
                 }
@@ -289,12 +328,7 @@ pub(super) fn lights(relit: &[Relit], samples: &[Sample]) -> Lit {
             all.agreement.push(agreement);
         }
         all
-    };
-    let lots: Vec<Lit> = samples.par_chunks(LOT).map(lot).collect();
-    lots.into_iter().fold(Lit::default(), |mut all, lot| {
-        all.append(lot);
-        all
-    })
+    }
 }
 
 impl Edges {

@@ -1,4 +1,15 @@
 //! Whether a site is fit for work: the model's health, the probes' sanity, and which stages the site needs.
+//!
+//! ```no_run
+//! use clerestory::check::check;
+//! use clerestory::site::Site;
+//!
+//! let site = Site::load("my-chapel".as_ref())?;
+//! for cause in &check(&site)?.causes {
+//!     println!("{}", cause.sentence); // what explains the rest, first
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod cause;
 mod eyes;
@@ -27,6 +38,7 @@ use crate::site::Site;
 
 /// What is known about a site after reading all of it. Serialises to the JSON of `check --json`.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Check {
     /// The site's name.
     pub site: String,
@@ -54,6 +66,7 @@ pub struct Check {
 
 /// Why a site could not be checked to the end.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CheckError {
     /// The model cannot be used.
     #[error(transparent)]

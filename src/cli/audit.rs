@@ -3,11 +3,11 @@
 use anyhow::bail;
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
-use clerestory::report::{Marker, write_audit_sheets, write_markers};
-use clerestory::scene::{self, Health};
+use clerestory::report::{markers, write_audit_sheets, write_markers};
+use clerestory::scene::{self, Health, Scene};
 use clerestory::site::Site;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::terminal::output::Output;
 use super::terminal::visible::visible;
@@ -73,7 +73,6 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         (site, found) =
             super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.talks())?;
     }
-    let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     let settings = Settings {
         longest_px: args.longest,
         refine_pose: !args.no_pose,
@@ -81,18 +80,9 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
         ..Settings::default()
     };
-    let bar = args.output.bar("{msg:16} {wide_bar} {pos} of {len}  {eta} left");
-    let tell = |what: &str, done: usize, all: usize| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-        bar.set_message(visible(what).into_owned());
-    };
-    let mut audit = audit::audit(&site, &scene, &lighting, &args.view, &settings, &tell)?;
-    bar.finish_and_clear();
-    audit.warnings.extend(health.warnings.into_iter().chain(found));
-    audit.write(&folder)?;
-    write_audit_sheets(&site, &scene, &audit, &super::terminal::command::own_command(), &folder)?;
-    write_markers(&markers(&audit, &site), &folder)?;
+    let said = health.warnings.into_iter().chain(found).collect();
+    let lighting = args.lighting.as_deref();
+    let audit = audited(&site, &scene, said, lighting, &args.view, &settings, &folder, args.output.talks())?;
     if args.output.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if !args.output.quiet {
@@ -101,19 +91,35 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// Findings, then doubts, as points.
-fn markers(audit: &Audit, site: &Site) -> Vec<Marker> {
-    let marker = |f: &Finding| Marker {
-        name: f.id.clone(),
-        kind: format!("{} {}", f.kind.name(), f.what.name()),
-        position: f.position,
-        size: f.size_m / site.frame.metres_per_unit,
-        note: f.note.clone(),
+/// Audits views, or all where none is named, and writes what came of it; `said` are sentences to tell with it.
+#[expect(clippy::too_many_arguments, reason = "what the verb and the report have in common")]
+pub(super) fn audited(
+    site: &Site,
+    scene: &Scene,
+    said: Vec<String>,
+    lighting: Option<&str>,
+    views: &[String],
+    settings: &Settings,
+    folder: &Path,
+    shown: bool,
+) -> anyhow::Result<Audit> {
+    let lighting = lighting.map(str::to_owned).or_else(|| site.lightings().first().cloned()).unwrap_or_default();
+    let bar = super::terminal::progress::bar(shown, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
+    let tell = |what: &str, done: usize, all: usize| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+        bar.set_message(visible(what).into_owned());
     };
-    audit.findings.iter().chain(&audit.doubts).map(marker).collect()
+    let mut audit = audit::audit(site, scene, &lighting, views, settings, &tell)?;
+    bar.finish_and_clear();
+    audit.warnings.extend(said);
+    audit.write(folder)?;
+    write_audit_sheets(site, scene, &audit, &super::terminal::command::own_command(), folder)?;
+    write_markers(&markers(&audit, site), folder)?;
+    Ok(audit)
 }
 
-fn print(audit: &Audit, folder: &std::path::Path, out: &mut impl Write) -> io::Result<()> {
+fn print(audit: &Audit, folder: &Path, out: &mut impl Write) -> io::Result<()> {
     for warning in &audit.warnings {
         writeln!(out, "! {warning}")?;
     }

@@ -52,11 +52,18 @@ pub(crate) struct BakeHow {
     #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = error)]
     pub(super) error: f32,
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     pub(super) cells: u32,
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
     pub(super) volume_rays: u32,
+}
+
+impl Default for BakeHow {
+    fn default() -> Self {
+        let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+        Self { lighting: vec![], vertices: None, error: bake::BakeSettings::default().error, cells, volume_rays: rays }
+    }
 }
 
 /// What was made, for scripts.
@@ -157,7 +164,7 @@ pub(super) fn lightings(site: &Site, asked: &[String]) -> anyhow::Result<Vec<Str
     if asked.is_empty() && !known.is_empty() {
         return Ok(known);
     }
-    asked.iter().try_for_each(|name| super::render::lighting(site, Some(name)).map(drop))?;
+    asked.iter().try_for_each(|name| super::register::lighting(site, Some(name)).map(drop))?;
     // a site without probes is told so later
     Ok(if asked.is_empty() { vec![String::new()] } else { asked.to_vec() })
 }

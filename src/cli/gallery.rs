@@ -4,8 +4,7 @@ use clap::Args;
 use clerestory::plan::free_space::open_space::OpenSpace;
 use clerestory::plan::free_space::polygon::{Polygon, PolygonError};
 use clerestory::plan::gallery::{Effort, Guards, guard};
-use clerestory::report::ReportError;
-use clerestory::report::gallery_sheet::gallery_sheet;
+use clerestory::report::{ReportError, gallery_sheet, write_file};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -92,7 +91,7 @@ pub(crate) fn run(args: &GalleryArgs, out: &mut impl Write) -> Result<(), Error>
         &[]
     };
     if let Some(file) = &args.svg {
-        clerestory::report::write_file(file, gallery_sheet(&open, &result).finish().as_bytes())?;
+        write_file(file, gallery_sheet(&open, &result).finish().as_bytes())?;
     }
     let guards = result.guards.iter().map(DVec2::to_array).collect();
     let Guards { covered_fraction, lower_bound, .. } = result;

@@ -30,6 +30,9 @@ pub(crate) struct Arguments {
     /// Work on so many threads; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
+    /// Let decoding one picture take so much memory, such as 512M or 4G [default: 2G]
+    #[arg(long, global = true, value_name = "BYTES", value_parser = bytes)]
+    memory: Option<u64>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -54,6 +57,9 @@ enum Verb {
 
 /// Runs the verb and writes its result to `out`.
 pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
+    if let Some(bytes) = arguments.memory {
+        clerestory::memory::set_limit(bytes);
+    }
     let threads = arguments.threads.unwrap_or(0) as usize;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
@@ -82,17 +88,38 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Runs another verb as if its command line had been typed (without the program's name), on the same threads; gives what
-/// it prints.
-pub(crate) fn run_line(line: &[String]) -> anyhow::Result<Vec<u8>> {
-    let words = std::iter::once("clerestory").chain(line.iter().map(String::as_str));
-    let arguments = Arguments::try_parse_from(words)?;
-    let mut out = Vec::new();
-    verb(&arguments.verb, &mut out)?;
-    Ok(out)
+/// Bytes from a number with or without K, M or G, which are powers of 1024.
+fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || "expected bytes, from 1M on, such as 512M or 4G".to_owned();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => 1.0,
+        "K" | "KB" | "KIB" => 1024.0,
+        "M" | "MB" | "MIB" => 1024f64.powi(2),
+        "G" | "GB" | "GIB" => 1024f64.powi(3),
+        _ => return Err(wrong()),
+    };
+    let bytes = digits.parse::<f64>().map_err(|_| wrong())? * unit;
+    if (1024f64.powi(2)..1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(wrong()) }
 }
 
 /// Whether whoever read the output has stopped reading.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().filter_map(|e| e.downcast_ref::<io::Error>()).any(|e| e.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_read_with_its_unit() {
+        assert_eq!(
+            [bytes("512M"), bytes("1.5g"), bytes("4GiB"), bytes("2097152")].map(Result::unwrap),
+            [512 << 20, 3 << 29, 4 << 30, 2 << 20]
+        );
+        for wrong in ["", "4T", "-1G", "nan", "1K", "1e30G", "M"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
 }

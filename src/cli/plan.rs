@@ -2,15 +2,14 @@
 
 use anyhow::anyhow;
 use clap::{Args, ValueHint};
-use clerestory::plan::export::ply;
 use clerestory::plan::export::tables::{self, Outward};
-use clerestory::plan::stations::result::{FloorPlan, SitePlan};
+use clerestory::plan::stations::result::FloorPlan;
 use clerestory::plan::stations::run::{Options, plan};
-use clerestory::report::{Imprint, coverage_sheet, plan_dxf, plan_sheet, write_file, write_sheet};
+use clerestory::report::write_plan;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::terminal::output::Output;
 
@@ -70,13 +69,12 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     }
     let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
     spinner.set_message("drawing");
-    let outward = Outward::of(&site, &scene);
-    let json = tables::json(&site, &plan, &outward);
-    let files = write(&site, &plan, &outward, &json, &folder)?;
+    let (json, files) = write_plan(&site, &scene, &plan, &folder)?;
     spinner.finish_and_clear();
     if args.output.json {
         super::terminal::output::json(&json, out)?;
     } else if !args.output.quiet {
+        let outward = Outward::of(&site, &scene);
         for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
             writeln!(out, "! {warning}")?;
         }
@@ -85,45 +83,6 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
         writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
     }
     Ok(())
-}
-
-/// Writes all files and gives their names.
-fn write(
-    site: &Site,
-    plan: &SitePlan<'_>,
-    outward: &Outward,
-    json: &tables::PlanJson,
-    folder: &Path,
-) -> anyhow::Result<Vec<String>> {
-    let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
-    let mut names = Vec::new();
-    for (i, floor) in plan.floors.iter().enumerate() {
-        let imprint = |number| Imprint {
-            site: &site.name,
-            project: &site.project,
-            sheet: [number, 2 * plan.floors.len()],
-            made_by: &made_by,
-        };
-        let sheets =
-            [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
-        for (stem, sheet) in tables::sheets(floor).into_iter().zip(sheets) {
-            write_sheet(&sheet, folder, &stem)?;
-            names.push(format!("{stem}.svg, .png, .pdf"));
-        }
-        let drawing = format!("{}.dxf", tables::sheets(floor)[0]);
-        write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
-        names.push(drawing);
-    }
-    write_file(&folder.join("plan.json"), (serde_json::to_string_pretty(json)? + "\n").as_bytes())?;
-    write_file(&folder.join("plan.csv"), tables::csv(plan, outward).as_bytes())?;
-    names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
-    if let Some(surface) = &plan.surface {
-        let mut bytes = Vec::new();
-        ply::write(surface, outward, &mut bytes)?;
-        write_file(&folder.join("coverage.ply"), &bytes)?;
-        names.push("coverage.ply".to_owned());
-    }
-    Ok(names)
 }
 
 /// The result in lines that a site file takes for comments.

@@ -105,7 +105,7 @@ struct ToldRival {
 pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load_to_register(&args.site)?;
     let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
-    let lighting = super::render::lighting(&site, args.lighting.as_deref())?;
+    let lighting = lighting(&site, args.lighting.as_deref())?;
     let folder = args.output.folder(&site)?;
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
@@ -137,6 +137,11 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     Ok(())
 }
 
+/// [`Site::lighting`], with the site file in its error.
+pub(super) fn lighting(site: &Site, asked: Option<&str>) -> anyhow::Result<String> {
+    site.lighting(asked).with_context(|| site.file.display().to_string())
+}
+
 fn found(site: &Site, scene: &Scene, settings: &RegisterSettings, show: bool) -> anyhow::Result<Vec<Registered>> {
     let bar = super::terminal::progress::bar(show, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
     let tell = |what: &str, done: usize, all: usize| {
@@ -163,7 +168,7 @@ pub(crate) fn in_passing(
         only.extend(site.probes.iter().filter(|p| !p.pictures.is_empty()).map(|p| p.name.clone()));
         only.extend(site.views.iter().filter(|v| v.photo.is_some() && views.contains(&v.name)).map(|v| v.name.clone()));
     }
-    let lighting = Some(super::render::lighting(site, lighting)?);
+    let lighting = Some(self::lighting(site, lighting)?);
     let mut all = found(site, scene, &RegisterSettings { lighting, only, ..RegisterSettings::default() }, show)?;
     // a view may share a probe's name
     let asked = |f: &Registered| match f.subject {

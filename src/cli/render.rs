@@ -3,31 +3,36 @@
 mod compared;
 mod print;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, ValueEnum, ValueHint};
 use clerestory::check::{self, Saving};
 use clerestory::panorama::{self, Exposure, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, exposure_of, prepare, render};
+use clerestory::report::{NotDone, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::shoot::read_light;
 use clerestory::site::{Camera, Site, View};
 use clerestory::volume;
 use clerestory::{paper, radiometry, site};
 use compared::{Compared, compared, photos};
-use print::{Done, NotDone, Outcome, print};
+use print::print;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::register::lighting;
 use super::terminal::output::Output;
 use super::terminal::visible::visible;
+
+/// Rays a pixel, unless others are asked for.
+const SAMPLES: u32 = 4;
 
 /// Relight a site's views from its probes.
 ///
 /// Writes NAME.exr (linear radiance) and NAME.png (for people) per view into --out.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 #[command(after_help = "Examples:\n  \
     clerestory render sites/chapel\n  \
     clerestory render sites/chapel --view apse --lighting 14:30\n  \
@@ -57,13 +62,13 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_enum, default_value_t = Method::Ibs)]
     method: Method,
     /// Rays a pixel
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1024))]
     samples: u32,
     /// Use only the first N probes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     probes: Option<u32>,
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     cells: u32,
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
@@ -104,9 +109,10 @@ pub(crate) struct RenderArgs {
 }
 
 /// How to relight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Method {
     /// Image-based shooting as this program does it
+    #[default]
     Ibs,
     /// The paper's plain method: fixed radius, equal average, point albedo, undirected volume
     Paper,
@@ -126,6 +132,25 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         site = found;
         site.warnings.extend(lines);
     }
+    let outcome = rendered(site, args)?;
+    if args.output.json {
+        super::terminal::output::json(&outcome, out)?;
+    } else if !args.output.quiet {
+        print(&outcome, out)?;
+    }
+    Ok(())
+}
+
+impl RenderArgs {
+    /// All views as they come, into a folder, silently.
+    pub(super) fn as_they_come(out: &Path, compare: bool) -> Self {
+        let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+        Self { samples: SAMPLES, cells, volume_rays: rays, compare, output: Output::silent(out), ..Self::default() }
+    }
+}
+
+/// Renders views of a site that is loaded, and writes them.
+pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rendered> {
     let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
@@ -203,7 +228,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         }
         let file = write(&frame, view, &folder, args.layers, exposure)?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
-        done.push(Done {
+        done.push(RenderedView {
             name: view.name.clone(),
             rays_s,
             shade_s,
@@ -219,7 +244,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     let Setup { mut timings, records, record_bytes, .. } = setup;
     timings.volume_s += volume_s;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
-    let outcome = Outcome {
+    Ok(Rendered {
         setup: timings,
         views: done,
         records,
@@ -228,13 +253,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         left_out,
         warnings,
         gains,
-    };
-    if args.output.json {
-        super::terminal::output::json(&outcome, out)?;
-    } else if !args.output.quiet {
-        print(&outcome, out)?;
-    }
-    Ok(())
+    })
 }
 
 /// The light of the lightings that nobody asked for.
@@ -309,11 +328,6 @@ fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
     let first = lighting(site, args.lighting.as_deref())?;
     let blended = args.blend.iter().map(|name| lighting(site, Some(name)));
     std::iter::once(Ok(first)).chain(blended).collect()
-}
-
-/// [`Site::lighting`], with the site file in its error.
-pub(super) fn lighting(site: &Site, asked: Option<&str>) -> anyhow::Result<String> {
-    site.lighting(asked).with_context(|| site.file.display().to_string())
 }
 
 /// The paper's method, one per lighting; its timings and records take the place of ours.

@@ -1,19 +1,28 @@
 //! `clerestory report SITE`.
 
 use anyhow::Context;
-use clap::{Args, ValueHint};
-use clerestory::csv;
+use clap::{Args, ValueEnum, ValueHint};
+use clerestory::audit::{self, Audit, Finding};
+use clerestory::check::check;
 use clerestory::panorama::{self, Exposure, Picture, write_png};
-use clerestory::report::page::{Archive, Audit, Finding, Run, Study, ViewPictures, page};
-use clerestory::report::{Manifest, Mark, fingerprints, marked, pdf, write_file};
+use clerestory::plan::{self, stations::run::plan};
+use clerestory::report::page::{Archive, ViewPictures, page};
+use clerestory::report::{Manifest, Mark, Run, fingerprints, marked, pdf, write_file, write_json, write_plan};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Site, View};
-use serde::de::DeserializeOwned;
+use clerestory::study;
+use clerestory::viewer::Extras;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use super::terminal::command::{command, in_words, own_command};
+use super::audit::audited;
+use super::bake::BakeHow;
+use super::register::in_passing;
+use super::render::{RenderArgs, rendered};
+use super::study::studied;
+use super::terminal::command::{as_argument, command, in_words, own_command};
+use super::view::viewed;
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
 ///
@@ -37,8 +46,8 @@ pub(crate) struct ReportArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..))]
     budget: u32,
     /// Leave these parts out: plan, render, audit, study
-    #[arg(long, value_name = "PART,…", value_delimiter = ',', value_parser = ["plan", "render", "audit", "study"])]
-    without: Vec<String>,
+    #[arg(long, value_name = "PART,…", value_delimiter = ',', value_enum)]
+    without: Vec<Part>,
     /// Find the poses of probes and photographs first, as `register` does, and render and audit with those that are sure
     #[arg(long)]
     register: bool,
@@ -53,16 +62,65 @@ pub(crate) struct ReportArgs {
     quiet: bool,
 }
 
+/// A part of the report: what a verb does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    #[value(skip)]
+    Check,
+    Plan,
+    Render,
+    Audit,
+    Study,
+    #[value(skip)]
+    View,
+}
+
+impl Part {
+    /// The parts in order; each may show what those before it found.
+    const ALL: [Self; 6] = [Self::Check, Self::Plan, Self::Render, Self::Audit, Self::Study, Self::View];
+
+    /// The verb that does the same by hand.
+    fn verb(self) -> &'static str {
+        match self {
+            Self::Check => "check",
+            Self::Plan => "plan",
+            Self::Render => "render",
+            Self::Audit => "audit",
+            Self::Study => "study",
+            Self::View => "view",
+        }
+    }
+
+    /// Why it is left out, if it is.
+    fn left_out(self, site: &Site, args: &ReportArgs) -> Option<&'static str> {
+        if args.without.contains(&self) {
+            return Some("not asked for");
+        }
+        match self {
+            Self::Render | Self::Audit | Self::Study | Self::View if site.probes.is_empty() => {
+                Some("the site has no probe")
+            }
+            Self::Render | Self::Audit | Self::Study if site.views.is_empty() => Some("the site has no view"),
+            Self::Audit if !has_photograph(site) => Some("the site has no photograph"),
+            _ => None,
+        }
+    }
+}
+
+fn has_photograph(site: &Site) -> bool {
+    site.views.iter().any(|v| v.photo.is_some())
+}
+
 /// Makes the report and tells `out` where it is.
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
-    let parts = parts(&site, args);
+    let parts: Vec<Part> = Part::ALL.into_iter().filter(|p| *p != Part::View || args.viewer).collect();
     let bar = super::terminal::progress::bar(
         !args.quiet && !args.json,
         "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}",
     );
-    bar.set_length(1 + parts.iter().filter(|(_, left_out, _)| left_out.is_none()).count() as u64);
+    bar.set_length(1 + parts.iter().filter(|p| p.left_out(&site, args).is_none()).count() as u64);
 
     let mut archive = Archive {
         site: site.name.clone(),
@@ -70,71 +128,54 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
         software: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into(),
         ..Archive::default()
     };
-    let shown = |path: &Path| path.to_string_lossy().into_owned();
-    let (file, dir) = (shown(&args.site), shown(&folder));
-    for (verb, left_out, options) in parts {
-        let mut line = vec![verb.to_owned(), file.clone()];
-        if verb != "check" {
-            line.extend(["--out".into(), dir.clone()]);
-        }
-        line.extend(options);
-        let mut run = Run { verb: verb.into(), command: command(&line), ..Run::default() };
-        if let Some(why) = left_out {
-            run.note = why;
-            archive.runs.push(run);
-            continue;
-        }
-        bar.set_message(format!("{verb} …"));
-        if verb == "view" {
-            // what came before is shown in it
-            let shown = |option: &str, file: &str| [option.to_owned(), shown(&folder.join(file))];
-            line.extend(archive.audit.iter().flat_map(|_| shown("--findings", "")));
-            line.extend(archive.plan.iter().flat_map(|_| shown("--plan", "plan.json")));
-            run.command = command(&line);
-        }
-        line.push("--json".into());
-        let start = Instant::now();
-        let printed = super::run_line(&line);
-        run.seconds = Some(start.elapsed().as_secs_f64());
-        match printed {
-            Ok(json) => keep(verb, &json, &folder, &mut archive)?,
-            // a model that cannot be read stops everything; a floor that is not found only the plan
-            Err(e) if verb == "check" => return Err(e),
-            Err(e) => run.note = in_words(&e),
+    let mut report = Report { args, site: &site, folder: &folder, registered: None };
+    for part in parts {
+        let mut run = Run { verb: part.verb().into(), command: report.by_hand(part, &archive), ..Run::default() };
+        match part.left_out(&site, args) {
+            Some(why) => run.note = why.to_owned(),
+            None => {
+                bar.set_message(format!("{} …", run.verb));
+                let start = Instant::now();
+                let done = report.add(part, &mut archive);
+                run.seconds = Some(start.elapsed().as_secs_f64());
+                match done {
+                    // a model that cannot be read stops everything; a floor that is not found only the plan
+                    Err(e) if part == Part::Check => return Err(e),
+                    Err(e) => run.note = in_words(&e),
+                    Ok(()) => {}
+                }
+                bar.inc(1);
+            }
         }
         archive.runs.push(run);
-        bar.inc(1);
     }
 
     bar.set_message("page …");
     archive.views = pictures(&site, &archive, &folder)?;
-    let mut health = Health::default();
-    scene::load(&site, &mut health)?;
     let home = site.file.parent().unwrap_or(Path::new("")).to_owned();
     let mut inputs = site.files();
-    inputs.extend(health.files);
+    inputs.extend(archive.check.iter().flat_map(|c| c.model.files.iter().cloned()));
     inputs.sort();
     inputs.dedup();
     archive.inputs = fingerprints(&inputs, &home)?;
-    archive.sheets_pdf = sheets_together(&archive, &folder)?;
+    let made = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    archive.sheets_pdf = sheets_together(&archive, &made, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
 
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
         site: archive.site.clone(),
-        made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        made,
         command: own_command(),
         runs: archive.runs.clone(),
         inputs: archive.inputs.clone(),
         outputs: fingerprints(&files_in(&folder)?, &folder)?,
     };
-    let mut json = serde_json::to_vec_pretty(&manifest)?;
-    json.push(b'\n');
-    write_file(&folder.join("manifest.json"), &json)?;
+    let json = write_json(&folder.join("manifest.json"), &manifest)?;
     bar.finish_and_clear();
     if args.json {
-        out.write_all(&json)?;
+        out.write_all(json.as_bytes())?;
     } else if !args.quiet {
         for run in &archive.runs {
             match (run.seconds, run.note.as_str()) {
@@ -148,67 +189,101 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     Ok(())
 }
 
-/// The verbs in order: why each is left out, if it is, and its options.
-fn parts(site: &Site, args: &ReportArgs) -> Vec<(&'static str, Option<String>, Vec<String>)> {
-    let words = |list: &[&str]| list.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
-    let photos = site.views.iter().any(|v| v.photo.is_some());
-    let (no_probe, no_view) = (site.probes.is_empty(), site.views.is_empty());
-    let why_not = |verb: &str| -> Option<&str> {
-        if args.without.iter().any(|w| w == verb) {
-            return Some("not asked for");
-        }
-        match verb {
-            "render" | "audit" | "study" | "view" if no_probe => Some("the site has no probe"),
-            "render" | "audit" | "study" if no_view => Some("the site has no view"),
-            "audit" if !photos => Some("the site has no photograph"),
-            _ => None,
-        }
-    };
-    let register: &[&str] = if args.register { &["--register"] } else { &[] };
-    let compare: &[&str] = if photos { &["--compare"] } else { &[] };
-    let budget = args.budget.to_string();
-    let part = |verb, options: &[&str]| (verb, why_not(verb).map(str::to_owned), words(options));
-    let mut all = vec![
-        part("check", &[]),
-        part("plan", &[]),
-        part("render", &[register, compare].concat()),
-        part("audit", register),
-        part("study", &["--budget", &budget]),
-    ];
-    if args.viewer {
-        all.push(part("view", &[]));
-    }
-    all
+/// What all parts of a report share.
+struct Report<'a> {
+    args: &'a ReportArgs,
+    site: &'a Site,
+    folder: &'a Path,
+    /// The site with the poses that were found, and what is to be said of them; once they have been looked for.
+    registered: Option<(Site, Vec<String>)>,
 }
 
-/// Takes what a verb printed or wrote into the archive.
-fn keep(verb: &str, json: &[u8], folder: &Path, archive: &mut Archive) -> anyhow::Result<()> {
-    match verb {
-        "check" => {
-            write_file(&folder.join("check.json"), json)?;
-            archive.check = Some(serde_json::from_slice(json)?);
+impl Report<'_> {
+    /// Does a part, writes its files and takes its result into the archive.
+    fn add(&mut self, part: Part, archive: &mut Archive) -> anyhow::Result<()> {
+        let Self { args, site, folder, .. } = *self;
+        match part {
+            Part::Check => {
+                let check = check(site)?;
+                write_json(&folder.join("check.json"), &check)?;
+                archive.check = Some(check);
+            }
+            Part::Plan => {
+                let scene = scene::load(site, &mut Health::default())?;
+                let plan = plan(site, &scene, &plan::stations::run::Options::default())
+                    .with_context(|| site.file.display().to_string())?;
+                archive.plan = Some(write_plan(site, &scene, &plan, folder)?.0);
+            }
+            Part::Render => {
+                let (mut site, said) = self.registered()?;
+                site.warnings.extend(said);
+                let rendered = rendered(site, &RenderArgs::as_they_come(folder, has_photograph(self.site)))?;
+                write_json(&folder.join("render.json"), &rendered)?;
+                archive.render = Some(rendered);
+            }
+            Part::Audit => {
+                let (site, found) = self.registered()?;
+                let mut health = Health::default();
+                let scene = scene::load(&site, &mut health)?;
+                let said = health.warnings.into_iter().chain(found).collect();
+                let settings = audit::Settings::default();
+                archive.audit = Some(audited(&site, &scene, said, None, &[], &settings, folder, false)?);
+            }
+            Part::Study => {
+                let options = study::Options { budget_s: f64::from(args.budget), ..study::Options::default() };
+                archive.study = Some(studied(site, &args.site, &options, &[], folder, &|_| {})?.1);
+            }
+            Part::View => {
+                let extras = Extras {
+                    findings: archive.audit.as_ref().map(|_| folder.to_owned()),
+                    plan: archive.plan.as_ref().map(|_| folder.join("plan.json")),
+                    command: own_command(),
+                };
+                viewed(site, &BakeHow::default(), &extras, Some(folder), false)?;
+                archive.viewer = Some("viewer.html".to_owned());
+            }
         }
-        "render" => {
-            write_file(&folder.join("render.json"), json)?;
-            archive.render = Some(serde_json::from_slice(json)?);
-        }
-        "view" => archive.viewer = Some("viewer.html".to_owned()),
-        "plan" => archive.plan = Some(read_json(&folder.join("plan.json"))?),
-        "audit" => archive.audit = Some(read_json(&folder.join("findings.json"))?),
-        "study" => {
-            archive.study = Some(Study {
-                table: csv::rows(&std::fs::read_to_string(folder.join("study.csv"))?),
-                summary: serde_json::from_slice(json)?,
-            })
-        }
-        _ => {}
+        Ok(())
     }
-    Ok(())
-}
 
-fn read_json<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
-    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-    serde_json::from_slice(&bytes).with_context(|| path.display().to_string())
+    /// The site to render and audit, and what is to be said of its poses.
+    fn registered(&mut self) -> anyhow::Result<(Site, Vec<String>)> {
+        if self.registered.is_none() {
+            self.registered = Some(match self.args.register {
+                true => {
+                    let scene = scene::load(self.site, &mut Health::default())?;
+                    in_passing(self.site, &scene, None, &[], false)?
+                }
+                false => (self.site.clone(), Vec::new()),
+            });
+        }
+        Ok(self.registered.clone().unwrap_or_else(|| (self.site.clone(), Vec::new())))
+    }
+
+    /// The command line that does a part by hand.
+    fn by_hand(&self, part: Part, archive: &Archive) -> String {
+        let mut line = vec![part.verb().to_owned(), as_argument(&self.args.site)];
+        if part != Part::Check {
+            line.extend(["--out".into(), as_argument(self.folder)]);
+        }
+        if self.args.register && matches!(part, Part::Render | Part::Audit) {
+            line.push("--register".into());
+        }
+        match part {
+            Part::Render if has_photograph(self.site) => line.push("--compare".into()),
+            Part::Study => line.extend(["--budget".into(), self.args.budget.to_string()]),
+            Part::View => {
+                if archive.audit.is_some() {
+                    line.extend(["--findings".into(), as_argument(self.folder)]);
+                }
+                if archive.plan.is_some() {
+                    line.extend(["--plan".into(), as_argument(&self.folder.join("plan.json"))]);
+                }
+            }
+            _ => {}
+        }
+        command(&line)
+    }
 }
 
 /// Writes each rendered view and its photograph at one exposure, so that they can lie over each other.
@@ -236,8 +311,8 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
             }
             pictures.photo = Some(file);
         }
-        let sheet = format!("audit-{name}");
-        pictures.sheet = folder.join(format!("{sheet}.svg")).is_file().then_some(sheet);
+        let audited = archive.audit.iter().flat_map(|a| &a.views).any(|v| v.summary.view == *name);
+        pictures.sheet = audited.then(|| format!("audit-{name}"));
         all.push(pictures);
     }
     Ok(all)
@@ -251,14 +326,17 @@ fn findings(
     exposure: Exposure,
     folder: &Path,
 ) -> anyhow::Result<Option<String>> {
-    let mut marks = Vec::new();
-    let doubt = |f: &Finding| Finding { kind: "ambiguous".into(), ..f.clone() };
-    let all = audit.findings.iter().cloned().chain(audit.doubts.iter().map(doubt));
-    for finding in all.filter(|f| f.view == view.name) {
-        let path = folder.join(&finding.mask);
-        let mask = image::open(&path).with_context(|| path.display().to_string())?.to_luma8();
-        marks.push(Mark { id: finding.id, kind: finding.kind, mask, bbox: finding.bbox });
-    }
+    let Some(audited) = audit.views.iter().find(|v| v.summary.view == view.name) else { return Ok(None) };
+    let found = audit.findings.iter().map(|f| (f, f.kind.name()));
+    let doubted = audit.doubts.iter().map(|f| (f, "ambiguous"));
+    let mark = |(finding, kind): (&Finding, &str)| {
+        let (_, inside) = audited.masks.iter().find(|(id, _)| *id == finding.id)?;
+        let [width, height] = audited.summary.size;
+        let bytes = inside.iter().map(|&m| if m { 255 } else { 0 }).collect();
+        let mask = image::GrayImage::from_raw(width, height, bytes)?;
+        Some(Mark { id: finding.id.clone(), kind: kind.to_owned(), mask, bbox: finding.bbox.map(f64::from) })
+    };
+    let marks: Vec<Mark> = found.chain(doubted).filter(|(f, _)| f.view == view.name).filter_map(mark).collect();
     if marks.is_empty() {
         return Ok(None);
     }
@@ -272,8 +350,9 @@ fn findings(
     Ok(Some(file))
 }
 
-/// Writes all sheets of a report as one PDF file, `report.pdf`: floors, views, the study; gives whether there are any.
-fn sheets_together(archive: &Archive, folder: &Path) -> anyhow::Result<bool> {
+/// Writes all sheets of a report as one PDF file for archives, `report.pdf`: floors, views, the study; gives whether there
+/// are any.
+fn sheets_together(archive: &Archive, made: &str, folder: &Path) -> anyhow::Result<bool> {
     let floors = archive.plan.iter().flat_map(|p| &p.floors).flat_map(|f| f.sheets.iter().cloned());
     let views = archive.views.iter().filter_map(|v| v.sheet.clone());
     let study = archive.study.iter().map(|_| "study".to_owned());
@@ -286,7 +365,7 @@ fn sheets_together(archive: &Archive, folder: &Path) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts)?)?;
+    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts, Some(made))?)?;
     Ok(true)
 }
 

@@ -2,12 +2,11 @@
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use clerestory::csv::Table;
-use clerestory::report::{Imprint, study_sheet, write_file, write_sheet};
+use clerestory::report::write_study;
 use clerestory::site::Site;
-use clerestory::study::{self, How, Metric, Options, Progress, Row, Study, Summary, order_said, rounded};
+use clerestory::study::{self, How, Metric, Options, Outside, Progress, Study, Summary, order_said, rounded};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::terminal::output::Output;
 use super::terminal::visible::visible;
@@ -33,19 +32,19 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "NAME")]
     lighting: Option<String>,
     /// Begin nothing that would probably end later; give the command again to go on
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = Options::default().budget_s, value_parser = seconds)]
     budget: f64,
     /// Measure error in tiles that make up this share of each picture; path tracing traces only these
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = Options::default().share, value_parser = share)]
     share: f64,
     /// Make a reference by path tracing even where there are photographs
     #[arg(long)]
     reference: bool,
     /// Samples a pixel of the reference
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
+    #[arg(long, value_name = "N", default_value_t = Options::default().reference_samples, value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
     reference_samples: u32,
     /// The most samples a pixel that path tracing is tried with
-    #[arg(long, value_name = "N", default_value_t = 1 << 16, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    #[arg(long, value_name = "N", default_value_t = Options::default().most_samples, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     most_samples: u32,
     /// Figures of other programs to draw beside: JSON rows of camera, spp, wall_s, cpu_s, rmse, relmse_trim, flip, and
     /// oidn_s and oidn for a denoiser
@@ -87,15 +86,8 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
         bar.set_position(p.done as u64);
         bar.set_message(visible(&p.doing).into_owned());
     };
-    let mut study = study::study(&site, &options, &folder, &tell)?;
+    let (study, summary) = studied(&site, &args.site, &options, &outside, &folder, &tell)?;
     bar.finish_and_clear();
-    let summary = study::summary(&study, &outside, &args.site.display().to_string());
-    write_file(&folder.join("study.csv"), csv(&summary.rows).as_bytes())?;
-    let made_by = format!("clerestory {}, clerestory study {}", env!("CARGO_PKG_VERSION"), args.site.display());
-    let imprint = Imprint { site: &site.name, project: &site.project, sheet: [1, 1], made_by: &made_by };
-    write_sheet(&study_sheet(&imprint, &study, &summary, &outside), &folder, "study")?;
-    study.summary = Some(summary.clone());
-    study.save(&folder.join("study.json"))?;
     if args.output.json {
         super::terminal::output::json(&summary, out)?;
     } else if !args.output.quiet {
@@ -105,57 +97,22 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// The table for other programs. Seconds are of a frame on the wall; `cpu_` ones of the processor, all threads.
-fn csv(rows: &[Row]) -> String {
-    let mut table = Table::new([
-        "method",
-        "setting",
-        "seconds",
-        "rmse",
-        "relmse",
-        "flip",
-        "ssim",
-        "cpu_seconds",
-        "setup_seconds",
-        "setup_cpu_seconds",
-        "flip_low",
-        "flip_high",
-        "relmse_low",
-        "relmse_high",
-        "rmse_low",
-        "rmse_high",
-        "ssim_low",
-        "ssim_high",
-        "pareto",
-    ]);
-    let mut last = None;
-    for r in rows {
-        let first = last.replace(r.setting.method) != Some(r.setting.method);
-        let setup = if first { format!("; set-up {:.3} s", r.setup.wall_s) } else { String::new() };
-        let figures = [
-            r.frame.wall_s,
-            r.rmse.value,
-            r.relmse.value,
-            r.flip.value,
-            r.ssim.value,
-            r.frame.cpu_s,
-            r.setup.wall_s,
-            r.setup.cpu_s,
-            r.flip.low,
-            r.flip.high,
-            r.relmse.low,
-            r.relmse.high,
-            r.rmse.low,
-            r.rmse.high,
-            r.ssim.low,
-            r.ssim.high,
-        ];
-        let mut cells = vec![r.setting.method.name().to_owned(), format!("{}{setup}", r.label)];
-        cells.extend(figures.map(|v| format!("{v:.6}")));
-        cells.push(u8::from(r.pareto).to_string());
-        table.row(cells);
-    }
-    table.finish()
+/// Studies a site and writes what came of it; `named` is the site as a person names it.
+pub(super) fn studied(
+    site: &Site,
+    named: &Path,
+    options: &Options,
+    outside: &[Outside],
+    folder: &Path,
+    tell: &(dyn Fn(&Progress) + Sync),
+) -> anyhow::Result<(Study, Summary)> {
+    let named = named.display().to_string();
+    let mut study = study::study(site, options, folder, tell)?;
+    let summary = study::summary(&study, outside, &named);
+    write_study(site, &named, &study, &summary, outside, folder)?;
+    study.summary = Some(summary.clone());
+    study.save(&folder.join("study.json"))?;
+    Ok((study, summary))
 }
 
 fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<()> {

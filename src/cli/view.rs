@@ -7,7 +7,7 @@ use clerestory::site::Site;
 use clerestory::viewer::{Extras, write_viewer};
 use serde::Serialize;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::bake::{BakeHow, baked, lightings};
@@ -48,7 +48,7 @@ const VERTICES: usize = 300_000;
 
 /// What was made, for scripts.
 #[derive(Serialize)]
-struct Outcome {
+pub(super) struct Outcome {
     file: PathBuf,
     bytes: u64,
     vertices: usize,
@@ -58,27 +58,13 @@ struct Outcome {
 
 /// Makes a site's viewer and tells `out` where it is.
 pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
-    let start = Instant::now();
     let site = Site::load(&args.site)?;
-    let lightings = lightings(&site, &args.how.lighting)?;
-    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
-    let scene = scene::load(&site, &mut Health::default())?;
-    let usual = bake::BakeSettings { vertices: VERTICES, views: true, ..bake::BakeSettings::default() };
-    let Bake { baked, .. } = baked(&site, &scene, &lightings, &args.how, usual, !args.quiet && !args.json)?;
     let extras = Extras {
         findings: args.findings.clone(),
         plan: args.plan.clone(),
         command: super::terminal::command::own_command(),
     };
-    let file = folder.join("viewer.html");
-    write_viewer(&file, &site, &scene, &baked, &extras)?;
-    let outcome = Outcome {
-        bytes: std::fs::metadata(&file)?.len(),
-        file,
-        vertices: baked.vertices.len(),
-        triangles: baked.triangles.len(),
-        seconds: start.elapsed().as_secs_f64(),
-    };
+    let outcome = viewed(&site, &args.how, &extras, args.out.as_deref(), !args.quiet && !args.json)?;
     if args.json {
         super::terminal::output::json(&outcome, out)?;
     } else if !args.quiet {
@@ -91,4 +77,29 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
         )?;
     }
     Ok(())
+}
+
+/// Bakes a site and writes its page into `out`.
+pub(super) fn viewed(
+    site: &Site,
+    how: &BakeHow,
+    extras: &Extras,
+    out: Option<&Path>,
+    shown: bool,
+) -> anyhow::Result<Outcome> {
+    let start = Instant::now();
+    let lightings = lightings(site, &how.lighting)?;
+    let folder = super::terminal::output::folder(out, site)?;
+    let scene = scene::load(site, &mut Health::default())?;
+    let usual = bake::BakeSettings { vertices: VERTICES, sun_apart: true, ..bake::BakeSettings::default() };
+    let Bake { baked, .. } = baked(site, &scene, &lightings, how, usual, shown)?;
+    let file = folder.join("viewer.html");
+    write_viewer(&file, site, &scene, &baked, extras)?;
+    Ok(Outcome {
+        bytes: std::fs::metadata(&file)?.len(),
+        file,
+        vertices: baked.vertices.len(),
+        triangles: baked.triangles.len(),
+        seconds: start.elapsed().as_secs_f64(),
+    })
 }

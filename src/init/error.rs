@@ -6,6 +6,7 @@ use crate::scene::SceneError;
 
 /// Why no site file could be drafted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum InitError {
     /// The model cannot be used.
     #[error(transparent)]

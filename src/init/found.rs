@@ -53,6 +53,10 @@ pub(super) fn pictures(folder: &Path) -> Result<(Vec<Found>, Vec<String>), InitE
     files.sort();
     let (mut all, mut odd) = (Vec::new(), Vec::new());
     for path in files {
+        if path.file_name().is_some_and(|name| name.to_str().is_none()) {
+            odd.push(format!("{}: the name is no UTF-8, so that no site file can say it; left out.", path.display()));
+            continue;
+        }
         match panorama::dimensions(&path) {
             Ok((width, height)) => all.push(found(path, [width, height].map(|v| v.min(1 << 24) as u32))),
             Err(e) => odd.push(format!("{e}; left out.")),

@@ -2,6 +2,17 @@
 //!
 //! [`draft`] looks, guesses and gives the text; writing it is the caller's. What is guessed says so in the text, with what
 //! speaks for it, so that a person can judge.
+//!
+//! ```
+//! use clerestory::init::{Sources, draft};
+//! use std::path::Path;
+//! # let chapel = concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel");
+//!
+//! let model = Path::new(chapel).join("model/chapel.obj");
+//! let draft = draft(&Path::new(chapel).join("draft.toml"), &Sources { model, ..Sources::default() })?;
+//! assert!(draft.text.contains("path = \"model/chapel.obj\""));
+//! # Ok::<(), clerestory::init::InitError>(())
+//! ```
 
 mod error;
 mod found;
@@ -26,6 +37,7 @@ use gathered::{Findings, Gathered};
 
 /// A site file to be written, and what a person should know of it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Draft {
     /// The site file's text.
     pub text: String,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{Panorama, Picture, Projection};
@@ -15,9 +15,19 @@ const MAX_SAMPLES: usize = 32;
 /// Each pixel is the mean over a grid of samples fine enough that no source pixel under it is stepped over (at least
 /// 2 × 2, at most 32 × 32). What the panorama does not show takes no part; pixels that see nothing are black.
 pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: usize) -> Picture {
+    let shows = |x: f64, y: f64| target.direction(width, height, x, y).is_some_and(|d| panorama.shows(d));
+    let corners: Vec<bool> = (0..(width + 1) * (height + 1))
+        .into_par_iter()
+        .map(|i| shows((i % (width + 1)) as f64, (i / (width + 1)) as f64))
+        .collect();
     let mut picture = Picture::new(width, height);
     picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
+            // a panorama may show little of the sphere: what lies beside it costs nothing more
+            let beside = [y, y + 1].iter().all(|y| !corners[y * (width + 1) + x] && !corners[y * (width + 1) + x + 1]);
+            if beside && !shows(x as f64 + 0.5, y as f64 + 0.5) {
+                continue;
+            }
             let n = samples(panorama, target.solid_angle(width, height, x, y), || {
                 target.direction(width, height, x as f64 + 0.5, y as f64 + 0.5)
             });
@@ -49,8 +59,26 @@ fn samples(panorama: &Panorama, target: f64, centre: impl Fn() -> Option<DVec3>)
     ((1.5 * ratio).ceil() as usize).clamp(2, MAX_SAMPLES)
 }
 
+/// The picture in latitude/longitude, its equator as fine as the picture's centre; NaN where it shows nothing, so that this never
+/// becomes light.
+pub fn latlong(picture: Picture, projection: Projection) -> Picture {
+    if projection == Projection::LatLong {
+        return picture;
+    }
+    let panorama = Panorama::new(picture, projection, DMat3::IDENTITY);
+    let (width, height) = latlong_size(&panorama);
+    let mut out = convert(&panorama, Projection::LatLong, width, height);
+    out.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
+        let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+        if !Projection::LatLong.direction(width, height, x, y).is_some_and(|d| panorama.shows(d)) {
+            *pixel = Vec3::NAN;
+        }
+    });
+    out
+}
+
 /// A latitude/longitude size whose equator is as fine as the panorama's centre.
-pub fn latlong_size(panorama: &Panorama) -> (usize, usize) {
+pub(super) fn latlong_size(panorama: &Panorama) -> (usize, usize) {
     let (w, h) = (panorama.picture().width, panorama.picture().height);
     let forward = panorama.projection().pixel(w, h, DVec3::Y);
     let (x, y) = forward.map_or((0, 0), |p| ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1)));
@@ -84,7 +112,6 @@ fn average(from: usize, to: usize, value: impl Fn(usize) -> Vec3) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DMat3;
 
     /// A smooth function on the sphere with something in every direction.
     fn light(d: DVec3) -> Vec3 {

@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::memory::OverLimit;
+
 /// Why a picture could not be read or written. Every message names the file and what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PanoramaError {
     /// The file system refused.
     #[error("{path}: {source}")]
@@ -37,7 +40,7 @@ pub enum PanoramaError {
         /// What to do instead.
         remedy: &'static str,
     },
-    /// More pixels than [`crate::panorama::MAX_PIXELS`], or than memory holds.
+    /// More pixels than [`crate::panorama::MAX_PIXELS`].
     #[error(
         "{path}: the header claims {width} × {height} pixels, at most {limit} are read; check the file or scale it down"
     )]
@@ -50,6 +53,14 @@ pub enum PanoramaError {
         height: u64,
         /// The most pixels that are read.
         limit: u64,
+    },
+    /// Decoding it would take more memory than it may.
+    #[error("{path}: {over}")]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// How much, and how much it may.
+        over: OverLimit,
     },
     /// What was to be written does not fit the format.
     #[error("{path}: cannot be written: {what}")]
@@ -72,6 +83,10 @@ impl PanoramaError {
 
     pub(super) fn unsupported(path: &Path, what: impl Into<String>, remedy: &'static str) -> Self {
         Self::Unsupported { path: path.into(), what: what.into(), remedy }
+    }
+
+    pub(super) fn memory(path: &Path, over: OverLimit) -> Self {
+        Self::Memory { path: path.into(), over }
     }
 
     pub(super) fn unwritable(path: &Path, what: impl Into<String>) -> Self {

@@ -15,6 +15,7 @@ pub struct Picture {
 
 /// What a picture's pixels are fit for. Each pixel counts once, under the first heading that fits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PictureHealth {
     /// All pixels.
     pub pixels: usize,

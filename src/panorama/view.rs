@@ -1,6 +1,7 @@
 //! A picture with a projection and an orientation: radiance by direction.
 
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
+use rayon::prelude::*;
 
 use super::projection::cube;
 use super::projection::latlong::{bilinear, latlong_pixel_fast};
@@ -13,6 +14,8 @@ pub struct Panorama {
     projection: Projection,
     rotation: DMat3,
     to_camera: Mat3,
+    /// Which pixels' middles show something; empty where all do.
+    shown: Vec<bool>,
 }
 
 impl Panorama {
@@ -21,7 +24,18 @@ impl Panorama {
     pub fn new(picture: Picture, projection: Projection, rotation: DMat3) -> Self {
         let picture = if picture.pixels.is_empty() { Picture::new(1, 1) } else { picture };
         let to_camera = rotation.transpose().as_mat3();
-        Self { picture: picture.cleaned(), projection, rotation, to_camera }
+        let (w, h) = (picture.width, picture.height);
+        let middle = |i: usize| projection.direction(w, h, (i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+        let shown = match projection {
+            Projection::LatLong | Projection::Perspective { .. } => Vec::new(),
+            _ => (0..w * h).into_par_iter().map(|i| middle(i).is_some()).collect(),
+        };
+        Self { picture: picture.cleaned(), projection, rotation, to_camera, shown }
+    }
+
+    /// Whether the picture shows a direction in the camera's axes.
+    pub fn shows(&self, local: DVec3) -> bool {
+        self.projection.pixel(self.picture.width, self.picture.height, local).is_some()
     }
 
     /// The pixels, without invalid ones.
@@ -73,9 +87,10 @@ impl Panorama {
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
             let (x, y) = (corner.x + dx, corner.y + dy);
-            let centre = (x + 0.5, y + 0.5);
-            let shown = self.projection.direction(w, h, centre.0, centre.1).is_some();
-            if !shown || face(centre.0, centre.1) != here {
+            if x < 0.0 || y < 0.0 || x >= w as f64 || y >= h as f64 || face(x + 0.5, y + 0.5) != here {
+                continue;
+            }
+            if self.shown.get(y as usize * w + x as usize) == Some(&false) {
                 continue;
             }
             let weight = (1.0 - (fraction.x - dx).abs()) * (1.0 - (fraction.y - dy).abs());

@@ -10,6 +10,24 @@
 //! Where [`crate::shoot`], [`crate::volume`] and [`crate::render`] do better, this does not: dark texels make records
 //! explode, records beside depth edges paint the wrong surface, footprints are the same near and far, and light leaks
 //! through walls.
+//!
+//! ```
+//! use clerestory::glam::{Mat3, Vec3};
+//! use clerestory::panorama::{Picture, Projection};
+//! use clerestory::paper::{Plain, ProbeLight, PaperSettings};
+//! # mod given {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/room.rs"));
+//! # }
+//! # use given::room;
+//!
+//! let scene = room();
+//! let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(0.2); 64 * 32] };
+//! let origin = Vec3::new(2.0, 1.5, 1.2);
+//! let probe = ProbeLight { origin, to_world: Mat3::IDENTITY, picture: &picture, projection: Projection::LatLong };
+//! let plain = Plain::new(&scene, &[probe], PaperSettings::default());
+//! let (irradiance, _source) = plain.irradiance(Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
+//! assert!((irradiance / (std::f32::consts::PI * 0.2 / 0.5) - 1.0).abs().max_element() < 1e-3);
+//! ```
 
 mod mean;
 mod relight;

@@ -4,6 +4,7 @@ use super::free_space::polygon::PolygonError;
 
 /// Why no plan was made; each says what to change.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PlanError {
     /// Nothing can be walked on.
     #[error(

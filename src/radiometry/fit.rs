@@ -26,6 +26,7 @@ impl Default for FitSettings {
 
 /// The radiometry of several pictures.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Fit {
     /// One for each picture, in order.
     pub pictures: Vec<Fitted>,
@@ -39,6 +40,7 @@ pub struct Fit {
 
 /// One picture's radiometry.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Fitted {
     /// The probe's or view's name.
     pub name: String,

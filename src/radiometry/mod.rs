@@ -29,6 +29,7 @@ use crate::site::Site;
 
 /// Why a site's pictures could not be compared.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RadiometryError {
     /// A probe's picture cannot be read.
     #[error(transparent)]

@@ -52,6 +52,7 @@ impl Sums {
 
 /// How noisy an estimate is: standard errors of the luminance, as a share of the luminance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Noise {
     /// The typical pixel's: the median over blocks of 8 × 8 pixels. 0.018 reads “about 1.8 % noise in the median pixel”.
     pub median: f64,

@@ -20,6 +20,7 @@ pub struct Lights {
 
 /// Why a site cannot be lit.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LightError {
     /// The sky's picture cannot be read.
     #[error(transparent)]

@@ -7,6 +7,23 @@
 //! Site, Scene ─► Lights ─► render_camera / render_panorama ─► Estimate ─► mean, variance, halves, noise
 //!                          one sample: random ─► path (vertex, sky, emitters)
 //! ```
+//!
+//! ```
+//! use clerestory::glam::Vec3;
+//! use clerestory::reference::{Lights, ReferenceSettings, irradiance};
+//! # mod given {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/room.rs"));
+//! # }
+//! # use given::room;
+//!
+//! // a furnace: walls that shine with 1 and reflect half end at E = π · 1 / (1 − ½)
+//! let mut scene = room();
+//! scene.materials[0].emission = Vec3::ONE;
+//! let lights = Lights::new(&scene, None, None);
+//! let settings = ReferenceSettings { samples: 1024, ..ReferenceSettings::default() };
+//! let (mean, _error) = irradiance(&scene, &lights, Vec3::new(1.0, 1.0, 0.0), Vec3::Z, &settings);
+//! assert!((mean / (2.0 * std::f32::consts::PI) - 1.0).abs().max_element() < 0.05);
+//! ```
 
 mod emitters;
 mod estimate;

@@ -5,6 +5,7 @@ use crate::photograph::PhotographError;
 
 /// Why pictures cannot be registered.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RegisterError {
     /// A probe's picture cannot be read.
     #[error(transparent)]

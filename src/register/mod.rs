@@ -9,6 +9,16 @@
 //!    radiance, needs no lamp or sun, and is blind to exposure.
 //! 4. `together`: what the other pictures saw of the same surfaces, shadows and all, then speaks as well.
 //! 5. `verdict`: the fit, its uncertainty, and the second-best place.
+//!
+//! ```
+//! use clerestory::glam::{DMat3, DVec3};
+//! use clerestory::register::turn_deg;
+//! use clerestory::site::Pose;
+//!
+//! let north = Pose { position: DVec3::ZERO, rotation: DMat3::IDENTITY };
+//! let east = Pose { rotation: DMat3::from_rotation_z((-90f64).to_radians()), ..north };
+//! assert!((turn_deg(&north, &east) - 90.0).abs() < 1e-9);
+//! ```
 
 mod anywhere;
 mod error;
@@ -70,6 +80,7 @@ impl Default for RegisterSettings {
 
 /// A picture's pose as found.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Registered {
     /// Whose.
     pub subject: Subject,
@@ -91,6 +102,7 @@ pub struct Registered {
 
 /// Another place that fits a picture.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Rival {
     /// Where.
     pub pose: Pose,

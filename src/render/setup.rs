@@ -29,6 +29,21 @@ pub struct Options {
     pub volume_for_all: bool,
 }
 
+impl Options {
+    /// All lightings and probes of a site, its sun, and the volume where a view needs it.
+    #[must_use]
+    pub fn of(site: &Site) -> Self {
+        Self {
+            lightings: site.lightings(),
+            probes: site.probes.len(),
+            sun: true,
+            volume: volume::VolumeSettings::default(),
+            all_stages: false,
+            volume_for_all: false,
+        }
+    }
+}
+
 /// What all views share.
 pub struct Setup {
     /// Per lighting its name and the records of all probes that have a picture of it.
@@ -71,6 +86,7 @@ pub struct LeftOut {
 
 /// Why a site cannot be relit.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SetupError {
     /// A picture cannot be read.
     #[error(transparent)]

@@ -8,8 +8,20 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::ReportError;
-use super::page::Run;
+use super::error::ReportError;
+
+/// One verb as it was run for the report.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Run {
+    /// The verb.
+    pub verb: String,
+    /// The command line that does the same.
+    pub command: String,
+    /// Seconds that it took; `None` where it was left out.
+    pub seconds: Option<f64>,
+    /// Why it was left out or came to no end; empty where it did.
+    pub note: String,
+}
 
 /// `manifest.json`.
 #[derive(Clone, Debug, Serialize)]

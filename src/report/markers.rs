@@ -3,7 +3,10 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{ReportError, write_file};
+use super::error::ReportError;
+use super::files::write_file;
+use crate::audit::{Audit, Finding};
+use crate::site::Site;
 use crate::site::edit::number;
 
 /// A place to show.
@@ -19,6 +22,18 @@ pub struct Marker {
     pub size: f64,
     /// A sentence.
     pub note: String,
+}
+
+/// An audit's findings, then its doubts, as points.
+pub fn markers(audit: &Audit, site: &Site) -> Vec<Marker> {
+    let marker = |f: &Finding| Marker {
+        name: f.id.clone(),
+        kind: format!("{} {}", f.kind.name(), f.what.name()),
+        position: f.position,
+        size: f.size_m / site.frame.metres_per_unit,
+        note: f.note.clone(),
+    };
+    audit.findings.iter().chain(&audit.doubts).map(marker).collect()
 }
 
 /// Writes `findings.ma` and `findings-cloudcompare.txt` into a folder; what cannot be placed is left out.

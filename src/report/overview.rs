@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+use serde_json::Value;
 
-use super::ReportError;
-use super::page::{Audit, Check, Plan, Render};
+use super::error::ReportError;
+use super::page::{SCRIPT, STYLE};
 use crate::csv::Table;
 use crate::statistics::mean;
 
@@ -46,66 +46,66 @@ pub struct Overview {
     pub failed: String,
 }
 
-/// The part of `manifest.json` that is told.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Made {
-    site: String,
-    made: String,
-    runs: Vec<MadeRun>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct MadeRun {
-    verb: String,
-    seconds: Option<f64>,
-    note: String,
-}
-
-/// Reads the JSON files of a report's folder.
+/// Reads the JSON files of a report's folder; fields that another version of the program did not write count as nothing.
 ///
 /// # Errors
 /// A folder without a report's `manifest.json`, or a file in it that is damaged.
 pub fn overview(folder: &Path) -> Result<Overview, ReportError> {
-    let Some(made) = read::<Made>(folder, "manifest.json")? else {
+    let Some(made) = read(folder, "manifest.json")? else {
         let what = format!(
             "expected a report's folder, found no manifest.json. Make the report first: clerestory report SITE --out {}",
             folder.display()
         );
         return Err(ReportError::NotAReport { path: folder.to_owned(), what });
     };
-    let audit: Option<Audit> = read(folder, "findings.json")?;
-    let render: Option<Render> = read(folder, "render.json")?;
-    let plan: Option<Plan> = read(folder, "plan.json")?;
-    let check: Option<Check> = read(folder, "check.json")?;
-    let kind = |kind: &str| audit.as_ref().map(|a| a.findings.iter().filter(|f| f.kind == kind).count());
-    let errors = || render.iter().flat_map(|r| &r.views).filter_map(|v| v.error.as_ref());
-    let failed = made.runs.iter().filter(|r| r.seconds.is_some() && !r.note.is_empty());
+    let [audit, render, plan, check] = [
+        read(folder, "findings.json")?,
+        read(folder, "render.json")?,
+        read(folder, "plan.json")?,
+        read(folder, "check.json")?,
+    ];
+    let kind = |kind: &str| audit.as_ref().map(|a| list(&a["findings"]).filter(|f| f["kind"] == kind).count());
+    let views = || render.iter().flat_map(|r| list(&r["views"]));
+    let error = |measure: &str| mean(views().filter_map(|v| v["error"]["all"][measure].as_f64()));
+    let floors = |of: fn(&Value) -> f64| plan.as_ref().map(|p| list(&p["floors"]).map(of).sum::<f64>());
+    let seconds = |run: &Value| run["seconds"].as_f64();
+    let failed = list(&made["runs"]).filter(|r| seconds(r).is_some() && !text(&r["note"]).is_empty());
     Ok(Overview {
         folder: folder.to_string_lossy().into_owned(),
-        site: made.site,
-        made: made.made,
+        site: text(&made["site"]),
+        made: text(&made["made"]),
         warnings: check.map(|c| {
-            let probes: usize = c.probes.iter().map(|p| p.warnings.len()).sum();
-            c.causes.len() + c.warnings.len() + c.model.warnings.len() + c.edge_warnings.len() + probes
+            let of = |v: &Value| list(&v["warnings"]).count();
+            let whole = list(&c["causes"]).count() + of(&c) + of(&c["model"]) + list(&c["edge_warnings"]).count();
+            whole + list(&c["probes"]).map(of).sum::<usize>()
         }),
         findings_geometry: kind("geometry"),
         findings_texture: kind("texture"),
-        doubts: audit.as_ref().map(|a| a.doubts.len()),
-        untestable_share: audit.as_ref().and_then(|a| mean(a.views.iter().map(|v| v.shares.untestable))),
-        flip: mean(errors().map(|e| e.all.flip)),
-        median_error: mean(errors().map(|e| e.all.median)),
-        covered_share: render.as_ref().and_then(|r| mean(r.views.iter().map(|v| v.covered_fraction))),
-        stations: plan.as_ref().map(|p| p.floors.iter().map(|f| f.stations.len()).sum()),
-        least_stations: plan.as_ref().map(|p| p.floors.iter().map(|f| f.lower_bound).sum()),
-        seconds: made.runs.iter().filter_map(|r| r.seconds).sum(),
-        failed: failed.map(|r| format!("{}: {}", r.verb, r.note)).collect::<Vec<_>>().join("; "),
+        doubts: audit.as_ref().map(|a| list(&a["doubts"]).count()),
+        untestable_share: audit
+            .as_ref()
+            .and_then(|a| mean(list(&a["views"]).filter_map(|v| v["shares"]["untestable"].as_f64()))),
+        flip: error("flip"),
+        median_error: error("median"),
+        covered_share: mean(views().filter_map(|v| v["covered_fraction"].as_f64())),
+        stations: floors(|f| list(&f["stations"]).count() as f64).map(|n| n as usize),
+        least_stations: floors(|f| f["lower_bound"].as_f64().unwrap_or(0.0)),
+        seconds: list(&made["runs"]).filter_map(seconds).sum(),
+        failed: failed.map(|r| format!("{}: {}", text(&r["verb"]), text(&r["note"]))).collect::<Vec<_>>().join("; "),
     })
 }
 
+/// The elements of a list; none of anything else.
+fn list(value: &Value) -> impl Iterator<Item = &Value> {
+    value.as_array().into_iter().flatten()
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
 /// A file of a report; `None` where it is not there.
-fn read<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<T>, ReportError> {
+fn read(folder: &Path, name: &str) -> Result<Option<Value>, ReportError> {
     let path = folder.join(name);
     if !path.is_file() {
         return Ok(None);
@@ -190,7 +190,7 @@ pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (rows.len()) " reports" }
-                style { (PreEscaped(super::page::STYLE)) }
+                style { (PreEscaped(STYLE)) }
             }
             body {
                 header { h1 { "Reports" } p { (crate::plan::export::tables::counted(rows.len(), "site")) ", one a row." } }
@@ -203,7 +203,7 @@ pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
                     }
                     p { "Shares are of 1. FLIP: 0 is the same as the photograph, 1 black against white." }
                 }
-                script { (PreEscaped(super::page::SCRIPT)) }
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     };

@@ -5,9 +5,10 @@ use glam::Vec3;
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::audit_sheet::{picture_png, reduced};
-use super::imprint::{Imprint, TITLE_BLOCK, title_block};
-use super::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
-use super::{Anchor, Svg, Text, wrap};
+use super::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
+use super::draw::png::wrap;
+use super::draw::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
+use super::draw::svg::{Anchor, Svg, Text};
 use crate::panorama::{Exposure, Picture, luminance};
 use crate::register::{Preview, Registered, Subject, Verdict, preview};
 use crate::scene::Scene;

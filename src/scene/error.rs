@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::memory::OverLimit;
+
 /// The most pixels a texture may have along a side.
 pub(super) const MAX_SIDE: u32 = 32_768;
 
 /// Why a model could not be loaded.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A file could not be read.
     #[error("{}: {why}. Check the name and your right to read it", path.display())]
@@ -59,6 +62,14 @@ pub enum SceneError {
         path: PathBuf,
         /// What happened.
         why: String,
+    },
+    /// A texture would take more memory than it may.
+    #[error("{}: {over}", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// How much, and how much it may.
+        over: OverLimit,
     },
 }
 

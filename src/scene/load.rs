@@ -280,8 +280,13 @@ fn cut_out(
 ) {
     let mask = |(name, used): (&Option<String>, &bool)| {
         let material = library.get(name.as_ref()?).filter(|_| *used)?;
-        let [factor, cutoff] = material.cutout?;
-        Some(Mask::of(&pictures::alone(folder, material.map.as_ref()?)?, factor, cutoff))
+        let cutout = material.cutout.as_ref()?;
+        let picture = match &cutout.map {
+            Some(own) => pictures::alone(folder, own, health)?,
+            // what is odd about the picture that paints is told when that is loaded
+            None => pictures::alone(folder, material.map.as_ref()?, &mut Health::default())?,
+        };
+        Some(Mask::of(&picture, cutout))
     };
     let masks: Vec<Option<Mask>> = names.iter().zip(used).map(mask).collect();
     if masks.iter().any(Option::is_some) {

@@ -69,8 +69,32 @@ pub(super) struct ModelMaterial {
     pub(super) emission: Vec3,
     /// The picture that multiplies the albedo.
     pub(super) map: Option<Map>,
-    /// Whether the picture's alpha cuts holes: what it is multiplied with, and from where on there is a surface.
-    pub(super) cutout: Option<[f32; 2]>,
+    /// What cuts holes into it.
+    pub(super) cutout: Option<Cutout>,
+}
+
+/// A picture that tells where there is a surface and where there is a hole.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Cutout {
+    /// The picture; `None` for the one that paints the surface.
+    pub(super) map: Option<Map>,
+    /// What of the picture tells it.
+    pub(super) channel: Channel,
+    /// What it is multiplied with.
+    pub(super) factor: f32,
+    /// From where on there is a surface.
+    pub(super) cutoff: f32,
+}
+
+/// What of a picture tells how opaque a texel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Channel {
+    /// Its alpha.
+    Alpha,
+    /// Its brightness.
+    Grey,
+    /// Its alpha where it has one, else its brightness.
+    Either,
 }
 
 /// A texture as a material names it.
@@ -117,12 +141,25 @@ impl ImportedModel {
     }
 }
 
-/// The middle of all finite vertices in whole metres, in the program's axes.
-pub(super) fn centre(points: impl Iterator<Item = DVec3>, frame: &Frame) -> DVec3 {
+/// From here on, in metres, single precision tells no half millimetre apart.
+const FAR: f64 = 4096.0;
+
+/// The middle of all finite vertices in whole metres, in the program's axes; where some are so far off that the rest would
+/// be rounded, the median along each axis.
+pub(super) fn centre(points: impl Iterator<Item = DVec3> + Clone, frame: &Frame) -> DVec3 {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for p in points.filter(|p| p.is_finite()) {
+    for p in points.clone().filter(|p| p.is_finite()) {
         (low, high) = (low.min(p), high.max(p));
     }
-    let middle = frame.point_in(0.5 * low + 0.5 * high).round();
+    let mut middle = frame.point_in(0.5 * low + 0.5 * high);
+    if (frame.point_in(high) - middle).length() >= FAR {
+        let median = |axis: usize| {
+            let mut all: Vec<f64> = points.clone().filter(|p| p.is_finite()).map(|p| p[axis]).collect();
+            let half = all.len() / 2;
+            if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(half, f64::total_cmp).1 }
+        };
+        middle = frame.point_in(DVec3::new(median(0), median(1), median(2)));
+    }
+    let middle = middle.round();
     if middle.is_finite() { middle } else { DVec3::ZERO }
 }

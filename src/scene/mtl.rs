@@ -3,7 +3,8 @@
 use glam::Vec3;
 use std::path::Path;
 
-use super::model::{Map, ModelMaterial, UNKNOWN_ALBEDO};
+use super::Wrap;
+use super::model::{Channel, Cutout, Map, ModelMaterial, UNKNOWN_ALBEDO};
 
 /// Reads the text of an MTL file. `warnings` gets a sentence for each oddity.
 pub(super) fn read(path: &Path, text: &str, warnings: &mut Vec<String>) -> Vec<ModelMaterial> {
@@ -96,7 +97,7 @@ impl Reader<'_> {
                     }
                 }
             }
-            "map_kd" => material.map = self.map(&material.name, rest),
+            "map_kd" => material.map = self.map(&material.name, "map_Kd", rest),
             "d" | "tr" => {
                 let value = rest.split_whitespace().filter_map(number).next_back();
                 let clear = value.is_some_and(|v| if keyword == "d" { v < 1.0 } else { v > 0.0 });
@@ -108,9 +109,11 @@ impl Reader<'_> {
                     ));
                 }
             }
-            "map_d" | "map_ke" => {
-                self.warn(&format!("material “{}” has {keyword}, which is not modelled", material.name));
+            "map_d" => {
+                let (map, channel) = (self.map(&material.name, keyword, rest), channel(rest));
+                material.cutout = map.map(|map| Cutout { map: Some(map), channel, factor: 1.0, cutoff: 0.5 });
             }
+            "map_ke" => self.warn(&format!("material “{}” has {keyword}, which is not modelled", material.name)),
             _ => {}
         }
     }
@@ -148,12 +151,12 @@ impl Reader<'_> {
         clamped
     }
 
-    /// The file name after the options of `map_Kd`; it may hold blanks.
-    fn map(&mut self, material: &str, rest: &str) -> Option<Map> {
+    /// The picture that a `map_` statement names after its options; the name may hold blanks.
+    fn map(&mut self, material: &str, keyword: &str, rest: &str) -> Option<Map> {
         let (options, name) = split_options(rest);
         let turned = options.iter().any(|(option, values)| {
-            let same = if *option == "-s" { 1.0 } else { 0.0 };
-            matches!(*option, "-s" | "-o" | "-t") && values.iter().any(|v| *v != same)
+            let same = if option == "-s" { 1.0 } else { 0.0 };
+            matches!(option.as_str(), "-s" | "-o" | "-t") && values.iter().filter_map(|v| number(v)).any(|v| v != same)
         });
         if turned {
             self.warn(&format!(
@@ -162,16 +165,17 @@ impl Reader<'_> {
         }
         let name = name.trim().trim_matches('"');
         if name.is_empty() {
-            self.warn(&format!("material “{material}” has a map_Kd without a file name"));
+            self.warn(&format!("material “{material}” has a {keyword} without a file name"));
             return None;
         }
+        let clamped = options.iter().any(|(option, values)| option == "-clamp" && values == &["on"]);
         Some(Map {
             name: name.to_owned(),
             file: self.path.to_owned(),
             line: self.line,
             plain_albedo: Vec3::ZERO,
             embedded: None,
-            wrap: Default::default(),
+            wrap: [if clamped { Wrap::Clamp } else { Wrap::Repeat }; 2],
         })
     }
 }
@@ -181,14 +185,25 @@ fn number(text: &str) -> Option<f32> {
     text.parse().ok().filter(|v: &f32| v.is_finite())
 }
 
-/// Options with their numbers, and what follows them.
-fn split_options(rest: &str) -> (Vec<(&str, Vec<f32>)>, &str) {
+/// What of its picture a `map_d` asks for: by `-imfchan` alpha is `m`, and all else a colour.
+fn channel(rest: &str) -> Channel {
+    let asked = split_options(rest).0.into_iter().find(|(option, _)| option == "-imfchan");
+    match asked.as_ref().and_then(|(_, words)| words.first().copied()) {
+        None => Channel::Either,
+        Some("m") => Channel::Alpha,
+        Some(_) => Channel::Grey,
+    }
+}
+
+/// Options in small letters with their words, and what follows them.
+fn split_options(rest: &str) -> (Vec<(String, Vec<&str>)>, &str) {
     let mut options = Vec::new();
     let mut rest = rest.trim_start();
     while rest.starts_with('-') {
         let (option, after) = next_word(rest);
+        let option = option.to_ascii_lowercase();
         // words that each option takes: (always, at most as long as they are numbers)
-        let (words, numbers) = match option.to_ascii_lowercase().as_str() {
+        let (words, numbers) = match option.as_str() {
             "-o" | "-s" | "-t" => (0, 3),
             "-mm" => (0, 2),
             "-blendu" | "-blendv" | "-cc" | "-clamp" | "-imfchan" | "-type" | "-colorspace" | "-texres" => (1, 0),
@@ -196,15 +211,11 @@ fn split_options(rest: &str) -> (Vec<(&str, Vec<f32>)>, &str) {
             _ => break,
         };
         rest = after;
-        for _ in 0..words {
-            rest = next_word(rest).1;
-        }
         let mut values = Vec::new();
-        while values.len() < numbers
-            && let Some(value) = number(next_word(rest).0)
-        {
-            values.push(value);
-            rest = next_word(rest).1;
+        while values.len() < words || values.len() < numbers && number(next_word(rest).0).is_some() {
+            let (word, after) = next_word(rest);
+            values.push(word);
+            rest = after;
         }
         options.push((option, values));
     }

@@ -47,10 +47,15 @@ pub(super) fn key(map: &Map) -> Key {
     (map.name.clone(), map.wrap.map(Wrap::code))
 }
 
-/// The picture of one material alone, decoded; `None` where it is not there or cannot be used, which is told elsewhere.
-pub(super) fn alone(folder: &Path, map: &Map) -> Option<Texture> {
-    let maps = [Some(map.clone())];
-    decoded(folder, &maps, &[true], &mut Health::default()).ok()?.textures.into_iter().next()
+/// One picture alone, decoded; `None` where it is not there or cannot be used.
+pub(super) fn alone(folder: &Path, map: &Map, health: &mut Health) -> Option<Texture> {
+    match decoded(folder, &[Some(map.clone())], &[true], health) {
+        Ok(decoded) => decoded.textures.into_iter().next(),
+        Err(e) => {
+            health.warnings.push(e.to_string());
+            None
+        }
+    }
 }
 
 /// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have

@@ -1,9 +1,7 @@
 //! From a probe's picture to the chart its records lie in.
 
-use glam::{DMat3, Vec3};
-
 use super::Chart;
-use crate::panorama::{self, Panorama, PanoramaError, Picture, Projection, convert, latlong_size, pinhole_of};
+use crate::panorama::{self, PanoramaError, Picture, Projection, latlong, pinhole_of};
 use crate::site::Probe;
 use std::path::Path;
 
@@ -27,19 +25,9 @@ pub fn charted(picture: Picture, projection: Projection) -> (Chart, Picture) {
     }
 }
 
-/// The picture in latitude/longitude.
 fn around(picture: Picture, projection: Projection) -> (Chart, Picture) {
-    let panorama = Panorama::new(picture, projection, DMat3::IDENTITY);
-    let (width, height) = latlong_size(&panorama);
-    let mut picture = convert(&panorama, Projection::LatLong, width, height);
-    for (i, pixel) in picture.pixels.iter_mut().enumerate() {
-        let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        let direction = Projection::LatLong.direction(width, height, x, y);
-        if direction.and_then(|d| panorama.shown(d)).is_none() {
-            *pixel = Vec3::NAN;
-        }
-    }
-    (Chart::latlong(width, height), picture)
+    let picture = latlong(picture, projection);
+    (Chart::latlong(picture.width, picture.height), picture)
 }
 
 /// The radiance that a probe's picture shows, in the picture's own projection; clipped values are taken as they stand.

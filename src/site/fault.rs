@@ -9,6 +9,7 @@ use super::numbers::CURE;
 
 /// Why a site could not be loaded.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SiteError {
     /// The site file could not be read at all.
     #[error("{}: {why}. {help}", path.display())]

@@ -19,6 +19,24 @@
 //! the matrix's columns are the camera's right, up and backward in the model's axes. A panorama's forward is its centre
 //! column. Unit length and right angles may be off by 10⁻³. Inside the program a camera has +x right, +y forward, +z up
 //! ([`Pose::rotation`]).
+//!
+//! # Example
+//!
+//! ```
+//! use clerestory::site::Site;
+//! use std::path::Path;
+//! # let chapel = concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel");
+//!
+//! let site = Site::load(Path::new(chapel))?;
+//! assert_eq!(site.lightings(), ["10:00", "14:30"]);
+//! assert_eq!(site.views[0].camera.width, 256);
+//!
+//! // what is wrong is told with its place
+//! let text = "[site]\nunits = \"m\"\nup = \"y\"\n[model]\npth = \"a.obj\"\n";
+//! let fault = Site::of_text(&Path::new(chapel).join("other.toml"), text).unwrap_err().to_string();
+//! assert!(fault.contains("other.toml") && fault.contains("pth"));
+//! # Ok::<(), clerestory::site::SiteError>(())
+//! ```
 
 mod camera;
 pub mod edit;

@@ -9,6 +9,7 @@ use crate::scene::SceneError;
 
 /// Why a study did not come to an end.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// The model cannot be used.
     #[error(transparent)]

@@ -4,6 +4,16 @@
 //! Site ─► truth (photographs, or a reference that knows its noise) ─┐
 //!         sweep ─► measure: set-up, frames, errors by block ────────┴─► Study ─► summary: speed-ups, orders, front
 //! ```
+//!
+//! ```
+//! use clerestory::glam::Vec3;
+//! use clerestory::study::{relmse, rmse};
+//!
+//! let truth = vec![Vec3::ONE; 64];
+//! let render = vec![Vec3::splat(1.1); 64];
+//! assert!((rmse(&render, &truth) - 0.1).abs() < 1e-6);
+//! assert!((relmse(&render, &truth) - 0.01 / 1.01).abs() < 1e-6); // (x − t)² / (t² + 0.01 · mean²)
+//! ```
 
 mod clock;
 mod conclusions;

@@ -22,3 +22,19 @@ pub struct Options {
     /// Start anew even where a study has been begun.
     pub fresh: bool,
 }
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            lighting: None,
+            views: vec![],
+            budget_s: 300.0,
+            share: 1.0,
+            reference: false,
+            reference_samples: 1024,
+            most_samples: 1 << 16,
+            seed: 0,
+            fresh: false,
+        }
+    }
+}

@@ -80,6 +80,13 @@ pub fn study(
         let known = begun.is_some();
         (referenced(&scene, lights, &views, options, folder, known, &doing)?, vec![None; views.len()])
     };
+    let blocks: Vec<usize> = truth.iter().map(TruthView::blocks).collect();
+    if begun.as_ref().is_some_and(|study| !study.is_of(&blocks)) {
+        return Err(StudyError::Begun {
+            path: file,
+            why: "its figures are of other blocks of the pictures".to_owned(),
+        });
+    }
     let base = base(site, &lighting)?;
     let order = plan_order(site, &scene);
     let mut study = begun.unwrap_or_else(|| Study {
@@ -92,7 +99,7 @@ pub fn study(
         truth: note(&truth, photographs, options),
         base,
         order: order.clone(),
-        blocks: truth.iter().map(TruthView::blocks).collect(),
+        blocks,
         runs: Vec::new(),
         pending: Vec::new(),
         notes: Vec::new(),

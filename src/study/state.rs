@@ -66,6 +66,14 @@ pub struct TruthNote {
 }
 
 impl Study {
+    /// Whether its figures are of views with so many blocks each: a file may say anything.
+    pub(super) fn is_of(&self, blocks: &[usize]) -> bool {
+        let fits = |run: &Run| {
+            run.views.len() != blocks.len() || run.views.iter().zip(blocks).all(|(view, n)| view.blocks.len() == *n)
+        };
+        self.blocks == blocks && self.runs.iter().all(fits)
+    }
+
     /// Writes the study to a file, whole or not at all.
     ///
     /// # Errors

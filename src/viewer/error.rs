@@ -8,6 +8,7 @@ use crate::photograph::PhotographError;
 
 /// Why no page can be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ViewerError {
     /// A photograph cannot be used.
     #[error(transparent)]

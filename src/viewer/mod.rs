@@ -1,27 +1,29 @@
 //! A baked site as one page that needs nothing else: geometry, light and textures inside it, drawn with WebGL 2.
 //!
-//! `viewer.html`, `viewer.css` and `viewer.js` are the page; here its data are packed. Positions have 16 bits along each side
+//! What lies in `page` is the page; here its data are packed. Positions have 16 bits along each side
 //! of the model's box, light one exponent a colour, all deflated and in base64; the browser inflates them itself.
 
 mod error;
 mod findings;
 mod pack;
+mod shot;
 
 pub use error::ViewerError;
 
 use base64::Engine;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::atomic_write::write_atomically;
 use crate::bake::{BakeError, Baked};
-use crate::panorama::{Exposure, Picture, linear_to_srgb, pinhole_of, undistorted};
-use crate::photograph;
-use crate::scene::Scene;
-use crate::site::{Camera, Site, View};
+use crate::panorama::linear_to_srgb;
+use crate::scene::{Scene, Wrap};
+use crate::site::Site;
 use findings::{Mark, Shown};
+use pack::Block;
+use shot::{Shot, shot};
 
 /// What a page shows beside the model.
 #[derive(Clone, Debug, Default)]
@@ -53,7 +55,8 @@ struct About {
     lightings: Vec<Lighting>,
     sky: [usize; 2],
     materials: Vec<Range>,
-    pictures: usize,
+    /// How each picture goes on across and down, as OpenGL numbers it.
+    pictures: Vec<[u32; 2]>,
     /// Least texture coordinates and their step; nothing without textures.
     uv: Option<[f32; 3]>,
     tinted: bool,
@@ -67,6 +70,8 @@ struct About {
 struct Lighting {
     name: String,
     exposure: f32,
+    /// The direction towards the sun whose light is kept apart.
+    sun: Option<[f32; 3]>,
 }
 
 /// Some triangles of a material that lie close together.
@@ -82,28 +87,16 @@ struct Range {
     high: [f32; 3],
 }
 
-/// A view of the site.
-#[derive(Serialize)]
-struct Shot {
-    name: String,
-    position: [f32; 3],
-    right: [f64; 3],
-    forward: [f64; 3],
-    /// Tangents of the picture's left, right, lower and upper rim.
-    tan: [f64; 4],
-    exposures: Vec<f32>,
-    photo: bool,
-}
-
-/// A part of the page's data.
-struct Block {
-    kind: &'static str,
-    bytes: Vec<u8>,
-}
-
-const STYLE: &str = include_str!("viewer.css");
-const BODY: &str = include_str!("viewer.html");
-const SCRIPT: &str = include_str!("viewer.js");
+const STYLE: &str = include_str!("page/viewer.css");
+const BODY: &str = include_str!("page/viewer.html");
+const SCRIPT: &str = concat!(
+    include_str!("page/unpack.js"),
+    include_str!("page/shaders.js"),
+    include_str!("page/open.js"),
+    include_str!("page/draw.js"),
+    include_str!("page/marks.js"),
+    include_str!("page/controls.js"),
+);
 
 /// Writes the page of a baked site.
 ///
@@ -131,8 +124,9 @@ pub fn write_viewer(
         );
         blocks.push(block(&bytes).map_err(io)?);
     }
-    for (light, sky) in baked.irradiance.iter().zip(&baked.skies) {
-        for colours in [light, &sky.pixels] {
+    for (l, sky) in baked.skies.iter().enumerate() {
+        let sunlight = sun(baked, l).map(|_| &baked.sunlight[l]);
+        for colours in [&baked.irradiance[l], &sky.pixels].into_iter().chain(sunlight) {
             let mut bytes = Vec::new();
             let codes: Vec<[u8; 4]> = colours.iter().map(|c| pack::shared_exponent(*c)).collect();
             pack::vertex_bytes(codes.iter().copied(), &mut bytes);
@@ -161,10 +155,11 @@ pub fn write_viewer(
         size: (high - low).length(),
         height: scene.origin.z,
         start: site.probes.first().map_or((low + high) / 2.0, |p| scene.local(p.pose.position)).to_array(),
-        lightings: (baked.lightings.iter().zip(&baked.exposures))
-            .map(|(name, exposure)| Lighting {
+        lightings: (baked.lightings.iter().zip(&baked.exposures).enumerate())
+            .map(|(l, (name, exposure))| Lighting {
                 name: if name.is_empty() { "as taken" } else { name }.into(),
                 exposure: exposure.0,
+                sun: sun(baked, l).map(|s| s.to_array()),
             })
             .collect(),
         sky: baked.skies.first().map_or([1, 1], |s| [s.width, s.height]),
@@ -188,6 +183,11 @@ pub fn write_viewer(
         write!(file, "<script>\n{SCRIPT}</script>\n</body>\n</html>\n").map_err(io)
     })?;
     Ok(())
+}
+
+/// The direction towards the sun of a lighting whose shadows the page casts.
+fn sun(baked: &Baked, lighting: usize) -> Option<Vec3> {
+    baked.suns[lighting].filter(|_| !baked.sunlight[lighting].is_empty())
 }
 
 /// All of the page before its data.
@@ -262,9 +262,13 @@ fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Resul
 const RUN: usize = 2048;
 
 /// The materials in use, in runs of triangles, and their pictures as blocks.
-fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(Vec<Range>, usize), ViewerError> {
+fn materials(
+    scene: &Scene,
+    baked: &Baked,
+    blocks: &mut Vec<Block>,
+) -> Result<(Vec<Range>, Vec<[u32; 2]>), ViewerError> {
     let mut number = vec![None; scene.textures.len()];
-    let (mut all, mut pictures) = (Vec::new(), 0);
+    let (mut all, mut pictures) = (Vec::new(), Vec::new());
     for (m, ends) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
         let material = &scene.materials[m];
         let lamp = material.emission != Vec3::ZERO;
@@ -275,8 +279,8 @@ fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(V
                 let (bytes, kind) =
                     texture.encoded().map_err(|why| BakeError::Picture { name: texture.name.clone(), why })?;
                 blocks.push(Block { kind, bytes: bytes.to_vec() });
-                number[t as usize] = Some(pictures as i32);
-                pictures += 1;
+                number[t as usize] = Some(pictures.len() as i32);
+                pictures.push(texture.wrap().map(Wrap::code));
             }
             picture = number[t as usize].unwrap_or(-1);
         }
@@ -292,55 +296,4 @@ fn materials(scene: &Scene, baked: &Baked, blocks: &mut Vec<Block>) -> Result<(V
         }
     }
     Ok((all, pictures))
-}
-
-/// A view, and its photograph as a JPEG picture without distortion.
-fn shot(scene: &Scene, view: &View, exposures: &[Exposure]) -> Result<(Shot, Option<Block>), ViewerError> {
-    let model = view.camera.model();
-    // a lens that no plane can show is shown by what its middle looks like
-    let straight = if view.camera.is_pinhole() { Some(model) } else { pinhole_of(&model) };
-    let photo = match (&straight, photograph::read(view)?) {
-        (Some(straight), Some((picture, _))) => {
-            let picture = if view.camera.is_pinhole() { picture } else { undistorted(&picture, &model, straight) };
-            Some(jpeg(&picture).map_err(|why| BakeError::Picture { name: view.name.clone(), why })?)
-        }
-        _ => None,
-    };
-    let tan = straight.map_or([-1.0, 1.0, -1.0, 1.0], |s| {
-        let [w, h] = s.size.map(f64::from);
-        let x = |x: f64| (x - s.centre.x) / s.focal.x;
-        let y = |y: f64| (s.centre.y - y) / s.focal.y;
-        [x(0.0), x(w), y(h), y(0.0)]
-    });
-    let Camera { pose, .. } = view.camera;
-    let shot = Shot {
-        name: view.name.clone(),
-        position: scene.local(pose.position).to_array(),
-        right: (pose.rotation * DVec3::X).to_array(),
-        forward: (pose.rotation * DVec3::Y).to_array(),
-        tan,
-        exposures: exposures.iter().map(|e| e.0).collect(),
-        photo: photo.is_some(),
-    };
-    Ok((shot, photo))
-}
-
-/// A picture as people see it, at most so many pixels a side.
-fn jpeg(picture: &Picture) -> Result<Block, String> {
-    const MOST: u32 = 1280;
-    let exposure = Exposure::of(picture);
-    let codes = picture.pixels.iter().flat_map(|p| (exposure.show(*p) * 255.0 + 0.5).to_array().map(|c| c as u8));
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let full = image::RgbImage::from_raw(width, height, codes.collect()).unwrap_or_default();
-    let scale = (f64::from(MOST) / f64::from(width.max(height).max(1))).min(1.0);
-    let size = [width, height].map(|v| ((f64::from(v) * scale) as u32).max(1));
-    let small = if scale < 1.0 {
-        image::imageops::resize(&full, size[0], size[1], image::imageops::FilterType::Triangle)
-    } else {
-        full
-    };
-    let mut bytes = Vec::new();
-    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 88);
-    small.write_with_encoder(encoder).map_err(|e| e.to_string())?;
-    Ok(Block { kind: "image/jpeg", bytes })
 }

@@ -1,4 +1,4 @@
-//! Numbers as a browser can unpack them: differences in byte planes, deflated. `viewer.js` holds the other half.
+//! Numbers as a browser can unpack them: differences in byte planes, deflated. `page/unpack.js` holds the other half.
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
@@ -74,11 +74,17 @@ pub(super) fn shared_exponent(c: Vec3) -> [u8; 4] {
     [code(c.x), code(c.y), code(c.z), (exponent + 128) as u8]
 }
 
+/// A part of the page's data.
+pub(super) struct Block {
+    pub(super) kind: &'static str,
+    pub(super) bytes: Vec<u8>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// As `viewer.js` unpacks it.
+    /// As `page/unpack.js` unpacks it.
     fn unpacked(c: [u8; 4]) -> Vec3 {
         let scale = (f32::from(c[3]) - 136.0).exp2();
         if c[3] == 0 { Vec3::ZERO } else { Vec3::from([c[0], c[1], c[2]].map(|v| (f32::from(v) + 0.5) * scale)) }

@@ -6,6 +6,30 @@
 //! other unseen places, with which they exchange light until it settles. Neighbours that differ by no more than their
 //! noise are averaged. Values are directional and sit on the surfaces inside each cell; a point takes them from the
 //! cells around it, as far as no wall stands between.
+//!
+//! ```
+//! use clerestory::volume::{Nearby, VolumeSettings, Transport, Volume};
+//! # use clerestory::glam::{Mat3, Vec3};
+//! # use clerestory::panorama::{Picture, Projection, Radiometry};
+//! # use clerestory::shoot::{Hits, Light, charted};
+//! # use std::sync::Arc;
+//! # mod given {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/room.rs"));
+//! # }
+//! # use given::room;
+//! # let scene = room(); // 4 × 3 × 2.5 m, grey: half of the light comes back
+//! # let panorama = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(0.2); 64 * 32] };
+//! # let (chart, picture) = charted(panorama, Projection::LatLong);
+//! # let hits = Arc::new(Hits::shoot(&scene, Vec3::new(2.0, 1.5, 1.2), Mat3::IDENTITY, chart));
+//! # let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+//! // irradiance at a point of the floor, gathered from what the probe saw of the other walls
+//! let point = (Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
+//! let settings = VolumeSettings { cells: 8, rays: 512 };
+//! let transport = Transport::cast(&scene, &[point], &[&light], &settings);
+//! let volume = Volume::new(&scene, &transport, &light);
+//! let filled = volume.irradiance(&scene, point.0, point.1, &mut Nearby::default()).expect("was asked for");
+//! assert!((filled.irradiance / (std::f32::consts::PI * 0.2) - 1.0).abs().max_element() < 0.05);
+//! ```
 
 mod cache_points;
 mod filled;

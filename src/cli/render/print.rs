@@ -1,56 +1,13 @@
-//! What `render` tells: as text, and as JSON.
+//! What `render` tells people.
 
-use clerestory::check::Saving;
-use clerestory::radiometry::{Fit, PhotographFit};
+use clerestory::radiometry::Fit;
 use clerestory::render::{LeftOut, Timings};
+use clerestory::report::{NotDone, Rendered};
 use clerestory::study::{Comparison, median};
-use serde::Serialize;
 use std::io::{self, Write};
-use std::path::PathBuf;
-
-/// What `--json` prints.
-#[derive(Serialize)]
-pub(super) struct Outcome {
-    pub(super) setup: Timings,
-    pub(super) views: Vec<Done>,
-    pub(super) records: usize,
-    pub(super) record_bytes: usize,
-    pub(super) peak_bytes: Option<u64>,
-    pub(super) left_out: Vec<NotDone>,
-    pub(super) warnings: Vec<String>,
-    /// The probes' gains, fitted to each other.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) gains: Option<Fit>,
-}
-
-/// A stage that was left out, and what that saved where it is known.
-#[derive(Serialize)]
-pub(super) struct NotDone {
-    #[serde(flatten)]
-    pub(super) what: LeftOut,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) saves: Option<Saving>,
-}
-
-/// One rendered view.
-#[derive(Serialize)]
-pub(super) struct Done {
-    pub(super) name: String,
-    pub(super) rays_s: f64,
-    pub(super) shade_s: f64,
-    pub(super) covered_fraction: f64,
-    pub(super) file: PathBuf,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) error: Option<Comparison>,
-    /// The photograph's exposure, white balance and vignetting against the render, and the error that is left then.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) fit: Option<PhotographFit>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) error_after_fit: Option<Comparison>,
-}
 
 /// Tells what was rendered.
-pub(super) fn print(outcome: &Outcome, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn print(outcome: &Rendered, out: &mut impl Write) -> io::Result<()> {
     let Timings { load_s, shoot_s, index_s, volume_s } = outcome.setup;
     for warning in &outcome.warnings {
         writeln!(out, "! {warning}")?;

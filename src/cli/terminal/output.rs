@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use super::progress::bar;
 
 /// Where a verb's results go, and what it prints.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 pub(crate) struct Output {
     /// Folder for the results [default: reports/SITE]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -26,6 +26,11 @@ pub(crate) struct Output {
 }
 
 impl Output {
+    /// Into a folder, and nothing printed.
+    pub(crate) fn silent(folder: &Path) -> Self {
+        Self { out: Some(folder.to_owned()), json: false, quiet: true }
+    }
+
     /// The folder for results, see [`folder`].
     pub(crate) fn folder(&self, site: &Site) -> anyhow::Result<PathBuf> {
         folder(self.out.as_deref(), site)

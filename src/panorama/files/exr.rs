@@ -12,11 +12,10 @@ use exr::prelude::f16;
 use glam::{DMat3, DVec2, Vec3};
 use rayon::prelude::*;
 
-use super::limits::{allocate, check_size};
+use super::limits::{Result, allocate, check_size, picture_bytes};
+use crate::memory;
 use crate::panorama::primaries::{Primaries, converted};
 use crate::panorama::{PanoramaError, Picture};
-
-type Result<T> = std::result::Result<T, PanoramaError>;
 
 /// Where a picture's colour is stored: the layer and its channels by index.
 struct Colour {
@@ -50,13 +49,14 @@ pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     let to_rec709 = primaries.to_rec709().ok_or_else(unusable)?;
     let wanted =
         |_: &MetaData, _, index: block::BlockIndex| index.layer == colour.layer && index.level == exr::math::Vec2(0, 0);
+    let at_once = blocks_at_once(path, header, picture_bytes(width as u64, height as u64))?;
     let mut chunks = reader.filter_chunks(false, wanted).map_err(|e| decode_error(path, e))?;
     // only once the first pixels prove right: a lying header must not cost memory
     let mut picture = None;
     loop {
         // decompress in the caller's own thread pool, a bounded batch at a time
         let batch =
-            chunks.by_ref().take(64).collect::<exr::error::Result<Vec<_>>>().map_err(|e| decode_error(path, e))?;
+            chunks.by_ref().take(at_once).collect::<exr::error::Result<Vec<_>>>().map_err(|e| decode_error(path, e))?;
         if batch.is_empty() {
             break;
         }
@@ -137,6 +137,20 @@ fn checked_windows(path: &Path, header: &Header) -> Result<(usize, usize)> {
     check_size(path, header.layer_size.x() as u64, header.layer_size.y() as u64)?;
     let display = header.shared_attributes.display_window;
     check_size(path, display.size.x() as u64, display.size.y() as u64)
+}
+
+/// How many blocks to decompress at once, so that they take little beside the picture.
+fn blocks_at_once(path: &Path, header: &Header, picture: u64) -> Result<usize> {
+    /// Blocks that are smaller together are decompressed at once, if no more than 64.
+    const IN_FLIGHT: u64 = 128 << 20;
+    let exr::math::Vec2(width, height) = header.max_block_pixel_size();
+    let pixels = (width as u64).saturating_mul(height as u64);
+    let block = pixels.saturating_mul(header.channels.bytes_per_pixel as u64);
+    let at_once = (IN_FLIGHT / block.max(1)).clamp(1, 64);
+    // each is there compressed, decompressed, and in between
+    let blocks = block.saturating_mul(3 * at_once);
+    memory::check(picture.saturating_add(blocks)).map_err(|over| PanoramaError::memory(path, over))?;
+    Ok(at_once as usize)
 }
 
 /// Copies one block's colour to where it lies in the display window; what lies outside is dropped.

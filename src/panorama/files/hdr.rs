@@ -31,13 +31,9 @@ pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     if !(scale.is_finite() && scale.min_element() > 0.0) {
         return Err(PanoramaError::damaged(path, "EXPOSURE or COLORCORR that is not a positive number"));
     }
-    let mut bytes = vec![0; width * height * 12];
-    decoder.read_image(&mut bytes).map_err(|e| decode_error(path, e))?;
     let mut picture = allocate(path, width, height)?;
-    for (pixel, b) in picture.pixels.iter_mut().zip(bytes.chunks_exact(12)) {
-        let value = |i: usize| f32::from_ne_bytes([b[i], b[i + 1], b[i + 2], b[i + 3]]);
-        *pixel = Vec3::new(value(0), value(4), value(8)) * scale;
-    }
+    decoder.read_image(bytemuck::cast_slice_mut(&mut picture.pixels)).map_err(|e| decode_error(path, e))?;
+    picture.pixels.iter_mut().for_each(|pixel| *pixel *= scale);
     Ok(picture)
 }
 

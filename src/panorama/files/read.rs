@@ -21,8 +21,8 @@ use crate::panorama::{PanoramaError, Picture};
 /// Values are kept as stored, also NaN, infinite and negative ones: see [`Picture::health`].
 ///
 /// # Errors
-/// [`PanoramaError`] when the file is missing, damaged, of another format or larger than [`MAX_PIXELS`](crate::panorama::MAX_PIXELS). Nothing is
-/// allocated for pixels before the header is found plausible.
+/// [`PanoramaError`] when the file is missing, damaged, of another format, larger than [`MAX_PIXELS`](crate::panorama::MAX_PIXELS), or more than
+/// [`memory`](crate::memory) allows, which is estimated before anything is decoded.
 pub fn read(path: &Path) -> Result<Picture> {
     Ok(read_coded(path)?.0)
 }

@@ -12,6 +12,7 @@ pub struct Coverage {
 
 /// Why a coverage table is none.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CoverageError {
     /// A candidate covers an element that does not exist.
     #[error("candidate {candidate} covers element {element}, but there are only {elements}")]

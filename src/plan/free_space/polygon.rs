@@ -34,6 +34,7 @@ pub fn ring_area(ring: &[DVec2]) -> f64 {
 
 /// Why polygons are no open space.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PolygonError {
     /// No ring at all.
     #[error("there is no polygon: give at least one outer ring")]

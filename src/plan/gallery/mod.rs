@@ -41,6 +41,7 @@ pub struct Effort {
 
 /// Guards, and how good they are.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Guards {
     /// Where to stand, the widest view first.
     pub guards: Vec<DVec2>,

@@ -35,7 +35,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         }
     });
     if cut.is_empty() {
-        svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(2.4));
+        svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(2.5));
     }
     svg.group("camera", "", |svg| camera(svg, view, &at, eye));
     svg.group("probes", "", |svg| {
@@ -43,7 +43,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
             let [x, y] = at(p.truncate().as_dvec2());
             let diamond = [[x, y - 1.6], [x + 1.6, y], [x, y + 1.6], [x - 1.6, y]];
             svg.area(&[diamond], &Style::fill(BLACK).outlined(WHITE, 0.3));
-            svg.text([x, y + 4.2], name, &Text::new(2.2).anchor(Anchor::Middle).halo(0.4));
+            svg.text([x, y + 4.2], name, &Text::new(2.5).anchor(Anchor::Middle).halo(0.4));
         }
     });
     svg.group("finding-places", "", |svg| {
@@ -52,7 +52,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
             let [x, y] = at(p.truncate().as_dvec2());
             let [x, y] = [x.clamp(left + 2.5, left + width - 2.5), y.clamp(top + 2.5, top + height - 2.5)];
             svg.circle([x, y], 2.4, &Style::fill(WHITE).outlined(BLACK, 0.35));
-            svg.text([x, y + 0.8], &f.id, &Text::new(2.2).bold().anchor(Anchor::Middle));
+            svg.text([x, y + 0.8], &f.id, &Text::new(2.5).bold().anchor(Anchor::Middle));
         }
     });
     svg.group("scale-bar", "", |svg| scale_bar(svg, [left + 2.0, top + height - 3.0], scale));
@@ -96,7 +96,7 @@ fn scale_bar(svg: &mut Svg, [x, y]: Point, scale: f64) {
     let half = 0.5 * metres * scale;
     svg.rectangle([x, y - 1.4, half, 1.4], &Style::fill(BLACK).outlined(BLACK, 0.2));
     svg.rectangle([x + half, y - 1.4, half, 1.4], &Style::fill(WHITE).outlined(BLACK, 0.2));
-    svg.text([x + 2.0 * half + 1.5, y], &format!("{metres} m"), &Text::new(2.4));
+    svg.text([x + 2.0 * half + 1.5, y], &format!("{metres} m"), &Text::new(2.5));
 }
 
 /// An arrow to true north, which lies `clockwise` degrees from the sheet's top.

@@ -13,6 +13,7 @@ pub use write::write_audit_sheets;
 use super::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, Style, VERMILION, WHITE, YELLOW};
 use super::{Anchor, Fingerprint, Svg, Text, wrap};
 use crate::audit::{Audit, AuditedView, Finding, Kind, Reason, Shares, Verdict};
+use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
 use crate::scene::Scene;
 use crate::site::Site;
 
@@ -20,14 +21,19 @@ use crate::site::Site;
 const SIZE: [f64; 2] = [420.0, 297.0];
 const MARGIN: f64 = 10.0;
 const GAP: f64 = 5.0;
-const FINE: f64 = 1.9;
-const SMALL: f64 = 2.4;
+/// The finest print: seven points.
+const FINE: f64 = 2.5;
+const SMALL: f64 = 2.6;
 
-/// Width of the legend's column.
-const LEGEND: f64 = 58.0;
+/// Height of a line of fine print.
+const LINE: f64 = 3.2;
+
+/// Widths of the key plan and of the legend below it.
+const PLAN: f64 = 88.0;
+const LEGEND: f64 = 66.0;
 
 /// Height of the foot, where method and inputs stand.
-const FOOT: f64 = 36.0;
+const FOOT: f64 = 39.0;
 
 /// What an audit sheet is made from.
 #[derive(Clone, Copy)]
@@ -60,7 +66,7 @@ impl AuditSheet<'_> {
     }
 }
 
-/// Draws the sheet of one view; its SVG groups are `header`, `photograph`, `render`, `classified`, `legend`, `key-plan`,
+/// Draws the sheet of one view; its SVG groups are `header`, `photograph`, `render`, `neutral`, `classified`, `legend`, `key-plan`,
 /// `findings` and `method`, with ids of the same names, and a `finding-row` each with the id `row-` and the finding's.
 pub fn audit_sheet(about: &AuditSheet) -> Svg {
     let name = &about.view().summary.view;
@@ -68,27 +74,34 @@ pub fn audit_sheet(about: &AuditSheet) -> Svg {
     let mut svg = Svg::new(SIZE[0], SIZE[1], &format!("{}: audit of the view {name}", about.site.name), &says);
     let mut y = 0.0;
     svg.group("header", "header", |svg| y = header(svg, about, &says));
-    let room = SIZE[0] - 2.0 * MARGIN - LEGEND - 3.0 * GAP;
+    let room = SIZE[0] - 2.0 * MARGIN - 3.0 * GAP;
     let top = y + 6.0;
-    let [wide, high] = pictures::draw(&mut svg, about, [MARGIN, top], [room / 3.0, 108.0], GAP);
-    let beside = MARGIN + 3.0 * (wide + GAP);
-    svg.group("legend", "legend", |svg| legend(svg, about, [beside, top, SIZE[0] - MARGIN - beside]));
-    let below = top + high.max(66.0) + 6.0;
-    let rest = SIZE[1] - FOOT - MARGIN - below;
-    let plan = 92.0;
+    let [_, high] = pictures::draw(&mut svg, about, [MARGIN, top], [room / 4.0, 80.0], GAP);
+    let below = top + high + 6.0;
+    let bottom = SIZE[1] - MARGIN - TITLE_BLOCK - FOOT;
+    let rest = bottom - below;
+    let beside = MARGIN + PLAN + GAP;
+    svg.group("legend", "legend", |svg| legend(svg, about, [beside, below + 6.0, LEGEND]));
     svg.group("key-plan", "key-plan", |svg| {
         svg.text([MARGIN, below + 4.0], "Key plan at the camera's height", &Text::new(3.2).bold());
-        let frame = [MARGIN, below + 6.0, plan, rest - 8.0];
+        let frame = [MARGIN, below + 6.0, PLAN, rest - 8.0];
         if let Some(view) = about.site.views.iter().find(|v| v.name == *name) {
             key_plan::draw(svg, about, view, frame);
         }
         svg.rectangle(frame, &Style::line(GREY, 0.2));
     });
     svg.group("findings", "findings", |svg| {
-        let left = MARGIN + plan + GAP;
+        let left = beside + LEGEND + GAP;
         table::draw(svg, about, [left, below, SIZE[0] - MARGIN - left, rest - 2.0]);
     });
-    svg.group("method", "method", |svg| foot(svg, about, SIZE[1] - MARGIN - FOOT + 2.0));
+    svg.group("method", "method", |svg| foot(svg, about, bottom + 2.0));
+    let imprint = Imprint {
+        site: &about.site.name,
+        project: &about.site.project,
+        sheet: [about.index + 1, about.audit.views.len()],
+        made_by: about.command,
+    };
+    title_block(&mut svg, [MARGIN, SIZE[1] - MARGIN - TITLE_BLOCK, SIZE[0] - 2.0 * MARGIN], &imprint);
     svg
 }
 
@@ -155,7 +168,7 @@ fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
         (Verdict::Geometry, geometry, "geometry wrong", "the surface is not where the model has it"),
         (Verdict::Texture, texture, "texture wrong", "the surface is right, its picture is not"),
         (Verdict::Ambiguous, ambiguous, "unclear", "something disagrees; see the reason"),
-        (Verdict::Untestable, untestable, "not testable", "nothing is said of it, good or bad"),
+        (Verdict::Untestable, untestable, "not testable", "no pass: nothing was compared there"),
         (Verdict::Ok, ok, "agrees", "compared, and no fault found"),
     ];
     let mut y = top + 1.0;
@@ -172,14 +185,14 @@ fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
         y += 10.0;
     }
     y += 1.0;
-    svg.text([x, y + 2.0], "F1, F2 … findings;  D1 … doubts (broken outline)", &Text::new(FINE));
+    svg.text([x, y + 2.0], "F1 … findings;  D1 … doubts, broken outline", &Text::new(FINE));
     let lines: Vec<String> = words::reasons(view, 4);
     if !lines.is_empty() {
         svg.text([x, y + 7.5], "Not tested or not told, because", &Text::new(SMALL).bold());
-        y += 11.0;
+        y += 11.2;
         for line in lines.iter().flat_map(|l| wrap(&format!("– {l}"), width, SMALL, false)) {
             svg.text([x, y], &line, &Text::new(SMALL));
-            y += 3.2;
+            y += 3.4;
         }
     }
 }
@@ -194,7 +207,7 @@ fn foot(svg: &mut Svg, about: &AuditSheet, top: f64) {
     let view = &about.view().summary;
     let method = &about.audit.method;
     svg.line([MARGIN, top - 2.0], [SIZE[0] - MARGIN, top - 2.0], &Style::line(BLACK, 0.35));
-    let widths = [122.0, 130.0, SIZE[0] - 2.0 * MARGIN - 122.0 - 130.0 - 2.0 * GAP];
+    let widths = [126.0, 136.0, SIZE[0] - 2.0 * MARGIN - 126.0 - 136.0 - 2.0 * GAP];
     let thresholds: Vec<String> =
         method.thresholds.iter().map(|(name, value)| format!("{} {value}", name.replace('_', " "))).collect();
     let lighting = if method.lighting.is_empty() { String::new() } else { format!(" Lighting {}.", method.lighting) };
@@ -212,27 +225,27 @@ fn foot(svg: &mut Svg, about: &AuditSheet, top: f64) {
     let mut y = top + 5.2;
     for line in wrap(&format!("clerestory {}: {}", method.version, about.command), widths[2], FINE, false) {
         svg.text([x, y], &line, &Text::new(FINE));
-        y += 2.5;
+        y += LINE;
     }
     for (i, Fingerprint { file, sha256, .. }) in about.inputs.iter().enumerate() {
-        if y + 2.5 > top + FOOT - 3.0 && i + 1 < about.inputs.len() {
+        if y + LINE > top + FOOT - 3.0 && i + 1 < about.inputs.len() {
             svg.text([x, y], &format!("and {} files more", about.inputs.len() - i), &Text::new(FINE));
             break;
         }
         // the whole fingerprint, whatever that leaves of the name
-        svg.text([x, y], &shortened(file, 26), &Text::new(FINE));
-        svg.text([x + widths[2], y], sha256, &Text::new(1.55).anchor(Anchor::End));
-        y += 2.5;
+        svg.text([x, y], &shortened(file, 15), &Text::new(FINE));
+        svg.text([x + widths[2], y], sha256, &Text::new(FINE).anchor(Anchor::End));
+        y += LINE;
     }
     svg.line([x - 0.5 * GAP, top], [x - 0.5 * GAP, top + FOOT - 4.0], &Style::line(LIGHT, 0.2));
 }
 
 /// Lines of fine print as far as there is room.
 fn column(svg: &mut Svg, [x, top]: [f64; 2], width: f64, lines: &[String]) {
-    let most = ((FOOT - 8.0) / 2.5) as usize;
+    let most = ((FOOT - 8.0) / LINE) as usize;
     let all: Vec<String> = lines.iter().flat_map(|l| wrap(l, width, FINE, false)).collect();
     for (i, line) in all.iter().take(most).enumerate() {
-        svg.text([x, top + 2.5 * i as f64], line, &Text::new(FINE).colour(BLACK));
+        svg.text([x, top + LINE * i as f64], line, &Text::new(FINE).colour(BLACK));
     }
 }
 

@@ -1,11 +1,11 @@
-//! The three pictures of an audit sheet: photograph, render, and what the audit says.
+//! The pictures of an audit sheet: photograph, the model relit and in neutral light, and what the audit says.
 
 use glam::Vec3;
 
 use super::outline::Cells;
 use super::{AuditSheet, look, look_of};
 use crate::audit::{AuditedView, Finding, Verdict};
-use crate::panorama::{Exposure, Picture, luminance};
+use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
 use crate::report::style::{BLACK, Style, WHITE};
 use crate::report::{Anchor, Point, Svg, Text};
 
@@ -15,7 +15,7 @@ const CELLS: usize = 320;
 /// Pixels along the longer side of a picture on the sheet.
 const PIXELS: usize = 720;
 
-/// Draws the three pictures side by side from the upper left corner `at`, each at most this wide and high; gives the
+/// Draws the pictures side by side from the upper left corner `at`, each at most this wide and high; gives the
 /// size of one.
 pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2], gap: f64) -> [f64; 2] {
     let view = about.view();
@@ -23,8 +23,9 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
     let scale = (most[0] / pw).min(most[1] / ph);
     let (w, h) = (pw * scale, ph * scale);
     let exposure = Exposure::of(&view.photograph);
-    let frames = [0.0, 1.0, 2.0].map(|i| [at[0] + i * (w + gap), at[1], w, h]);
-    let titles = ["Photograph", "Model in the probes' light", "What the audit says"];
+    let frames = [0.0, 1.0, 2.0, 3.0].map(|i| [at[0] + i * (w + gap), at[1], w, h]);
+    // relit from what the probes saw of the real room, the model's own wrong colours hardly show
+    let titles = ["Photograph", "Model in the probes' light", "Model in neutral light", "What the audit says"];
     for (frame, title) in frames.iter().zip(titles) {
         svg.text([frame[0], frame[1] - 1.8], title, &Text::new(3.2).bold());
     }
@@ -35,16 +36,21 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
     svg.group("render", "render", |svg| {
         picture(svg, frames[1], &view.render, "The model, relit from the probes", |p| exposure.show(p));
     });
+    svg.group("neutral", "neutral", |svg| {
+        picture(svg, frames[2], &view.neutral, "The model's own colours, in neutral light", |p| {
+            p.clamp(Vec3::ZERO, Vec3::ONE).map(linear_to_srgb)
+        });
+    });
     svg.group("classified", "classified", |svg| {
         // pale, so that hatches stand out
         let pale = |p: Vec3| Vec3::splat(0.45 + 0.55 * luminance(exposure.show(p)));
-        picture(svg, frames[2], &view.photograph, "The photograph, pale, below the audit's verdicts", pale);
+        picture(svg, frames[3], &view.photograph, "The photograph, pale, below the audit's verdicts", pale);
         for verdict in [Verdict::Untestable, Verdict::Ambiguous, Verdict::Texture, Verdict::Geometry] {
             svg.group(verdict.name(), &format!("classified-{}", verdict.name()), |svg| {
-                region(svg, view, frames[2], verdict)
+                region(svg, view, frames[3], verdict)
             });
         }
-        outlines(svg, about, frames[2]);
+        outlines(svg, about, frames[3]);
     });
     for frame in frames {
         svg.rectangle(frame, &Style::line(BLACK, 0.25));

@@ -7,7 +7,7 @@ use crate::panorama::{Exposure, Picture};
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
 use crate::report::{Svg, Text, wrap};
 
-const SMALL: f64 = 2.3;
+const SMALL: f64 = 2.5;
 const BODY: f64 = 2.6;
 
 /// Columns and their widths in millimetres; the second is what is left.
@@ -18,9 +18,9 @@ const COLUMNS: [(&str, f64); 9] = [
     ("kind", 17.0),
     ("how sure", 19.0),
     ("area", 18.0),
-    ("displacement", 26.0),
-    ("place (x, y, z)", 26.0),
-    ("surveyor's verdict", 43.0),
+    ("displacement", 24.0),
+    ("place (x, y, z)", 25.0),
+    ("surveyor's verdict", 36.0),
 ];
 
 /// Draws the table into a rectangle `[x, y, width, height]`.
@@ -91,9 +91,9 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     svg.rectangle([bar[0], bar[1], bar[2] * f.score.clamp(0.0, 1.0), bar[3]], &Style::fill(GREY));
     svg.rectangle(bar, &Style::line(BLACK, 0.15));
     for (i, choice) in ["confirmed", "not so", "go and see"].into_iter().enumerate() {
-        let at = x[8] + 1.5 + i as f64 * 13.8;
-        svg.rectangle([at, line(0) - 1.9, 2.0, 2.0], &Style::line(BLACK, 0.2));
-        svg.text([at + 2.6, line(0) - 0.1], choice, &Text::new(1.9));
+        let [left, base] = [x[8] + 1.5, line(i)];
+        svg.rectangle([left, base - 1.9, 2.0, 2.0], &Style::line(BLACK, 0.2));
+        svg.text([left + 2.8, base - 0.1], choice, &Text::new(SMALL));
     }
 }
 

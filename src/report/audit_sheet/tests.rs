@@ -98,11 +98,12 @@ fn audit(faults: usize, doubts: usize) -> Audit {
         reasons: BTreeMap::from([("unseen".to_owned(), 0.2)]),
         warnings: vec!["the light changed".into()],
     };
-    let render = photograph.clone();
+    let (render, neutral) = (photograph.clone(), photograph.clone());
     let view = AuditedView {
         summary,
         photograph,
         render,
+        neutral,
         reasons: vec![Reason::None; w * h],
         suspicion: vec![],
         verdicts,

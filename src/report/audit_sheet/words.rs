@@ -109,7 +109,7 @@ pub(super) fn fitted(s: &ViewSummary) -> Vec<String> {
 }
 
 /// What the two tests are, and what no test can tell.
-pub(super) const METHOD: &str = "Geometry: each probe's light is carried through the model into the camera and correlated \
-    with the photograph while the surface is moved along the line of sight. Texture: the photograph over the model's albedo \
-    under smoothed light. A pixel is called wrong only beyond the photograph's own noise. A surface moved by a whole \
-    period of its pattern, and everything recoloured at once, cannot be told.";
+pub(super) const METHOD: &str = "Geometry: what each probe saw of a surface, carried into the camera, is compared with \
+    the photograph, in units of what most of this photograph differs by; then the surface is moved, left out or continued. \
+    Texture: the photograph over the model's albedo under smoothed light. Light that a smooth surface may mirror is no \
+    difference. A surface moved by a whole period of its pattern, and everything recoloured at once, cannot be told.";

@@ -2,9 +2,11 @@
 
 use maud::{Markup, html};
 
-use super::data::{Archive, Render, Study, StudySummary};
+use super::archive::Archive;
 use super::parts::{heads, percent, scroll, sheet, snippet};
-use crate::study::rounded;
+use crate::report::rendered::Rendered;
+use crate::report::study::{COLUMNS, study_rows};
+use crate::study::{How, Summary, rounded};
 
 /// `None` where nothing was measured.
 pub(super) fn figures(archive: &Archive) -> Option<Markup> {
@@ -24,7 +26,7 @@ pub(super) fn figures(archive: &Archive) -> Option<Markup> {
     })
 }
 
-fn errors(render: &Render) -> Markup {
+fn errors(render: &Rendered) -> Markup {
     let with_error: Vec<_> = render.views.iter().filter_map(|v| Some((v, v.error.as_ref()?))).collect();
     let columns = [
         ("View", false),
@@ -59,35 +61,33 @@ fn errors(render: &Render) -> Markup {
     }
 }
 
-fn measured(study: &Study) -> Markup {
+fn measured(study: &Summary) -> Markup {
     html! {
         h3 { "Error against run time" }
-        (words(&study.summary))
+        (words(study))
         (sheet("study", "Error against run time", &["svg", "png", "pdf", "csv"]))
-        @if let Some((head, rows)) = study.table.split_first() {
-            details {
-                summary { "All runs" }
-                (scroll("All runs", &html! {
-                    table class="sortable runs" {
-                        thead { tr { @for cell in head { th scope="col" { (cell) } } } }
-                        tbody { @for row in rows { tr { @for cell in row { td { (cell) } } } } }
-                    }
-                }))
-            }
+        details {
+            summary { "All runs" }
+            (scroll("All runs", &html! {
+                table class="sortable runs" {
+                    thead { tr { @for cell in COLUMNS { th scope="col" { (cell) } } } }
+                    tbody { @for row in study_rows(&study.rows) { tr { @for cell in row { td { (cell) } } } } }
+                }
+            }))
         }
     }
 }
 
 /// What the study comes to.
-fn words(summary: &StudySummary) -> Markup {
+fn words(summary: &Summary) -> Markup {
     html! {
         @if !summary.speed_ups.is_empty() {
             ul {
                 @for s in &summary.speed_ups {
-                    @let least = if s.how == "at_least" { "at least " } else { "" };
-                    @let how = if s.how == "extrapolated" { ", extrapolated" } else { "" };
+                    @let least = s.how.bound();
+                    @let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
                     li {
-                        (format!("For the same error ({} {:.4}), {} takes {least}", s.metric.to_uppercase(), s.error, s.against))
+                        (format!("For the same error ({} {:.4}), {} takes {least}", s.metric.name(), s.error, s.against))
                         b { (rounded(s.frame.value)) "×" }
                         (format!(" as long for a frame (95 %: {} to {}{how}), and {least}{}× with all set-up ({} to {}).",
                             rounded(s.frame.low), rounded(s.frame.high), rounded(s.with_setup.value),

@@ -2,12 +2,13 @@
 
 use maud::{Markup, html};
 
-use super::data::{Audit, Finding};
 use super::parts::{heads, percent, scroll, warnings};
+use crate::audit::{Audit, Finding};
 
 pub(super) fn findings(audit: &Audit) -> Markup {
+    let views = || audit.views.iter().map(|v| &v.summary);
     let mut said = audit.warnings.clone();
-    said.extend(audit.views.iter().flat_map(|v| v.warnings.iter().map(|w| format!("{}: {w}", v.view))));
+    said.extend(views().flat_map(|v| v.warnings.iter().map(|w| format!("{}: {w}", v.view))));
     html! {
         @if audit.findings.is_empty() {
             p { "Nothing in the photographs contradicts the model, as far as it could be tested." }
@@ -46,7 +47,7 @@ fn tested(audit: &Audit) -> Markup {
         table class="sortable" {
             (heads(&columns))
             tbody {
-                @for v in &audit.views {
+                @for v in audit.views.iter().map(|v| &v.summary) {
                     @let s = v.shares;
                     tr {
                         th scope="row" { (v.view) }
@@ -75,12 +76,11 @@ fn table(title: &str, list: &[Finding]) -> Markup {
 }
 
 fn row(f: &Finding) -> Markup {
-    let plain = f.kind.chars().all(|c| c.is_ascii_lowercase());
-    let class = format!("kind {}", if plain { &f.kind } else { "" });
+    let kind = f.kind.name();
     html! {
         tr id={ "finding-" (f.id) } {
             th scope="row" { (f.id) }
-            td { span class=(class.trim_end()) { (f.kind) } " " (f.what) }
+            td { span class={ "kind " (kind) } { (kind) } " " (f.what.name()) }
             td class="number" data-value=(f.score) { (percent(f.score)) }
             td class="number" data-value=(f.size_m) {
                 (format!("{:.2} m", f.size_m)) br; (format!("{:.0} cm²", f.area_cm2))

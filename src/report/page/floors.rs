@@ -2,15 +2,14 @@
 
 use maud::{Markup, html};
 
-use super::data::{Floor, Plan, Station};
 use super::parts::{heads, percent, scroll, sheet, snippet};
-use crate::plan::export::tables::counted;
+use crate::plan::export::tables::{FloorJson, PlanJson, StationJson, counted};
 
-pub(super) fn floors(plan: &Plan) -> Markup {
+pub(super) fn floors(plan: &PlanJson) -> Markup {
     html! { @for (i, f) in plan.floors.iter().enumerate() { (floor(i, f)) } }
 }
 
-fn floor(index: usize, floor: &Floor) -> Markup {
+fn floor(index: usize, floor: &FloorJson) -> Markup {
     let drawn = |stem: &str| {
         let what = if stem.starts_with("coverage") { "how often it is seen" } else { "where to put the tripod" };
         sheet(stem, &format!("{}: {what}", floor.name), &["svg", "png", "pdf"])
@@ -23,7 +22,7 @@ fn floor(index: usize, floor: &Floor) -> Markup {
                 p {
                     (format!("At {:.2} in the model’s units; {:.1} m² open. ", floor.elevation, floor.area_m2))
                     @if floor.stations.is_empty() { "No new station is needed: " } @else { (counted(floor.stations.len(), "station")) }
-                    (format!(" see {} of it; at least {:.0} needed for that, with the floor cut into places to stand and \
+                    (format!(" see {} of it; at least {} needed for that, with the floor cut into places to stand and \
                         points to see. ", percent(floor.covered_fraction), floor.lower_bound))
                     (format!("{:.1} m² are seen from no allowed place.", floor.unreachable_m2))
                 }
@@ -43,7 +42,7 @@ fn floor(index: usize, floor: &Floor) -> Markup {
     }
 }
 
-fn stations(stations: &[Station]) -> Markup {
+fn stations(stations: &[StationJson]) -> Markup {
     let columns = [("Station", false), ("Position in the model", false), ("Sees, m²", true), ("Adds", true)];
     let rows = html! {
         table class="sortable" {
@@ -64,7 +63,7 @@ fn stations(stations: &[Station]) -> Markup {
 }
 
 /// A station as the site file takes it.
-fn block(s: &Station) -> String {
+fn block(s: &StationJson) -> String {
     let [x, y, z] = s.position;
     format!("[[probe]]\nname = {:?}\nposition = [{x}, {y}, {z}]\nimage = \"probes/{}.exr\"", s.name, s.name)
 }

@@ -2,9 +2,11 @@
 
 use maud::{Markup, html};
 
-use super::data::{Archive, Check, Run};
+use super::archive::Archive;
 use super::parts::{heads, scroll, warnings};
+use crate::check::Check;
 use crate::plan::export::tables::counted;
+use crate::report::manifest::Run;
 
 pub(super) fn health(check: &Check) -> Markup {
     let mut said: Vec<String> = check.causes.iter().map(|cause| cause.sentence.clone()).collect();
@@ -12,7 +14,7 @@ pub(super) fn health(check: &Check) -> Markup {
     for probe in &check.probes {
         said.extend(probe.warnings.iter().map(|w| format!("Probe {}: {w}", probe.name)));
     }
-    let metres = |d: Option<f64>| d.map_or_else(|| "–".into(), |d| format!("{d:.2}"));
+    let metres = |d: Option<f32>| d.map_or_else(|| "–".into(), |d| format!("{d:.2}"));
     html! {
         @if said.is_empty() { p { "Nothing is wrong with the site’s files." } }
         (warnings(&said))
@@ -53,7 +55,7 @@ pub(super) fn method(archive: &Archive) -> Markup {
         (scroll("Commands", &commands(&archive.runs)))
         @if !left.is_empty() {
             p { "Left out of rendering:" }
-            ul { @for l in left { li { b { (l.stage) } ": " (l.why) } } }
+            ul { @for l in left { li { b { (l.what.stage) } ": " (l.what.why) } } }
         }
         h3 { "What was read" }
         details {

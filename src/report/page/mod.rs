@@ -1,6 +1,6 @@
 //! The report's page: one HTML file that reads without network, script or mouse, and prints on A4 or Letter.
 
-mod data;
+mod archive;
 mod figures;
 mod findings;
 mod floors;
@@ -11,13 +11,12 @@ mod summary;
 #[cfg(test)]
 mod tests;
 
-pub use data::*;
+pub use archive::{Archive, ViewPictures};
 pub use parts::file as address;
+pub(super) use parts::{SCRIPT, STYLE};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-pub(super) const STYLE: &str = include_str!("page.css");
-pub(super) const SCRIPT: &str = include_str!("page.js");
 /// Nothing but the page's own style, script and pictures.
 const POLICY: &str =
     "default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";

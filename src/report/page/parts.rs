@@ -2,6 +2,11 @@
 
 use maud::{Markup, html};
 
+/// How a page of ours looks.
+pub(in crate::report) const STYLE: &str = include_str!("page.css");
+/// What its controls do.
+pub(in crate::report) const SCRIPT: &str = include_str!("page.js");
+
 /// A part that scrolls sideways by itself on a narrow screen.
 pub(super) fn scroll(label: &str, inside: &Markup) -> Markup {
     html! { div class="scroll" tabindex="0" role="region" aria-label=(label) { (inside) } }

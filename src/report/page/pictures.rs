@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::data::ViewPictures;
+use super::archive::ViewPictures;
 use super::parts::file;
 
 pub(super) fn pictures(views: &[ViewPictures]) -> Markup {

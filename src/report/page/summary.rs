@@ -2,9 +2,11 @@
 
 use maud::{Markup, html};
 
-use super::data::{Archive, Audit, Plan, Render};
+use super::archive::Archive;
 use super::parts::{file, percent, warnings};
-use crate::plan::export::tables::counted;
+use crate::audit::{Audit, Kind};
+use crate::plan::export::tables::{PlanJson, counted};
+use crate::report::rendered::Rendered;
 use crate::statistics;
 
 /// The most findings that the opening names.
@@ -50,24 +52,24 @@ fn what(archive: &Archive) -> String {
 
 /// What the audit comes to.
 fn verdict(audit: &Audit) -> Markup {
-    let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();
+    let count = |kind: Kind| audit.findings.iter().filter(|f| f.kind == kind).count();
     let doubts = match audit.doubts.len() {
         0 => String::new(),
         n => format!(" {} to look at again: something disagrees there, and it is not clear what.", counted(n, "place")),
     };
-    let tested = 1.0 - mean(audit.views.iter().map(|v| v.shares.untestable));
+    let tested = 1.0 - mean(audit.views.iter().map(|v| v.summary.shares.untestable));
     html! {
         @match audit.findings.len() {
             0 => p { b { "Where it could be tested, no error was found." } (doubts) },
             n => {
                 p {
                     b { (counted(n, "place")) " where the model is probably wrong" }
-                    ": " (count("geometry")) " in shape, " (count("texture")) " in the picture on the surface." (doubts)
+                    ": " (count(Kind::Geometry)) " in shape, " (count(Kind::Texture)) " in the picture on the surface." (doubts)
                 }
                 ul {
                     @for f in audit.findings.iter().take(NAMED) {
                         li {
-                            a href={ "#finding-" (f.id) } { (f.id) } ", " (f.what) ", " (percent(f.score)) " sure: " (f.note)
+                            a href={ "#finding-" (f.id) } { (f.id) } ", " (f.what.name()) ", " (percent(f.score)) " sure: " (f.note)
                         }
                     }
                     @if n > NAMED { li { "and " (n - NAMED) " more, below" } }
@@ -84,7 +86,7 @@ fn verdict(audit: &Audit) -> Markup {
 }
 
 /// How alike relit pictures and photographs are.
-fn likeness(render: &Render) -> Option<String> {
+fn likeness(render: &Rendered) -> Option<String> {
     let errors = || render.views.iter().filter_map(|v| v.error.as_ref());
     errors().next()?;
     Some(format!(
@@ -94,15 +96,15 @@ fn likeness(render: &Render) -> Option<String> {
 }
 
 /// What a next visit needs.
-fn visit(plan: &Plan) -> String {
+fn visit(plan: &PlanJson) -> String {
     let stations: usize = plan.floors.iter().map(|f| f.stations.len()).sum();
-    let least: f64 = plan.floors.iter().map(|f| f.lower_bound).sum();
+    let least: usize = plan.floors.iter().map(|f| f.lower_bound).sum();
     let area: f64 = plan.floors.iter().map(|f| f.area_m2).sum();
     let seen = plan.floors.iter().map(|f| f.covered_fraction * f.area_m2).sum::<f64>() / area.max(1e-9);
     match stations {
         0 => "The probes taken already see what is wanted: no new place for the tripod is needed.".to_owned(),
         n => format!(
-            "For a visit, {} for the tripod on {} see {} of the floor; fewer than {least:.0} cannot.",
+            "For a visit, {} for the tripod on {} see {} of the floor; fewer than {least} cannot.",
             counted(n, "place"),
             counted(plan.floors.len(), "floor"),
             percent(seen)
@@ -118,11 +120,11 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 fn facts(archive: &Archive) -> Markup {
     let mut facts: Vec<(&str, String, String)> = Vec::new();
     if let Some(audit) = &archive.audit {
-        let count = |kind: &str| audit.findings.iter().filter(|f| f.kind == kind).count();
-        let kinds = format!("{} in shape, {} in texture", count("geometry"), count("texture"));
+        let count = |kind: Kind| audit.findings.iter().filter(|f| f.kind == kind).count();
+        let kinds = format!("{} in shape, {} in texture", count(Kind::Geometry), count(Kind::Texture));
         facts.push(("Findings", audit.findings.len().to_string(), kinds));
         facts.push(("Doubts", audit.doubts.len().to_string(), "to be looked at on site".to_owned()));
-        let share = mean(audit.views.iter().map(|v| v.shares.untestable));
+        let share = mean(audit.views.iter().map(|v| v.summary.shares.untestable));
         facts.push(("Not testable", percent(share), "of the photographs: neither right nor wrong".to_owned()));
     }
     if let Some(render) = &archive.render {
@@ -137,8 +139,8 @@ fn facts(archive: &Archive) -> Markup {
     }
     if let Some(plan) = &archive.plan {
         let stations: usize = plan.floors.iter().map(|f| f.stations.len()).sum();
-        let bound: f64 = plan.floors.iter().map(|f| f.lower_bound).sum();
-        facts.push(("Planned stations", stations.to_string(), format!("at least {bound:.0} needed")));
+        let bound: usize = plan.floors.iter().map(|f| f.lower_bound).sum();
+        facts.push(("Planned stations", stations.to_string(), format!("at least {bound} needed")));
     }
     if let Some(check) = &archive.check {
         let triangles = format!("{} triangles", check.model.triangles);

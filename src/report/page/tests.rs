@@ -1,45 +1,123 @@
 use super::*;
-use crate::report::Fingerprint;
+use crate::audit::{
+    Audit, AuditedView, Displacement, Finding, Kind, Method, PoseCorrection, Reason, Shares, ViewSummary, What,
+};
+use crate::panorama::Picture;
+use crate::plan::export::tables::{FloorJson, PlanJson, StationJson};
+use crate::report::manifest::{Fingerprint, Run};
+
+const VIEW: &str = "apse <1>";
+
+fn finding(id: &str, kind: Kind) -> Finding {
+    Finding {
+        id: id.into(),
+        view: VIEW.into(),
+        also_in: vec![],
+        kind,
+        what: What::Moved,
+        score: 0.9,
+        bbox: [1, 2, 30, 40],
+        area_px: 9,
+        mask: "m.png".into(),
+        masks: [].into(),
+        false_alarms: None,
+        position: [1.0, -2.5, 3.0],
+        size_m: 0.2,
+        area_cm2: 10.0,
+        material: "<stone>".into(),
+        displacement: Some(Displacement { metres: -0.051, uncertainty_m: 0.004 }),
+        shift: None,
+        reason: Reason::None,
+        evidence: vec![],
+        note: "5 cm & more".into(),
+    }
+}
+
+fn audit() -> Audit {
+    let summary = ViewSummary {
+        view: VIEW.into(),
+        photo: "apse.exr".into(),
+        size: [64, 48],
+        reduced_by: 1,
+        exposure_ev: 0.0,
+        white_balance: [1.0; 3],
+        vignetting_ev: 0.0,
+        noise: 0.01,
+        pose: PoseCorrection::default(),
+        probes: vec![],
+        shares: Shares::of(&[]),
+        reasons: [].into(),
+        warnings: vec!["Dark <corner>".into()],
+    };
+    let none = || Picture::new(1, 1);
+    let view = AuditedView {
+        summary,
+        photograph: none(),
+        render: none(),
+        neutral: none(),
+        verdicts: vec![],
+        reasons: vec![],
+        suspicion: vec![],
+        masks: vec![],
+    };
+    Audit {
+        findings: vec![finding("F1", Kind::Geometry), finding("F2", Kind::Texture)],
+        doubts: vec![finding("D1", Kind::Texture)],
+        views: vec![view],
+        method: Method { version: String::new(), lighting: String::new(), thresholds: [].into() },
+        warnings: vec![],
+    }
+}
+
+fn plan() -> PlanJson {
+    let station = StationJson {
+        name: "P1".into(),
+        position: [1.5, 0.25, -3.0],
+        covers_m2: 9.0,
+        adds_fraction: 0.9,
+        adds_surface_fraction: None,
+        fixed: false,
+        tapes: vec![],
+    };
+    let floor = FloorJson {
+        name: "Ground floor".into(),
+        sheets: ["plan-ground floor".into(), "coverage-ground floor".into()],
+        elevation: 0.0,
+        area_m2: 10.0,
+        stations: vec![station],
+        existing: vec![],
+        covered_fraction: 0.9,
+        lower_bound: 1,
+        stations_for_plan: 1,
+        curve: vec![0.9],
+        existing_fraction: 0.0,
+        unreachable_m2: 0.0,
+        left_out_m2: 0.0,
+        wall_fraction: 0.9,
+        surface: None,
+        walk: vec![],
+        walk_m: 0.0,
+        groups: 1,
+        candidates: 1,
+        witnesses: 1,
+    };
+    PlanJson { site: String::new(), floors: vec![floor], warnings: vec![] }
+}
 
 fn archive() -> Archive {
-    let finding = |id: &str, kind: &str| Finding {
-        id: id.into(),
-        view: "apse <1>".into(),
-        kind: kind.into(),
-        what: "moved".into(),
-        score: 0.9,
-        bbox: [1.0, 2.0, 30.0, 40.0],
-        position: [1.0, -2.5, 3.0],
-        displacement: Some(Displacement { metres: -0.051, uncertainty_m: 0.004 }),
-        note: "5 cm & more".into(),
-        ..Finding::default()
-    };
     Archive {
         site: "St “Ann” & <Co>".into(),
         software: "clerestory 9.9.9".into(),
-        check: Some(Check { warnings: vec!["A warning.".into()], ..Check::default() }),
-        plan: Some(Plan {
-            floors: vec![Floor {
-                name: "Ground floor".into(),
-                stations: vec![Station { name: "P1".into(), position: [1.5, 0.25, -3.0], ..Station::default() }],
-                sheets: vec!["plan-ground floor".into()],
-                ..Floor::default()
-            }],
-        }),
+        plan: Some(plan()),
         views: vec![ViewPictures {
-            name: "apse <1>".into(),
+            name: VIEW.into(),
             size: [64, 48],
             photo: Some("view-apse <1>-photo.png".into()),
             render: "view-apse <1>-relit.png".into(),
             findings: Some("f.png".into()),
             sheet: Some("audit-apse".into()),
         }],
-        audit: Some(Audit {
-            findings: vec![finding("F1", "geometry"), finding("F2", "texture")],
-            doubts: vec![finding("D1", "texture")],
-            views: vec![AuditedView { view: "apse <1>".into(), ..AuditedView::default() }],
-            warnings: vec![],
-        }),
+        audit: Some(audit()),
         runs: vec![Run { verb: "study".into(), note: "not asked for".into(), ..Run::default() }],
         inputs: vec![Fingerprint { file: "site.toml".into(), bytes: 12, sha256: "ab".repeat(32) }],
         ..Archive::default()
@@ -64,7 +142,7 @@ fn nothing_comes_from_outside() {
 fn what_a_person_wrote_is_escaped() {
     let html = page(&archive());
     assert!(html.contains("<h1>St “Ann” &amp; &lt;Co&gt;</h1>"));
-    assert!(!html.contains("<Co>") && !html.contains("apse <1>"));
+    assert!(["<Co>", VIEW, "<corner>", "<stone>"].iter().all(|raw| !html.contains(raw)));
     assert!(html.contains("plan-ground%20floor.svg"), "addresses are percent-encoded");
 }
 

@@ -1,10 +1,12 @@
 //! Scans from E57 (ASTM E2807, *3D Imaging Data Exchange*), the one door to the crate e57.
 //!
-//! A structured setup, whose points have rows and columns, becomes a mesh coloured by its points (`grid`); pictures with
-//! poses are listed for `init` to take out (`pictures`). Both are in the file's own axes: metres, z up.
+//! A structured setup, whose points have rows and columns, becomes a mesh coloured by its points (`grid`); of what several
+//! see, the finest stays (`overlap`). Pictures with poses are listed for `init` to take out (`pictures`). Both are in the
+//! file's own axes: metres, z up.
 
 mod distortion;
 mod grid;
+mod overlap;
 mod pictures;
 
 pub use pictures::{ScanPicture, ScanPictures, ScanProjection};
@@ -19,19 +21,12 @@ use std::path::Path;
 use super::error::SceneError;
 use super::model::{ImportedModel, centre};
 use crate::site::Frame;
-use grid::Grid;
+use grid::{Grid, Placement};
 
 type Reader = E57Reader<BufReader<File>>;
 
 /// All setups together keep about so many points; of more, rows and columns are left out evenly.
 const MOST_POINTS: u64 = 3_000_000;
-
-/// Where a scanner or camera stood: from its own axes to the file's.
-#[derive(Clone, Copy, Debug)]
-struct Placement {
-    position: DVec3,
-    rotation: DMat3,
-}
 
 /// Where a scanner stood.
 #[derive(Clone, Copy, Debug)]
@@ -177,12 +172,12 @@ fn joined(grids: &[(Grid, Placement)], frame: &Frame) -> Result<ImportedModel, S
     };
     let mut model = ImportedModel { material_names: vec![None], ..ImportedModel::default() };
     model.origin = centre(grids.iter().flat_map(|(grid, at)| placed(grid, at)), frame);
-    for (grid, at) in grids {
+    for ((grid, at), triangles) in grids.iter().zip(overlap::finest(grids)) {
         let first = model.add_vertices(placed(grid, at).into_iter(), frame)?;
         model
             .colours
             .extend(grid.colours().map(|c| if c.is_finite() { c.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE }));
-        model.triangles.extend(grid.triangles().into_iter().map(|corners| corners.map(|i| first + i)));
+        model.triangles.extend(triangles.into_iter().map(|corners| corners.map(|i| first + i)));
     }
     model.materials = vec![0; model.triangles.len()];
     model.oddities.vertices = model.positions.len() as u64;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::document::{File, embedded, unescaped};
 use crate::scene::Wrap;
-use crate::scene::model::{Map, ModelMaterial, UNKNOWN_ALBEDO};
+use crate::scene::model::{Channel, Cutout, Map, ModelMaterial, UNKNOWN_ALBEDO};
 
 impl File<'_> {
     pub(super) fn material(&self, material: &gltf::Material, warnings: &mut Vec<String>) -> ModelMaterial {
@@ -40,7 +40,12 @@ impl File<'_> {
             wrap,
         });
         let cutoff = material.alpha_cutoff().unwrap_or(0.5);
-        let cutout = (material.alpha_mode() == AlphaMode::Mask).then_some([pbr.base_color_factor()[3], cutoff]);
+        let cutout = (material.alpha_mode() == AlphaMode::Mask).then(|| Cutout {
+            map: None,
+            channel: Channel::Alpha,
+            factor: pbr.base_color_factor()[3],
+            cutoff,
+        });
         let glow = Vec3::from(material.emissive_factor()) * material.emissive_strength().unwrap_or(1.0);
         if material.emissive_texture().is_some() && glow != Vec3::ZERO {
             warnings

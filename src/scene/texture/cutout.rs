@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use super::{Texture, Wrap};
 use crate::scene::Mesh;
+use crate::scene::model::{Channel, Cutout};
 
 /// Pieces that all cut-outs of a model may become; past that, a triangle is kept or left out whole.
 const MOST_PIECES: usize = 2_000_000;
@@ -28,14 +29,20 @@ enum Share {
 }
 
 impl Mask {
-    /// The texels whose alpha times `factor` is at least `cutoff`, as glTF's alpha mode MASK has it.
-    pub(in crate::scene) fn of(texture: &Texture, factor: f32, cutoff: f32) -> Self {
+    /// The texels whose opacity times the factor is at least the cutoff, as glTF's alpha mode MASK has it.
+    pub(in crate::scene) fn of(texture: &Texture, &Cutout { channel, factor, cutoff, .. }: &Cutout) -> Self {
         let (width, height) = texture.size();
+        let by_alpha = match channel {
+            Channel::Alpha => true,
+            Channel::Grey => false,
+            Channel::Either => (0..width * height).any(|i| texture.alpha(i % width, i / width) < 1.0),
+        };
+        let opacity = |x, y| if by_alpha { texture.alpha(x, y) } else { texture.brightness(x, y) };
         let mut sums = vec![0u32; (width + 1) * (height + 1)];
         for y in 0..height {
             let mut row = 0;
             for x in 0..width {
-                row += u32::from(texture.alpha(x, y) * factor >= cutoff);
+                row += u32::from(opacity(x, y) * factor >= cutoff);
                 sums[(y + 1) * (width + 1) + x + 1] = sums[y * (width + 1) + x + 1] + row;
             }
         }
@@ -152,6 +159,10 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
+    fn cutout(channel: Channel) -> Cutout {
+        Cutout { map: None, channel, factor: 1.0, cutoff: 0.5 }
+    }
+
     /// A square of 1 m under a picture of 32 × 32 texels, and what is there of it, m².
     fn left_of(there: impl Fn(f32, f32) -> bool) -> (Mesh, f32) {
         let n = 32;
@@ -168,9 +179,22 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             materials: vec![0, 0],
         };
-        cut(&mut mesh, &[Some(Mask::of(&texture, 1.0, 0.5))]);
+        cut(&mut mesh, &[Some(Mask::of(&texture, &cutout(Channel::Alpha)))]);
         let area = (0..mesh.triangles.len() as u32).map(|t| mesh.area(t)).sum();
         (mesh, area)
+    }
+
+    #[test]
+    fn alpha_tells_where_there_is_one_and_brightness_else() {
+        let there = |texels: [[u8; 4]; 2], channel| {
+            let mask = Mask::of(&Texture::new(String::new(), 2, 1, texels.to_vec()), &cutout(channel));
+            [0.5, 1.5].map(|x| mask.is_there(Vec2::new(x, 0.5)))
+        };
+        let (leaf, drawn) = ([[0, 90, 0, 255], [200, 200, 200, 0]], [[0, 0, 0, 255], [255, 255, 255, 255]]);
+        assert_eq!(there(leaf, Channel::Either), [true, false]);
+        assert_eq!(there(drawn, Channel::Either), [false, true]);
+        assert_eq!(there(leaf, Channel::Grey), [false, true]);
+        assert_eq!(there(drawn, Channel::Alpha), [true, true]);
     }
 
     #[test]

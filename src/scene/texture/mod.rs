@@ -1,11 +1,15 @@
 //! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
 
 use glam::{Vec2, Vec3, Vec4};
-use std::io::Cursor;
+use image::{DynamicImage, ImageDecoder, ImageError};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor};
+use std::panic::catch_unwind;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use crate::panorama::{linear_to_srgb, srgb_to_linear};
+use crate::memory;
+use crate::panorama::{decoding_bytes, has_many_scans, linear_to_srgb, opened, srgb_to_linear};
 
 pub(super) mod cutout;
 mod wrap;
@@ -13,9 +17,6 @@ mod wrap;
 pub use wrap::Wrap;
 
 use super::error::{MAX_SIDE, SceneError};
-
-/// The most bytes that decoding a texture may take: a damaged or hostile header must not eat the machine.
-const MAX_DECODE_BYTES: u64 = 2 << 30;
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
 static LINEAR: LazyLock<Arc<[f32; 256]>> =
@@ -52,10 +53,13 @@ impl Texture {
 
     /// About the bytes that a picture would take, from its head alone; 0 where that says nothing.
     pub(super) fn bytes_of(path: &Path) -> u64 {
-        let reader = image::ImageReader::open(path).and_then(|r| r.with_guessed_format()).ok();
-        let size = reader.and_then(|r| r.into_dimensions().ok());
+        let size = || {
+            let mut file = BufReader::new(File::open(path).ok()?);
+            let format = image::guess_format(file.fill_buf().ok()?).ok()?;
+            Some(opened(file, format).ok()?.dimensions())
+        };
         // the levels add a third
-        size.map_or(0, |(width, height)| u64::from(width) * u64::from(height) * 4 * 4 / 3)
+        size().map_or(0, |(width, height)| u64::from(width) * u64::from(height) * 4 * 4 / 3)
     }
 
     /// Reads an 8- or 16-bit sRGB picture; alpha counts for cut-outs only. `None` for a format that is not read.
@@ -76,23 +80,19 @@ impl Texture {
     /// As [`Texture::load`].
     pub(super) fn decode(path: &Path, bytes: Arc<[u8]>) -> Result<Option<Self>, SceneError> {
         let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
-        let mut reader =
-            image::ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| fault(e.to_string()))?;
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(MAX_DECODE_BYTES);
-        reader.limits(limits);
-        let picture = match reader.decode() {
-            Ok(picture) => picture.into_rgba8(),
-            Err(image::ImageError::Unsupported(_)) => return Ok(None),
-            Err(e) => return Err(fault(e.to_string())),
+        let picture = match catch_unwind(|| picture(path, &bytes)) {
+            Ok(Ok(picture)) => picture.into_rgba8(),
+            Ok(Err(Undecoded::Fault(fault))) => return Err(fault),
+            Ok(Err(Undecoded::Picture(ImageError::Unsupported(_)))) => return Ok(None),
+            Ok(Err(Undecoded::Picture(e))) => return Err(fault(e.to_string())),
+            // decoders may panic on damaged bytes
+            Err(_) => return Err(fault("it is damaged: its decoder broke off".to_owned())),
         };
         let (width, height) = picture.dimensions();
         if width == 0 || height == 0 {
             return Err(fault("it has no pixels".to_owned()));
         }
-        let texels = picture.pixels().map(|p| p.0).collect();
+        let texels = picture.as_raw().as_chunks().0.to_vec();
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let texture = Self::new(name, width as usize, height as usize, texels);
         Ok(Some(Self { file: kind_of(&bytes).map(|_| bytes), ..texture }))
@@ -145,6 +145,13 @@ impl Texture {
     pub(super) fn alpha(&self, x: usize, y: usize) -> f32 {
         let level = &self.levels[0];
         f32::from(level.texels[y * level.width + x][3]) / 255.0
+    }
+
+    /// Mean of a texel's three codes as they are, 0..=1, from the top left.
+    pub(super) fn brightness(&self, x: usize, y: usize) -> f32 {
+        let level = &self.levels[0];
+        let [r, g, b, _] = level.texels[y * level.width + x].map(f32::from);
+        (r + g + b) / 765.0
     }
 
     /// Width and height in texels.
@@ -236,6 +243,37 @@ impl Texture {
         let a = self.levels[lower].bilinear(uv);
         if f < 1e-3 || lower == top { a } else { a.lerp(self.levels[lower + 1].bilinear(uv), f) }
     }
+}
+
+/// Why a file became no picture.
+enum Undecoded {
+    Picture(ImageError),
+    Fault(SceneError),
+}
+
+impl From<ImageError> for Undecoded {
+    fn from(error: ImageError) -> Self {
+        Self::Picture(error)
+    }
+}
+
+/// Decodes a file's bytes, if its size and what that takes are within the limits.
+fn picture(path: &Path, bytes: &[u8]) -> Result<DynamicImage, Undecoded> {
+    /// Texels and their levels, beside what was decoded.
+    const BYTES_PER_TEXEL: u64 = 10;
+    let fault = |why: String| Undecoded::Fault(SceneError::Texture { path: path.to_owned(), why });
+    let mut file = Cursor::new(bytes);
+    let format = image::guess_format(bytes)?;
+    let many_scans = has_many_scans(&mut file, format).map_err(|e| fault(e.to_string()))?;
+    let decoder = opened(file, format)?;
+    let (width, height) = decoder.dimensions();
+    if width.max(height) > MAX_SIDE {
+        return Err(fault(format!("it has {width} × {height} pixels")));
+    }
+    let texels = u64::from(width) * u64::from(height) * BYTES_PER_TEXEL;
+    memory::check(decoding_bytes(&decoder, format, many_scans).saturating_add(texels))
+        .map_err(|over| Undecoded::Fault(SceneError::Memory { path: path.to_owned(), over }))?;
+    Ok(DynamicImage::from_decoder(decoder)?)
 }
 
 const PNG: &str = "image/png";

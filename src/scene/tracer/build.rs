@@ -18,9 +18,13 @@ use crate::scene::mesh::Mesh;
 /// obvhs recurses as deep as the tree, which coincident triangles make very deep.
 const STACK_BYTES: usize = 256 << 20;
 
-/// How much boxes are larger than their triangles, as a part of the largest coordinate: more than the rounding of any
-/// box test, so that no box is missed whose triangle is hit.
+/// How much boxes are larger than their triangles, as a part of the [largest](reach) coordinate: more than the rounding of
+/// any box test, so that no box is missed whose triangle is hit.
 const MARGIN: f32 = 2e-6;
+
+/// What lies so many times as far from the origin as nine tenths of all triangles has a margin of its own, so that one stray
+/// triangle does not make all boxes huge.
+const STRAY: f32 = 64.0;
 
 /// On Šibenik cathedral the slower presets, which split triangles, gain nothing worth their memory.
 const PRESET: BvhBuildParams = BvhBuildParams::medium_build();
@@ -53,14 +57,27 @@ fn plant(mesh: &Mesh) -> Trees {
     (Triangles { corners, ids }, bvh2, bvh4)
 }
 
+/// A triangle's largest coordinate.
+fn reach(mesh: &Mesh, triangle: u32) -> f32 {
+    mesh.corners(triangle).iter().fold(0.0, |most, corner| most.max(corner.abs().max_element()))
+}
+
+/// The largest coordinate of all triangles but strays.
+fn usual_reach(mesh: &Mesh) -> f32 {
+    let mut all: Vec<f32> = (0..mesh.triangles.len() as u32).into_par_iter().map(|i| reach(mesh, i)).collect();
+    let most = all.iter().fold(0.0f32, |most, r| most.max(*r));
+    let usual = all.len() * 9 / 10;
+    if all.is_empty() { 0.0 } else { most.min(STRAY * *all.select_nth_unstable_by(usual, f32::total_cmp).1) }
+}
+
 /// A tree with one triangle a leaf.
 fn sown(mesh: &Mesh) -> Built {
-    let (low, high) = mesh.bounds();
-    let margin = Vec3A::splat(MARGIN * low.abs().max(high.abs()).max_element());
+    let usual = usual_reach(mesh);
     let boxes: Vec<Aabb> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .map(|i| {
             let tight = Aabb::from_points(&mesh.corners(i).map(Vec3A::from));
+            let margin = Vec3A::splat(MARGIN * reach(mesh, i).max(usual));
             Aabb::new(tight.min - margin, tight.max + margin)
         })
         .collect();

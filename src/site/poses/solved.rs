@@ -45,6 +45,7 @@ pub(in crate::site) struct PoseFile {
 
 /// Why a pose file cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PoseFileError {
     /// The file system refused.
     #[error("{}: {source}", path.display())]

@@ -25,6 +25,7 @@ pub struct Resection {
 
 /// Why no pose follows from the matches.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ResectionError {
     /// Too few.
     #[error("{found} pairs of pixel and point, but {needed} are needed{}", if *focal { " where the focal length is to be found too" } else { "" })]

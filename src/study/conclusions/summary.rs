@@ -256,6 +256,20 @@ mod tests {
         }
     }
 
+    /// A file in which a view has 2⁶³ blocks had made room for as many.
+    #[test]
+    fn a_study_of_other_blocks_is_not_taken_up() {
+        let study = example();
+        assert!(study.is_of(&[4]));
+        assert!(!study.is_of(&[5]) && !study.is_of(&[4, 4]));
+        for blocks in [1 << 63, 1_000_000_000] {
+            assert!(!Study { blocks: vec![blocks], ..example() }.is_of(&[4]));
+        }
+        let mut short = example();
+        short.runs[0].views[0].blocks.pop();
+        assert!(!short.is_of(&[4]));
+    }
+
     #[test]
     fn equal_error_and_equal_time_follow_the_power_law() {
         let s = summary(&example(), &[], "sites/s");

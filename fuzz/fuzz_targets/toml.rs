@@ -1,0 +1,3 @@
+#![no_main]
+
+clerestory_fuzz::target!("toml");

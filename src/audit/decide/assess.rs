@@ -1,0 +1,292 @@
+//! What is said of a view, at the photograph's size: its findings in words, its probes, its doubts about itself.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+use crate::audit::decide::false_alarms::Field;
+use crate::audit::decide::judged::{By, Judged};
+use crate::audit::decide::occlusion::{Eye, SAMPLES, Sightlines};
+use crate::audit::decide::scores::Scores;
+use crate::audit::decide::{judge, label};
+use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
+use crate::audit::observe::photo::Photo;
+use crate::audit::verdict::{Reason, Verdict};
+use crate::audit::view::{AuditScene, Observations};
+use crate::panorama::Picture;
+use crate::site::{Site, View};
+use crate::statistics::median;
+
+/// A view with its findings and doubts, before they have numbers.
+pub(crate) struct Assessed {
+    pub(crate) view: AuditedView,
+    pub(crate) field: Field,
+    pub(crate) eye: Eye,
+    pub(crate) found: Vec<Found>,
+}
+
+/// A finding or doubt, its mask, its pixels at the audit's size and what it stands out by.
+pub(crate) struct Found {
+    pub(crate) finding: Finding,
+    pub(crate) mask: Vec<bool>,
+    pub(crate) pixels: Vec<usize>,
+    /// Mean of the modelled surface's normals, of length 1.
+    pub(crate) normal: Vec3,
+    pub(crate) by: By,
+    /// Places all over it, with the probes that can tell of them.
+    pub(crate) sightlines: Vec<Sightlines>,
+}
+
+/// Judges a view and brings everything to the photograph's size.
+pub(crate) fn assess(
+    site: &Site,
+    prepared: &AuditScene,
+    view: &View,
+    photo: &Photo,
+    observed: &Observations,
+) -> Assessed {
+    let scores = Scores::of(observed);
+    let (judged, field) = judge::judge(prepared, observed, &scores);
+    let (small_verdicts, small_reasons) = label::verdicts(observed, &judged);
+    let (w, h) = (photo.picture.width, photo.picture.height);
+    let n = observed.reduced_by as usize;
+    let small = |i: usize| (i / w / n) * observed.surfaces.width + i % w / n;
+    let both = scores.both();
+    let suspicion = (0..w * h).into_par_iter().map(|i| both[small(i)].min(1.0)).collect();
+    let verdicts: Vec<Verdict> = (0..w * h).into_par_iter().map(|i| small_verdicts[small(i)]).collect();
+    let reasons: Vec<Reason> = (0..w * h).into_par_iter().map(|i| small_reasons[small(i)]).collect();
+    let r = &observed.radiometry;
+    let gain = r.offset.map(f32::exp);
+    let photograph = Picture {
+        width: w,
+        height: h,
+        pixels: (0..w * h)
+            .into_par_iter()
+            .map(|i| photo.picture.pixels[i] * gain * (r.vignetting * observed.surfaces.radius2(small(i))).exp())
+            .collect(),
+    };
+    let render: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| observed.render.pixels[small(i)]).collect();
+    let render = Picture { width: w, height: h, pixels: render };
+    let neutral: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| in_neutral_light(observed, small(i))).collect();
+    let neutral = Picture { width: w, height: h, pixels: neutral };
+    let mean = r.offset.element_sum() / 3.0;
+    let warnings = warnings(observed);
+    let mut pose = observed.pose;
+    let scale = f64::from(observed.reduced_by);
+    (pose.mean_px, pose.max_px, pose.residual_px) =
+        (pose.mean_px * scale, pose.max_px * scale, pose.residual_px * scale);
+    let summary = ViewSummary {
+        view: view.name.clone(),
+        photo: view.photo.as_ref().map_or_else(String::new, |p| p.display().to_string()),
+        size: [w as u32, h as u32],
+        reduced_by: observed.reduced_by,
+        exposure_ev: f64::from(mean / std::f32::consts::LN_2),
+        white_balance: (r.offset - Vec3::splat(mean)).map(f32::exp).to_array().map(f64::from),
+        vignetting_ev: f64::from(r.vignetting / std::f32::consts::LN_2),
+        noise: f64::from(observed.photo.noise),
+        pose,
+        probes: gains(prepared, observed),
+        shares: Shares::default(),
+        reasons: BTreeMap::new(),
+        warnings,
+    };
+    let found = judged
+        .into_par_iter()
+        .map(|j| {
+            let mut inside = vec![false; observed.surfaces.triangle.len()];
+            j.region.pixels.iter().for_each(|&i| inside[i] = true);
+            let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
+            let finding = finding(site, prepared, view, observed, &j, &mask, w);
+            let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
+            let sightlines = sightlines(prepared, observed, &j.region.pixels);
+            Found { finding, mask, pixels: j.region.pixels, normal, by: j.by, sightlines }
+        })
+        .collect();
+    let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
+    let eye = Eye {
+        camera: observed.camera,
+        origin: prepared.scene.origin,
+        position: observed.surfaces.position.clone(),
+        distance: observed.surfaces.distance.clone(),
+    };
+    Assessed { view, field, eye, found }
+}
+
+fn sightlines(prepared: &AuditScene, observed: &Observations, pixels: &[usize]) -> Vec<Sightlines> {
+    let telling = |i: usize| observed.geometry.telling(i).map(|k| prepared.probes[k].origin).collect();
+    let few = pixels.iter().step_by(pixels.len().div_ceil(SAMPLES).max(1));
+    let all = few.map(|i| Sightlines { point: observed.surfaces.position[*i], probes: telling(*i) });
+    all.filter(|s| !s.probes.is_empty()).collect()
+}
+
+/// A surface's albedo, the darker the less squarely it faces the camera.
+fn in_neutral_light(observed: &Observations, i: usize) -> Vec3 {
+    /// How much of the light comes from all around.
+    const AMBIENT: f32 = 0.5;
+    let s = &observed.surfaces;
+    let facing = s.normal[i].dot(s.ray[i]).abs();
+    let light = AMBIENT + (1.0 - AMBIENT) * facing;
+    if s.triangle[i] == u32::MAX || !light.is_finite() { Vec3::ZERO } else { observed.albedo[i] * light }
+}
+
+/// A region as a finding.
+fn finding(
+    site: &Site,
+    prepared: &AuditScene,
+    view: &View,
+    observed: &Observations,
+    j: &Judged,
+    mask: &[bool],
+    width: usize,
+) -> Finding {
+    let s = &observed.surfaces;
+    let scene = prepared.scene;
+    let mut bbox = [u32::MAX, u32::MAX, 0, 0];
+    for i in (0..mask.len()).filter(|i| mask[*i]) {
+        let (x, y) = ((i % width) as u32, (i / width) as u32);
+        bbox = [bbox[0].min(x), bbox[1].min(y), bbox[2].max(x + 1), bbox[3].max(y + 1)];
+    }
+    let (mut centre, mut area, mut low, mut high) = (DVec3::ZERO, 0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut materials: BTreeMap<u32, f64> = BTreeMap::new();
+    for &i in &j.region.pixels {
+        if s.material[i] == u32::MAX {
+            continue;
+        }
+        let p = s.position[i].as_dvec3();
+        let a = s.area(i);
+        centre += p * a;
+        area += a;
+        (low, high) = (low.min(p), high.max(p));
+        *materials.entry(s.material[i]).or_default() += a;
+    }
+    let centre = if area > 0.0 { centre / area } else { DVec3::ZERO };
+    let material = materials.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(m, _)| *m);
+    let material = material.map_or_else(String::new, |m| scene.materials[m as usize].name.clone());
+    let size_m = if area > 0.0 { (high - low).max_element() } else { 0.0 };
+    let mut finding = Finding {
+        id: String::new(),
+        view: view.name.clone(),
+        also_in: Vec::new(),
+        kind: j.kind,
+        what: j.what,
+        score: j.score,
+        bbox,
+        area_px: mask.iter().filter(|m| **m).count() as u64,
+        mask: String::new(),
+        masks: BTreeMap::new(),
+        false_alarms: None,
+        position: site.frame.point_out(centre + scene.origin).to_array(),
+        size_m,
+        area_cm2: area * 1e4,
+        material,
+        displacement: j.displacement,
+        shift: j.shift,
+        reason: j.reason,
+        evidence: j.evidence.clone(),
+        note: String::new(),
+    };
+    finding.note = note(&finding);
+    finding
+}
+
+/// A finding in a sentence.
+pub(crate) fn note(f: &Finding) -> String {
+    let on = if f.material.is_empty() { String::new() } else { format!(" on “{}”", f.material) };
+    let size = if f.size_m < 1.0 { format!("{:.0} cm", f.size_m * 100.0) } else { format!("{:.1} m", f.size_m) };
+    let what = match f.what {
+        What::Rotated => "the texture is turned",
+        What::Mirrored => "the texture is mirrored",
+        What::Shifted => "the texture is shifted",
+        What::Scaled => "the texture has another scale",
+        What::Recoloured => "the structure fits but the colour does not",
+        What::Changed => "the photograph shows another picture than the model",
+        What::Missing => "something is there that is not modelled",
+        What::Extra => "the model has something that is not there",
+        What::Moved => "the surface is off its place",
+    };
+    let mut text = format!("{what}{on}, {size} across");
+    if let Some(d) = &f.displacement {
+        let side = if d.metres >= 0.0 { "nearer to" } else { "farther from" };
+        text += &format!(
+            "; the real surface is {:.1} ± {:.1} cm {side} the camera's side",
+            d.metres.abs() * 100.0,
+            d.uncertainty_m * 100.0
+        );
+    }
+    if let Some((side, metres)) = f.shift.map(|s| s.words()) {
+        text += &format!(
+            "; it stands {:.0} cm {side} of where the model has it, as the photograph sees it",
+            metres * 100.0
+        );
+    }
+    if f.reason != Reason::None {
+        text += &format!("; not sure, because {}", f.reason.words());
+    }
+    text
+}
+
+fn gains(prepared: &AuditScene, observed: &Observations) -> Vec<ProbeGain> {
+    let r = &observed.radiometry;
+    let surfaces = observed.surfaces.triangle.iter().filter(|t| **t != u32::MAX).count().max(1);
+    let usual = median(r.spread.iter().flatten().copied()).unwrap_or(0.0);
+    prepared
+        .probes
+        .iter()
+        .enumerate()
+        .map(|(k, probe)| {
+            let gain = r.gains[k].element_sum() / 3.0 / std::f32::consts::LN_2;
+            let mut why = Vec::new();
+            if gain.abs() > 0.15 {
+                why.push(format!("its exposure is {gain:+.2} stops off the others'"));
+            }
+            if r.spread[k].is_some_and(|s| s > 3.0 * usual.max(0.05)) {
+                why.push("what it sees differs from the photograph".to_owned());
+            }
+            ProbeGain {
+                probe: probe.name.clone(),
+                gain_ev: f64::from(gain),
+                sees: observed.sights.of[k].iter().flatten().count() as f64 / surfaces as f64,
+                difference: r.spread[k].map(f64::from),
+                warning: (!why.is_empty()).then(|| format!("probe “{}”: {}", probe.name, why.join("; "))),
+            }
+        })
+        .collect()
+}
+
+fn warnings(observed: &Observations) -> Vec<String> {
+    let mut all = Vec::new();
+    if !observed.pose.refined && observed.refine_asked {
+        all.push(
+            "the camera's pose could not be refined: the photograph does not fit the model closely enough".to_owned(),
+        );
+    }
+    if observed.texture.white_balance > judge::WHITE {
+        all.push(format!(
+            "all surfaces together differ in colour from the model by ΔE00 {:.0}: either all albedos are off, or it is a \
+             white balance; this cannot be told",
+            observed.texture.white_balance
+        ));
+    }
+    all
+}
+
+impl AuditedView {
+    /// Turns what was taken for a fault of shape under a mask into one of texture.
+    pub(crate) fn call_texture(&mut self, mask: &[bool]) {
+        for (verdict, _) in self.verdicts.iter_mut().zip(mask).filter(|(v, m)| **m && **v == Verdict::Geometry) {
+            *verdict = Verdict::Texture;
+        }
+        self.count();
+    }
+
+    /// Counts verdicts and reasons anew.
+    pub(crate) fn count(&mut self) {
+        self.summary.shares = Shares::of(&self.verdicts);
+        let mut counts: BTreeMap<Reason, usize> = BTreeMap::new();
+        for run in self.reasons.chunk_by(|a, b| a == b).filter(|run| run[0] != Reason::None) {
+            *counts.entry(run[0]).or_default() += run.len();
+        }
+        let all = self.reasons.len().max(1) as f64;
+        self.summary.reasons = counts.iter().map(|(r, n)| (r.name().to_owned(), *n as f64 / all)).collect();
+    }
+}

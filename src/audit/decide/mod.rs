@@ -1,0 +1,11 @@
+//! Which regions are faults, how sure that is, and one finding for what several views show.
+
+pub(crate) mod assess;
+pub(crate) mod decision;
+pub(crate) mod false_alarms;
+pub(crate) mod judge;
+pub(crate) mod judged;
+pub(crate) mod label;
+pub(crate) mod merge;
+pub(crate) mod occlusion;
+pub(crate) mod scores;

@@ -1,0 +1,12 @@
+//! What else a region may be than right: displaced, not there, of another colour or picture, laid or standing otherwise.
+
+pub(crate) mod other_picture;
+pub(crate) mod phase_correlation;
+pub(crate) mod plane_sweep;
+pub(crate) mod probe_match;
+pub(crate) mod recoloured;
+pub(crate) mod retextured;
+pub(crate) mod second_surface;
+pub(crate) mod sideways;
+pub(crate) mod silhouette;
+pub(crate) mod texture_alignment;

@@ -1,0 +1,121 @@
+//! Where a region's surface fits best, over all pixels that some probe can tell the place of.
+
+use rayon::prelude::*;
+
+use crate::audit::likelihood::photo_consistency::{HERE, PLACES, place};
+use crate::audit::picture::regions::{Region, dilated};
+use crate::audit::view::{AuditScene, Observations};
+
+/// A region's cost over the sweep.
+pub(crate) struct Swept {
+    /// Mean cost per probe and pixel at the model's own place.
+    pub(crate) here: f32,
+    /// And at the best one.
+    pub(crate) least: f32,
+    pub(crate) best_m: f64,
+    pub(crate) uncertainty_m: f64,
+    /// Pixels of parallax that this is.
+    pub(crate) pixels: f32,
+    /// Another place does nearly as well.
+    pub(crate) twin: Option<f32>,
+}
+
+/// A region is also tried further off than its pixels are, metres: deep niches.
+const FAR_M: [f32; 5] = [0.68, 0.85, 1.07, 1.34, 1.7];
+
+/// A place that far off must leave less than this share of what the best nearer one leaves.
+const FAR_BETTER: f64 = 0.5;
+
+/// All places that a region is tried at, and which of them is the model's own.
+fn places() -> (Vec<f64>, usize) {
+    let near = (0..PLACES).map(place);
+    let all = FAR_M.iter().rev().map(|m| -m).chain(near).chain(FAR_M);
+    (all.map(f64::from).collect(), FAR_M.len() + HERE)
+}
+
+/// More pixels than this tell no more of a region's place.
+const SAMPLES: usize = 6000;
+
+/// If at least this share of a region's pixels tells something of its place, the others are not asked.
+const TELLING_SHARE: f32 = 0.25;
+
+/// Moves a region along its normals and asks which place explains the photograph best.
+pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Region) -> Swept {
+    let (w, h) = observed.size();
+    let g = &observed.geometry;
+    let mut mask = vec![false; w * h];
+    for &i in &region.pixels {
+        mask[i] = true;
+    }
+    let wide = dilated(&mask, w, h, 2);
+    let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
+    // what shows nothing fits no place better than another, and would only hide that the rest does
+    let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();
+    let pixels = if telling.len() as f32 >= TELLING_SHARE * pixels.len() as f32 { telling } else { pixels };
+    let chosen: Vec<usize> = pixels.iter().copied().step_by(pixels.len().div_ceil(SAMPLES).max(1)).collect();
+    let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
+    let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;
+    // per probe and pixel
+    let cost = |metres: f64| -> f64 {
+        let costs = chosen.iter().map(|i| f64::from(g.cost(&observed.surfaces, &prepared.probes, *i, metres as f32)));
+        costs.sum::<f64>() / weights.max(1.0)
+    };
+    let (places, own) = places();
+    let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
+    let better = |best: usize, k: usize| if mean[k] < mean[best] { k } else { best };
+    let near = FAR_M.len()..FAR_M.len() + PLACES;
+    let (nearest, any) = (near.clone().fold(own, better), (0..mean.len()).fold(own, better));
+    // far off, pictures of anything are compared: by chance one of them is a little better
+    let at = if mean[any] < FAR_BETTER * mean[nearest] { any } else { nearest };
+    let (mut best_m, mut least, mut curvature) = (places[at], mean[at], 0.0);
+    if at > 0 && at + 1 < places.len() {
+        // finer between the neighbours, and the parabola through the best three
+        const FINE: usize = 16;
+        let between = |k: usize| places[at - 1] + (places[at + 1] - places[at - 1]) * k as f64 / FINE as f64;
+        let fine: Vec<f64> = (0..=FINE).into_par_iter().map(|k| cost(between(k))).collect();
+        let k = (1..FINE).fold(1, |best, k| if fine[k] < fine[best] { k } else { best });
+        let x = [k - 1, k, k + 1].map(between);
+        let y = [k - 1, k, k + 1].map(|k| fine[k]);
+        let a = ((y[2] - y[1]) / (x[2] - x[1]) - (y[1] - y[0]) / (x[1] - x[0])) / (x[2] - x[0]);
+        let b = (y[1] - y[0]) / (x[1] - x[0]) - a * (x[0] + x[1]);
+        if y[1] < least {
+            (best_m, least) = (x[1], y[1]);
+        }
+        if a > 0.0 {
+            best_m = (-b / (2.0 * a)).clamp(x[0], x[2]);
+            curvature = 2.0 * a;
+        }
+    }
+    // differences are alike over about 25 pixels; the fit's own error is at least a tenth of a pixel of parallax
+    let samples = (pixels.len() as f64 / 25.0).max(1.0);
+    let statistical = if curvature > 0.0 { (2.0 * least.max(0.3) / (curvature * samples)).sqrt() } else { 0.25 };
+    // and neighbours share it: a small region has more
+    let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
+    let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
+    let twin = (near.start + 1..near.end - 1)
+        .filter(|k| k.abs_diff(at) > 4)
+        .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
+        .filter(|&k| k != own && mean[k] < least + 0.15 * (mean[own] - least))
+        .map(|k| places[k] as f32)
+        .next();
+    Swept {
+        here: mean[own] as f32,
+        least: least as f32,
+        best_m,
+        uncertainty_m,
+        pixels: (best_m.abs() * parallax) as f32,
+        twin,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_region_is_tried_from_far_behind_to_far_before_its_place() {
+        let (places, own) = places();
+        assert!(places.windows(2).all(|p| p[0] < p[1]) && places[own] == 0.0);
+        assert!(places.iter().zip(places.iter().rev()).all(|(a, b)| *a == -*b) && places[0] < -1.5);
+    }
+}

@@ -1,0 +1,77 @@
+//! Another colour than the model's: what is left of a difference once gloss and the lights around have had their share.
+
+use glam::{Vec2, Vec3};
+
+use crate::audit::likelihood::appearance::Texture;
+use crate::audit::picture::colour::colour_of;
+use crate::audit::picture::regions::{Region, bounds};
+use crate::audit::view::Observations;
+use crate::statistics::quantile;
+
+/// Shares of the pixels around a region whose light is less far along the line of lights than all that may fall on it.
+const LIGHTS: [f64; 2] = [0.01, 0.99];
+
+impl Texture {
+    /// Mean over pixels of the colour that the albedo lacks, as logarithms of red and blue over green, if a surface mirrors this
+    /// share of what it may.
+    fn chroma(&self, observed: &Observations, pixels: &[usize], mirrored: f32) -> Vec2 {
+        let dull = |i: usize| {
+            let light = observed.log_photo[i].map(f32::exp);
+            let scattered = (light - observed.mirrored[i] * mirrored).max(light * 0.1);
+            chroma(self.ratio[i] + (scattered / light).map(f32::ln))
+        };
+        pixels.iter().map(|i| dull(*i)).sum::<Vec2>() / pixels.len().max(1) as f32
+    }
+
+    /// ΔE00 over a region between the model's colours and what the photograph says they are, brightness apart, whatever the
+    /// surface mirrors, and without what other light would do: around the region, the light's colours go along a line from one
+    /// light to another.
+    pub(crate) fn mean_colour(&self, observed: &Observations, region: &Region) -> f32 {
+        let tested: Vec<usize> = region.pixels.iter().copied().filter(|i| self.tested[*i]).collect();
+        let (line, [low, high]) = lights(observed, region, &tested);
+        least_mirrored(|share| {
+            let mean = self.chroma(observed, &tested, share);
+            mean - line * mean.dot(line).clamp(low, high)
+        })
+    }
+}
+
+/// Logarithms of red and blue over green.
+fn chroma(log: Vec3) -> Vec2 {
+    Vec2::new(log.x - log.y, log.z - log.y)
+}
+
+/// The least ΔE00 of a change of chroma that hangs on how much of what a surface may mirror it does.
+fn least_mirrored(change: impl Fn(f32) -> Vec2) -> f32 {
+    let shares = (0..=4).map(|k| k as f32 / 4.0);
+    shares.map(&change).map(|c| colour_of(c.x, c.y)).fold(f32::INFINITY, f32::min)
+}
+
+/// The line along which the light's colours lie in and around a region, and how far along it light from around would change what
+/// falls on the region's pixels.
+fn lights(observed: &Observations, region: &Region, pixels: &[usize]) -> (Vec2, [f32; 2]) {
+    let (w, e) = (observed.surfaces.width, &observed.irradiance);
+    let of = |i: usize| chroma(e[i].map(f32::ln));
+    let [left, top, right, bottom] = bounds(&region.pixels, w);
+    let (wide, high) = (right.saturating_sub(left), bottom.saturating_sub(top));
+    let columns = left.saturating_sub(wide / 2)..(right + wide / 2).min(w);
+    let rows = top.saturating_sub(high / 2)..(bottom + high / 2).min(e.len() / w);
+    let around = rows.flat_map(|y| columns.clone().map(move |x| y * w + x));
+    let all: Vec<Vec2> = around.filter(|i| e[*i].min_element() > 0.0).map(of).collect();
+    let line = principal_axis(&all);
+    let mut along: Vec<f32> = all.iter().map(|l| l.dot(line)).collect();
+    let here = pixels.iter().map(|i| of(*i).dot(line)).sum::<f32>() / pixels.len().max(1) as f32;
+    let [low, high] = LIGHTS.map(|q| quantile(&mut along, q).unwrap_or(here) - here);
+    (line, [low.min(0.0), high.max(0.0)])
+}
+
+/// Direction in which points are spread most; of length 1.
+fn principal_axis(points: &[Vec2]) -> Vec2 {
+    let n = points.len().max(1) as f32;
+    let middle = points.iter().sum::<Vec2>() / n;
+    let [xx, xy, yy] = points
+        .iter()
+        .map(|p| *p - middle)
+        .fold([0.0f32; 3], |[xx, xy, yy], d| [xx + d.x * d.x / n, xy + d.x * d.y / n, yy + d.y * d.y / n]);
+    Vec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy))
+}

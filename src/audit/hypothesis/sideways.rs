@@ -1,0 +1,102 @@
+//! Parts of the model that stand beside their place: their outlines are in the photograph, but shifted.
+//!
+//! Near an outline no probe can be asked, since it sees past it, and a sideways move leaves the surface in its own plane.
+//! But the outline itself is an edge of render and photograph alike. So each part's outline is laid over the photograph at
+//! small shifts, and compared by correlation where it is with the place where it fits best.
+
+use rayon::prelude::*;
+
+use crate::audit::finding::{Evidence, Shift};
+use crate::audit::hypothesis::probe_match::probe_matches;
+use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, ODDS, Small, registration};
+use crate::audit::view::{AuditScene, Observations};
+
+/// A part larger than this share of the picture is its room, and of a smaller one than that no probe is asked.
+const LARGEST: f32 = 0.35;
+const SMALLEST: f32 = 3e-3;
+
+/// By how many pixels a part is shifted.
+pub(crate) enum Outline {
+    /// In the photograph: pixels of the audit's size, to the right and down.
+    InPhotograph([f32; 2]),
+    /// In a probe's picture only: pixels of that.
+    InProbe(f32),
+}
+
+/// A part whose outline the photograph shows elsewhere.
+pub(crate) struct Shifted {
+    /// The part's pixels and those that it is shifted to, in order.
+    pub(crate) pixels: Vec<usize>,
+    pub(crate) by: Outline,
+    /// The same on the part, metres.
+    pub(crate) metres: f32,
+    /// Logarithm of the odds against the model's place.
+    pub(crate) odds: f32,
+}
+
+impl Shifted {
+    /// Where the part really stands, as far as the photograph shows it.
+    pub(crate) fn shift(&self) -> Option<Shift> {
+        let Outline::InPhotograph(by) = self.by else { return None };
+        let [right, down] = by.map(|px| f64::from(px * self.metres / by[0].hypot(by[1])));
+        Some(Shift { right_m: right, down_m: down })
+    }
+
+    /// The figures behind it.
+    pub(crate) fn evidence(&self) -> Vec<Evidence> {
+        let mut all = match self.by {
+            Outline::InPhotograph([right, down]) => vec![
+                Evidence::new("outline shifted to the right", right, 2.0, "pixels"),
+                Evidence::new("outline shifted down", down, 2.0, "pixels"),
+            ],
+            Outline::InProbe(px) => vec![Evidence::new("outline shifted in a probe", px, 2.0, "pixels")],
+        };
+        all.push(Evidence::new("outline shifted, on the part", self.metres, 0.0, "metres"));
+        all.push(Evidence::new("odds of another place", self.odds, ODDS, "logarithm"));
+        all
+    }
+}
+
+/// Looks for parts whose outlines are shifted against the others', in the photograph or in what a probe saw.
+pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shifted> {
+    let small = Small::new(prepared, observed);
+    let members = small.members();
+    let size = (small.width * small.height) as f32;
+    let fits: Vec<Fit> = members
+        .par_iter()
+        .filter(|m| m.len() >= FEWEST && m.len() as f32 <= LARGEST * size)
+        .filter_map(|m| small.fit(m))
+        .filter(|f| f.best >= FOUND)
+        .collect();
+    let (common, least) = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
+    let beside = |f: &&Fit| {
+        let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
+        f.elsewhere() && off > least && f.odds >= ODDS
+    };
+    let mut all: Vec<Shifted> = fits.iter().filter(beside).map(|f| whole(&small, observed, f)).collect();
+    // what is in its place in the photograph need not be in a probe's picture
+    let asked: Vec<(u32, Vec<usize>)> = fits
+        .iter()
+        .filter(|f| !beside(f) && f.members.len() as f32 >= SMALLEST * size)
+        .map(|f| (small.part[f.members[0]], small.at_full_size(observed, f.members, [0, 0])))
+        .collect();
+    all.extend(probe_matches(prepared, observed, &asked).into_iter().map(|w| Shifted {
+        pixels: asked[w.which].1.clone(),
+        by: Outline::InProbe(w.px),
+        metres: w.metres,
+        odds: w.odds,
+    }));
+    all
+}
+
+/// The part at the audit's size.
+fn whole(small: &Small, observed: &Observations, fit: &Fit) -> Shifted {
+    let mut pixels = small.at_full_size(observed, fit.members, [0, 0]);
+    pixels.extend(small.at_full_size(observed, fit.members, fit.shift.map(|d| d.round() as isize)));
+    pixels.sort_unstable();
+    pixels.dedup();
+    let by_px = fit.shift.map(|d| d * small.by as f32);
+    let distance = fit.members.iter().map(|i| small.distance[*i]).sum::<f32>() / fit.members.len() as f32;
+    let metres = by_px[0].hypot(by_px[1]) * distance / observed.surfaces.focal;
+    Shifted { pixels, by: Outline::InPhotograph(by_px), metres, odds: fit.odds }
+}

@@ -1,0 +1,268 @@
+//! Silhouette matching: where in a picture a part's outline fits best, by correlation at all small shifts.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::audit::observe::geometry_buffer::NONE;
+use crate::audit::picture::correlation;
+use crate::audit::picture::regions::dilated;
+use crate::audit::view::{AuditScene, Observations};
+use crate::edge_aware::EdgeAware;
+use crate::panorama::luminance;
+use crate::statistics::median;
+
+/// The test works on pictures of about this size.
+const SIDE: usize = 256;
+
+/// Furthest shift along each side, pixels of that size.
+pub(crate) const REACH: isize = 10;
+
+/// Less than so many pixels is no shift, nor is less than so many times what half of the outlines are off by.
+const LEAST_PX: f32 = 0.7;
+const TIMES: f32 = 4.0;
+
+/// With fewer outlines than this nobody knows what they are usually off by: then less than so many pixels is no shift.
+const ENOUGH: usize = 5;
+const ALONE_PX: f32 = 1.25;
+
+/// Structure is what is finer than the second of these standard deviations and coarser than the first, pixels.
+const BAND: [f32; 2] = [0.7, 6.0];
+
+/// An outline steps back by at least this share of its distance.
+const STEP: f32 = 0.03;
+
+/// Fewer pixels along an outline tell nothing.
+pub(crate) const FEWEST: usize = 24;
+
+/// Neighbouring pixels along an outline are alike: so many tell as much as one.
+const ALIKE_PX: f32 = 8.0;
+
+/// Structure of less variance than this is none.
+const LEAST_VARIANCE: f64 = 1e-6;
+
+/// Correlation from which on an outline counts as found.
+pub(crate) const FOUND: f32 = 0.6;
+
+/// And what it must gain over the outline's own place.
+const GAINED: f32 = 0.1;
+
+/// Logarithm of the odds that it takes, after all the shifts that are tried.
+pub(crate) const ODDS: f32 = 16.0;
+
+/// What outlines are off by together, pixels, and by how much more than that one must be to be off its place: a pose is
+/// trusted as far as parts agree.
+pub(crate) fn registration(shifts: &[[f32; 2]]) -> ([f32; 2], f32) {
+    if shifts.len() < ENOUGH {
+        return ([0.0; 2], ALONE_PX);
+    }
+    let common = [0, 1].map(|c| median(shifts.iter().map(|s| s[c])).unwrap_or(0.0));
+    let off = |s: &[f32; 2]| (s[0] - common[0]).hypot(s[1] - common[1]);
+    (common, LEAST_PX.max(TIMES * median(shifts.iter().map(off)).unwrap_or(0.0)))
+}
+
+/// Where a part's outline fits best.
+pub(crate) struct Fit<'a> {
+    pub(crate) members: &'a [usize],
+    /// Pixels to the right and down.
+    pub(crate) shift: [f32; 2],
+    /// Correlation in its own place and in the best.
+    own: f32,
+    pub(crate) best: f32,
+    /// Logarithm of the odds against its own place.
+    pub(crate) odds: f32,
+}
+
+impl Fit<'_> {
+    /// Whether the outline fits another place than its own, and clearly better.
+    pub(crate) fn elsewhere(&self) -> bool {
+        self.shift.iter().any(|s| s.abs() > 0.5) && self.best >= self.own + GAINED
+    }
+}
+
+/// The pictures at the test's size.
+pub(crate) struct Small {
+    /// Pixels of the audit's size to a pixel, along each side.
+    pub(crate) by: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) part: Vec<u32>,
+    pub(crate) distance: Vec<f32>,
+    /// Structure of what the model makes: in the probes' light, and its albedo in smooth light. Where a part is off its
+    /// place, what the probes saw of the real one is in the first and not in the second.
+    models: Vec<Vec<f32>>,
+    photo: Vec<f32>,
+    /// 1 where the photograph can be used.
+    usable: Vec<f32>,
+}
+
+impl Small {
+    pub(crate) fn new(prepared: &AuditScene, observed: &Observations) -> Self {
+        let s = &observed.surfaces;
+        let by = s.width.max(s.height).div_ceil(SIDE);
+        let (width, height) = (s.width / by, s.height / by);
+        let middle = |i: usize| (i / width * by + by / 2) * s.width + i % width * by + by / 2;
+        let mean = |f: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
+            let of = |i: usize| {
+                let first = i / width * by * s.width + i % width * by;
+                let all = (0..by * by).map(|k| f(first + k / by * s.width + k % by));
+                all.sum::<f32>() / (by * by) as f32
+            };
+            (0..width * height).into_par_iter().map(of).collect()
+        };
+        let usable: Vec<f32> =
+            mean(&|i| observed.usable[i]).iter().map(|u| if *u > 0.99 { 1.0 } else { 0.0 }).collect();
+        let ln = |v: f32| v.max(1e-6).ln();
+        let photo = mean(&|i| {
+            if observed.log_photo[i].is_finite() { ln(luminance(observed.log_photo[i].map(f32::exp))) } else { 0.0 }
+        });
+        let lit = |i: usize| ln(luminance(observed.render.pixels[i].max(Vec3::ZERO)));
+        let plain = |i: usize| {
+            let smooth = luminance(observed.albedo[i] * observed.irradiance[i]);
+            if smooth > 0.0 { ln(smooth / std::f32::consts::PI) } else { lit(i) }
+        };
+        let all = vec![1.0; width * height];
+        let part = (0..width * height).map(|i| prepared.part(s.triangle[middle(i)])).collect();
+        let distance = (0..width * height).map(|i| s.distance[middle(i)]).collect();
+        let models = [(mean(&lit), all.clone()), (mean(&plain), all)];
+        Self { by, ..Self::of(width, height, part, distance, &models, &photo, usable) }
+    }
+
+    /// From logarithms of brightness, of models each with a weight.
+    pub(crate) fn of(
+        width: usize,
+        height: usize,
+        part: Vec<u32>,
+        distance: Vec<f32>,
+        models: &[(Vec<f32>, Vec<f32>)],
+        photo: &[f32],
+        usable: Vec<f32>,
+    ) -> Self {
+        let open = EdgeAware::open(width, height);
+        let band = |values: &[f32], weights: &[f32]| -> Vec<f32> {
+            let [fine, coarse] = BAND.map(|sigma| open.mean(values, weights, sigma));
+            fine.iter().zip(&coarse).map(|(f, c)| (f - c).clamp(-1.0, 1.0)).collect()
+        };
+        let models = models.iter().map(|(values, weights)| band(values, weights)).collect();
+        let photo = band(photo, &usable);
+        Self { by: 1, width, height, part, distance, models, photo, usable }
+    }
+
+    /// Each part's pixels, by its number.
+    pub(crate) fn members(&self) -> Vec<Vec<usize>> {
+        let mut members: Vec<Vec<usize>> = vec![];
+        for (i, part) in self.part.iter().enumerate().filter(|p| *p.1 != NONE) {
+            let k = *part as usize;
+            members.resize(members.len().max(k + 1), vec![]);
+            members[k].push(i);
+        }
+        members
+    }
+
+    /// The shift at which a part's outline fits the photograph best.
+    pub(crate) fn fit<'a>(&self, members: &'a [usize]) -> Option<Fit<'a>> {
+        let (w, h) = (self.width, self.height);
+        let part = self.part[members[0]];
+        let mut outline = vec![false; w * h];
+        let mut count = 0;
+        for &i in members {
+            let (x, y) = (i % w, i / w);
+            let behind = |j: usize| self.part[j] != part && self.distance[j] > self.distance[i] * (1.0 + STEP);
+            let step = (x > 0 && behind(i - 1))
+                || (x + 1 < w && behind(i + 1))
+                || (y > 0 && behind(i - w))
+                || (y + 1 < h && behind(i + w));
+            if step {
+                outline[i] = true;
+                count += 1;
+            }
+        }
+        if count < FEWEST {
+            return None;
+        }
+        let near = dilated(&outline, w, h, 2);
+        let band: Vec<usize> = (0..w * h).filter(|i| near[*i]).collect();
+        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &band));
+        fits.reduce(|a, b| if b.best > a.best { b } else { a })
+    }
+
+    /// The same for one picture of the model, over the pixels around an outline.
+    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], band: &[usize]) -> Option<Fit<'a>> {
+        let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
+        let mut best = (f32::NEG_INFINITY, [0, 0]);
+        let mut told = 0.0f32;
+        for dy in -REACH..=REACH {
+            for dx in -REACH..=REACH {
+                let (c, n) = at(dx, dy);
+                if c > best.0 {
+                    best = (c, [dx, dy]);
+                    told = n;
+                }
+            }
+        }
+        let (best, [x, y]) = best;
+        if x.abs() == REACH || y.abs() == REACH {
+            return None;
+        }
+        // finer: the parabola through the best and its neighbours
+        let finer = |before: f32, after: f32| {
+            let bend = before + after - 2.0 * best;
+            if bend < -1e-6 && bend.is_finite() { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        };
+        let shift =
+            [x as f32 + finer(at(x - 1, y).0, at(x + 1, y).0), y as f32 + finer(at(x, y - 1).0, at(x, y + 1).0)];
+        let own = at(0, 0).0;
+        let gap = |c: f32| (1.0 - c.clamp(0.0, 0.99).powi(2)).ln();
+        let shifts = ((2 * REACH + 1) as f32).powi(2).ln();
+        let odds = 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) - shifts;
+        Some(Fit { members, shift, own, best, odds })
+    }
+
+    /// Correlation of the model's structure with the photograph's at a shift, and over how many pixels.
+    fn correlation(&self, model: &[f32], band: &[usize], [dx, dy]: [isize; 2]) -> (f32, f32) {
+        let (w, h) = (self.width as isize, self.height as isize);
+        let pairs = band.iter().filter_map(|&i| {
+            let (x, y) = (i as isize % w + dx, i as isize / w + dy);
+            let inside = x >= 0 && y >= 0 && x < w && y < h;
+            let j = inside.then(|| (y * w + x) as usize)?;
+            (self.usable[j] != 0.0).then(|| (model[i], self.photo[j]))
+        });
+        let (c, n) = correlation(pairs, LEAST_VARIANCE);
+        // what is mostly shifted out of the picture is not compared
+        if n < 0.7 * band.len() as f64 { (f32::NEG_INFINITY, 0.0) } else { (c, n as f32) }
+    }
+
+    /// Shifted pixels of this size as those of the audit's, in order.
+    pub(crate) fn at_full_size(&self, observed: &Observations, members: &[usize], [dx, dy]: [isize; 2]) -> Vec<usize> {
+        let mut all = vec![];
+        for &i in members {
+            let (x, y) = ((i % self.width) as isize + dx, (i / self.width) as isize + dy);
+            if x < 0 || y < 0 || x >= self.width as isize || y >= self.height as isize {
+                continue;
+            }
+            for k in 0..self.by * self.by {
+                let (x, y) = (x as usize * self.by + k % self.by, y as usize * self.by + k / self.by);
+                all.push(y * observed.surfaces.width + x);
+            }
+        }
+        all.sort_unstable();
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outlines_are_trusted_as_far_as_they_agree() {
+        // too few to know
+        assert_eq!(registration(&[[3.0, 0.0]; 4]), ([0.0; 2], ALONE_PX));
+        // a pose that is a little off is no fault of the parts
+        let mut shifts = vec![[0.5, -0.2]; 6];
+        shifts.push([4.0, 0.0]);
+        assert_eq!(registration(&shifts), ([0.5, -0.2], LEAST_PX));
+        // nor is one among many that scatter
+        let wide: Vec<[f32; 2]> = (0..8).map(|k| [if k % 2 == 0 { 0.5 } else { -0.5 }, 0.0]).collect();
+        assert!(registration(&wide).1 >= TIMES * 0.5);
+    }
+}

@@ -1,0 +1,7 @@
+//! How well each pixel's observations go with a right model.
+
+pub(crate) mod appearance;
+pub(crate) mod continuation;
+pub(crate) mod noise;
+pub(crate) mod photo_consistency;
+pub(crate) mod structure;

@@ -1,0 +1,182 @@
+//! What the model shows in each pixel of a photograph.
+
+use glam::{DVec2, DVec3, Mat3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::audit::observe::uv_islands::{Mapped, cut, runs_on};
+use crate::audit::picture::regions::Segments;
+use crate::edge_aware::EdgeAware;
+use crate::render::PrimaryRays;
+use crate::scene::{Ray, Scene};
+use crate::site::{Camera, Lens};
+
+/// No surface.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Nearer surfaces are not looked at, metres.
+const NEAREST_M: f32 = 1e-3;
+
+/// The surfaces in the middle of each pixel.
+pub(crate) struct GeometryBuffer {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// The camera's place, local metres.
+    pub(crate) origin: Vec3,
+    /// Focal length in pixels.
+    pub(crate) focal: f32,
+    /// For lenses that are no pinhole.
+    camera: Option<(Camera, DVec3)>,
+    to_camera: Mat3,
+    focals: Vec2,
+    centre: Vec2,
+    /// Unit direction of each pixel's middle.
+    pub(crate) ray: Vec<Vec3>,
+    /// Distance along it, metres; infinite without a surface.
+    pub(crate) distance: Vec<f32>,
+    pub(crate) position: Vec<Vec3>,
+    /// Unit normal towards the camera.
+    pub(crate) normal: Vec<Vec3>,
+    /// [`NONE`] without a surface.
+    pub(crate) triangle: Vec<u32>,
+    /// Where in the triangle.
+    pub(crate) barycentric: Vec<Vec2>,
+    pub(crate) material: Vec<u32>,
+    /// Which neighbours lie on one smooth surface, whatever its material.
+    pub(crate) shape: EdgeAware,
+    /// Which neighbours lie on one smooth surface of one material, mapped in one piece.
+    pub(crate) paint: EdgeAware,
+    /// What is mapped in one piece.
+    pub(crate) segments: Segments,
+}
+
+/// The camera of a picture whose pixels are averages of `n` × `n` of this camera's.
+pub(crate) fn reduced(camera: &Camera, n: u32) -> Camera {
+    let scale = 1.0 / f64::from(n);
+    Camera {
+        width: camera.width.div_ceil(n),
+        height: camera.height.div_ceil(n),
+        focal: camera.focal * scale,
+        centre: camera.centre * scale,
+        ..*camera
+    }
+}
+
+impl GeometryBuffer {
+    /// Casts a ray through the middle of each pixel.
+    pub(crate) fn look(scene: &Scene, camera: &Camera) -> Self {
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let rays = PrimaryRays::new(camera, 1);
+        let origin = scene.local(camera.pose.position);
+        let found: Vec<_> = (0..width * height)
+            .into_par_iter()
+            .map(|i| {
+                let direction = rays.direction(i % width, i / width, 0);
+                let ray = Ray { origin, direction };
+                let surface = scene.tracer.closest(&ray, NEAREST_M).map(|hit| (hit.t, scene.surface(&ray, &hit)));
+                (direction, surface)
+            })
+            .collect();
+        let mut this = Self {
+            width,
+            height,
+            origin,
+            focal: camera.focal.y as f32,
+            camera: (camera.lens != Lens::Perspective).then_some((*camera, scene.origin)),
+            to_camera: camera.pose.rotation.transpose().as_mat3(),
+            focals: camera.focal.as_vec2(),
+            centre: camera.centre.as_vec2(),
+            ray: found.iter().map(|f| f.0).collect(),
+            distance: found.iter().map(|f| f.1.as_ref().map_or(f32::INFINITY, |s| s.0)).collect(),
+            position: found.iter().map(|f| f.1.as_ref().map_or(Vec3::ZERO, |s| s.1.position)).collect(),
+            normal: found.iter().map(|f| f.1.as_ref().map_or(Vec3::ZERO, |s| s.1.normal)).collect(),
+            triangle: found.iter().map(|f| f.1.as_ref().map_or(NONE, |s| s.1.triangle)).collect(),
+            barycentric: found.iter().map(|f| f.1.as_ref().map_or(Vec2::ZERO, |s| s.1.barycentric)).collect(),
+            material: found
+                .iter()
+                .map(|f| f.1.as_ref().map_or(NONE, |s| scene.mesh.materials[s.1.triangle as usize]))
+                .collect(),
+            shape: EdgeAware::open(1, 1),
+            paint: EdgeAware::open(1, 1),
+            segments: Segments::default(),
+        };
+        this.smooth_normals();
+        this.shape = EdgeAware::new(width, height, |i, j| this.one_surface(i, j));
+        let painted =
+            EdgeAware::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
+        let textured =
+            |i: usize| this.triangle[i] != NONE && scene.materials[this.material[i] as usize].texture.is_some();
+        let mapped = |i: usize| {
+            let uv = if textured(i) { scene.mesh.uv(this.triangle[i], this.barycentric[i]) } else { None };
+            Mapped { triangle: this.triangle[i], position: this.position[i], uv }
+        };
+        this.paint = cut(&painted, |i, j| runs_on(&scene.mesh, mapped(i), mapped(j)));
+        this.segments = Segments::new(&this.paint);
+        this
+    }
+
+    /// Takes for each normal the mean of those around it on the same surface: a scan is rough where the wall is not. Beyond a
+    /// crease lies another surface.
+    fn smooth_normals(&mut self) {
+        const RADIUS: usize = 3;
+        const CREASE: f32 = 0.75;
+        let (w, h) = (self.width, self.height);
+        let mean = |i: usize| {
+            if self.triangle[i] == NONE {
+                return self.normal[i];
+            }
+            let (x, y, n) = (i % w, i / w, self.normal[i]);
+            let reach = RADIUS as f32 * self.distance[i] / self.focal;
+            let mut sum = Vec3::ZERO;
+            for v in y.saturating_sub(RADIUS)..=(y + RADIUS).min(h - 1) {
+                for u in x.saturating_sub(RADIUS)..=(x + RADIUS).min(w - 1) {
+                    let j = v * w + u;
+                    let beside = n.dot(self.position[j] - self.position[i]).abs() < reach;
+                    if self.triangle[j] != NONE && n.dot(self.normal[j]) > CREASE && beside {
+                        sum += self.normal[j];
+                    }
+                }
+            }
+            sum.try_normalize().unwrap_or(n)
+        };
+        self.normal = (0..w * h).into_par_iter().map(mean).collect();
+    }
+
+    /// Whether two neighbouring pixels see one smooth surface: normals within 18° and each point near the other's plane.
+    fn one_surface(&self, i: usize, j: usize) -> bool {
+        if self.triangle[i] == NONE || self.triangle[j] == NONE {
+            return self.triangle[i] == self.triangle[j];
+        }
+        let (a, b) = (self.normal[i], self.normal[j]);
+        let gap = self.position[j] - self.position[i];
+        // a step as deep as a pixel is wide, seen at 45°, is an edge
+        let step = 1.0 * self.distance[i].min(self.distance[j]) / self.focal;
+        a.dot(b) > 0.95 && a.dot(gap).abs().max(b.dot(gap).abs()) < step.max(2e-3)
+    }
+
+    /// Where a point would be in the picture, lens distortion apart; `None` behind the camera.
+    pub(crate) fn project(&self, point: Vec3) -> Option<Vec2> {
+        if let Some((camera, origin)) = &self.camera {
+            return camera.project(point.as_dvec3() + *origin).map(|p| p.as_vec2());
+        }
+        let c = self.to_camera * (point - self.origin);
+        (c.y > 1e-3).then(|| self.centre + self.focals * Vec2::new(c.x, -c.z) / c.y)
+    }
+
+    /// Width of a pixel on its surface, metres: the root of its area.
+    pub(crate) fn footprint(&self, i: usize) -> f32 {
+        let cos = self.normal[i].dot(self.ray[i]).abs().max(0.05);
+        self.distance[i] / self.focal / cos.sqrt()
+    }
+
+    /// Area of the surface that a pixel shows, m².
+    pub(crate) fn area(&self, i: usize) -> f64 {
+        f64::from(self.footprint(i)).powi(2)
+    }
+
+    /// Distance from the picture's centre, 1 in its corners, squared.
+    pub(crate) fn radius2(&self, i: usize) -> f32 {
+        let half = DVec2::new(self.width as f64, self.height as f64) * 0.5;
+        let at = DVec2::new((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
+        ((at - half).length_squared() / half.length_squared()) as f32
+    }
+}

@@ -1,0 +1,34 @@
+//! Pictures as such: regions, colour, waves, and how a coder leaves them.
+
+pub(crate) mod by_luminance;
+pub(crate) mod coding;
+pub(crate) mod colour;
+pub(crate) mod fourier;
+pub(crate) mod regions;
+
+use glam::Vec3;
+
+use crate::panorama::luminance;
+
+/// Logarithm of a brightness; black counts as 10⁻⁴.
+pub(crate) fn log_luminance(rgb: Vec3) -> f32 {
+    luminance(rgb).max(1e-4).ln()
+}
+
+/// Pearson's correlation of pairs, and how many there are; 0 where either side varies by less than `least`.
+pub(crate) fn correlation(pairs: impl Iterator<Item = (f32, f32)>, least: f64) -> (f32, f64) {
+    let [mut n, mut a, mut b, mut aa, mut bb, mut ab] = [0.0f64; 6];
+    for (p, q) in pairs {
+        let (p, q) = (f64::from(p), f64::from(q));
+        n += 1.0;
+        a += p;
+        b += q;
+        aa += p * p;
+        bb += q * q;
+        ab += p * q;
+    }
+    let m = n.max(1.0);
+    let (va, vb) = (aa / m - (a / m).powi(2), bb / m - (b / m).powi(2));
+    let c = if va < least || vb < least { 0.0 } else { (ab / m - a * b / m / m) / (va * vb).sqrt() };
+    (c as f32, n)
+}

@@ -1,0 +1,171 @@
+//! From maps of scores to regions.
+
+use crate::edge_aware::EdgeAware;
+
+/// A connected set of pixels, in the picture's order.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Region {
+    pub(crate) pixels: Vec<usize>,
+}
+
+/// The box around pixels: left, top, and one past its right and bottom.
+pub(crate) fn bounds(pixels: &[usize], width: usize) -> [usize; 4] {
+    let places = pixels.iter().map(|i| (i % width, i / width));
+    places.fold([usize::MAX, usize::MAX, 0, 0], |[left, top, right, bottom], (x, y)| {
+        [left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1)]
+    })
+}
+
+/// Pixels within `radius` (a diamond's steps) of a set one: by their distance from the nearest, found in two passes
+/// (Rosenfeld and Pfaltz, *Sequential operations in digital picture processing*, 1966).
+pub(crate) fn dilated(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
+    let far = width + height;
+    let mut steps: Vec<usize> = mask.iter().map(|m| if *m { 0 } else { far }).collect();
+    for i in 0..steps.len() {
+        let left = if i % width > 0 { steps[i - 1] + 1 } else { far };
+        let above = if i >= width { steps[i - width] + 1 } else { far };
+        steps[i] = steps[i].min(left).min(above);
+    }
+    for i in (0..steps.len()).rev() {
+        let right = if i % width + 1 < width { steps[i + 1] + 1 } else { far };
+        let below = if i + width < steps.len() { steps[i + width] + 1 } else { far };
+        steps[i] = steps[i].min(right).min(below);
+    }
+    steps.iter().map(|s| *s < far && *s <= radius).collect()
+}
+
+fn inverted(mask: &[bool]) -> Vec<bool> {
+    mask.iter().map(|m| !m).collect()
+}
+
+/// What is left of a mask when everything thinner than `2 × radius` is taken away.
+pub(crate) fn opened(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
+    let eroded = inverted(&dilated(&inverted(mask), width, height, radius));
+    dilated(&eroded, width, height, radius)
+}
+
+/// The mask with gaps narrower than `2 × radius` and small holes filled.
+pub(crate) fn closed(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
+    let grown = dilated(mask, width, height, radius);
+    inverted(&dilated(&inverted(&grown), width, height, radius))
+}
+
+/// Connected components (along rows, columns and diagonals) of a mask that hold at least one of `seeds` and have at
+/// least `least` pixels, in the order of their first pixel. `joined` says whether two neighbours may be connected.
+pub(crate) fn components(
+    mask: &[bool],
+    seeds: &[bool],
+    width: usize,
+    least: usize,
+    joined: impl Fn(usize, usize) -> bool,
+) -> Vec<Region> {
+    let height = mask.len() / width;
+    let mut done = vec![false; mask.len()];
+    let mut regions = Vec::new();
+    let mut stack = Vec::new();
+    for start in 0..mask.len() {
+        if done[start] || !mask[start] {
+            continue;
+        }
+        let mut pixels = Vec::new();
+        let mut seeded = false;
+        done[start] = true;
+        stack.push(start);
+        while let Some(i) = stack.pop() {
+            pixels.push(i);
+            seeded |= seeds[i];
+            let (x, y) = (i % width, i / width);
+            for ny in y.saturating_sub(1)..=(y + 1).min(height - 1) {
+                for nx in x.saturating_sub(1)..=(x + 1).min(width - 1) {
+                    let j = ny * width + nx;
+                    if mask[j] && !done[j] && joined(i, j) {
+                        done[j] = true;
+                        stack.push(j);
+                    }
+                }
+            }
+        }
+        if seeded && pixels.len() >= least {
+            pixels.sort_unstable();
+            regions.push(Region { pixels });
+        }
+    }
+    regions
+}
+
+/// The pieces of a picture that joins connect.
+#[derive(Default)]
+pub(crate) struct Segments {
+    /// The piece that each pixel is in.
+    pub(crate) of: Vec<u32>,
+    /// Per piece, its pixels in order.
+    pub(crate) pixels: Vec<Vec<usize>>,
+}
+
+impl Segments {
+    pub(crate) fn new(filter: &EdgeAware) -> Self {
+        let of = filter.labels();
+        let mut pixels = vec![Vec::new(); of.iter().max().map_or(0, |m| *m as usize + 1)];
+        of.iter().enumerate().for_each(|(i, k)| pixels[*k as usize].push(i));
+        Self { of, pixels }
+    }
+
+    /// For each pixel the size of its piece and how much of it a mask covers.
+    pub(crate) fn shares(&self, mask: &[bool]) -> Vec<(u32, u32)> {
+        let of_piece: Vec<(u32, u32)> =
+            self.pixels.iter().map(|p| (p.len() as u32, p.iter().filter(|i| mask[**i]).count() as u32)).collect();
+        self.of.iter().map(|k| of_piece[*k as usize]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(rows: &[&str]) -> Vec<bool> {
+        rows.iter().flat_map(|r| r.bytes().map(|b| b == b'#')).collect()
+    }
+
+    #[test]
+    fn components_are_apart_and_need_a_seed() {
+        let m = mask(&["##..#", "##..#", ".....", "..#..", "#...."]);
+        let all = vec![true; 25];
+        let sizes = |least| -> Vec<usize> {
+            components(&m, &all, 5, least, |_, _| true).iter().map(|r| r.pixels.len()).collect()
+        };
+        assert_eq!(sizes(1), [4, 2, 1, 1]);
+        assert_eq!(sizes(2), [4, 2]);
+        let mut seeds = vec![false; 25];
+        seeds[9] = true;
+        let found = components(&m, &seeds, 5, 1, |_, _| true);
+        assert_eq!(found, [Region { pixels: vec![4, 9] }]);
+    }
+
+    #[test]
+    fn what_is_within_so_many_steps_is_a_diamond() {
+        let (w, h) = (13, 9);
+        for (radius, set) in [(0, vec![40]), (2, vec![0, 60]), (3, vec![12, 104, 58]), (40, vec![5]), (7, vec![])] {
+            let mask: Vec<bool> = (0..w * h).map(|i| set.contains(&i)).collect();
+            let near = |i: usize, j: usize| (i % w).abs_diff(j % w) + (i / w).abs_diff(j / w) <= radius;
+            let expected: Vec<bool> = (0..w * h).map(|i| set.iter().any(|j| near(i, *j))).collect();
+            assert_eq!(dilated(&mask, w, h, radius), expected, "{radius} {set:?}");
+        }
+        assert_eq!(bounds(&[14, 40, 28], w), [1, 1, 3, 4]);
+    }
+
+    #[test]
+    fn opening_takes_lines_away_and_closing_fills_gaps() {
+        let m = mask(&[".......", ".#####.", ".#####.", ".#####.", ".......", "#######", "......."]);
+        let o = opened(&m, 7, 7, 1);
+        assert!(!o[5 * 7 + 3] && o[2 * 7 + 3]);
+        let gap = mask(&[".......", ".##.##.", ".##.##.", ".##.##.", "......."]);
+        assert!(closed(&gap, 7, 5, 1)[2 * 7 + 3]);
+    }
+
+    #[test]
+    fn a_surface_knows_how_much_of_it_is_covered() {
+        let filter = EdgeAware::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
+        let shares = Segments::new(&filter).shares(&mask(&["#...", "...."]));
+        assert_eq!((shares[0], shares[7]), ((4, 1), (4, 0)));
+    }
+}

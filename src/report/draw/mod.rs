@@ -1,0 +1,12 @@
+//! What sheets are drawn with: SVG and its styles, pictures and PDF of it, title blocks, axes.
+
+pub(super) mod imprint;
+pub(super) mod lengths;
+pub(super) mod loglog;
+pub(super) mod marked;
+pub(super) mod pdf;
+pub(super) mod png;
+pub mod style;
+pub(super) mod svg;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,51 @@
+//! Writing sheets and other results, each whole or not at all.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::draw::pdf::pdf;
+use super::draw::png::png;
+use super::draw::svg::Svg;
+use super::error::ReportError;
+use crate::atomic_write::write_atomically;
+
+/// Dots per inch of the PNG that goes with a sheet.
+pub const DPI: f32 = 150.0;
+
+/// Writes a file, whole or not at all, making its folder if need be.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let io = |source| ReportError::Io { path: path.into(), source };
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(io)?;
+    }
+    write_atomically(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
+}
+
+/// Writes a value as JSON for people to read, with a line's end; gives the text.
+///
+/// # Errors
+/// If JSON cannot hold it, or the file system refuses.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<String, ReportError> {
+    let json = |source| ReportError::Json { path: path.into(), source };
+    let text = serde_json::to_string_pretty(value).map_err(json)? + "\n";
+    write_file(path, text.as_bytes())?;
+    Ok(text)
+}
+
+/// Writes a sheet as `<stem>.svg`, `<stem>.png` (at [`DPI`]) and `<stem>.pdf`; gives the paths of the first two.
+///
+/// # Errors
+/// If the sheet cannot be drawn, or the file system refuses.
+pub fn write_sheet(sheet: &Svg, folder: &Path, stem: &str) -> Result<[PathBuf; 2], ReportError> {
+    let svg = sheet.finish();
+    let picture = png(&svg, DPI)?;
+    let paths = [folder.join(format!("{stem}.svg")), folder.join(format!("{stem}.png"))];
+    write_file(&paths[0], svg.as_bytes())?;
+    write_file(&paths[1], &picture)?;
+    write_file(&folder.join(format!("{stem}.pdf")), &pdf(stem, &[&svg], None)?)?;
+    Ok(paths)
+}

@@ -1,0 +1,14 @@
+//! Sheets and drawings of floors: where to put the tripod, how often each part is seen; galleries.
+
+mod coverage_sheet;
+mod dxf;
+mod floor_map;
+mod gallery_sheet;
+mod plan_sheet;
+mod write;
+
+pub use coverage_sheet::coverage_sheet;
+pub use dxf::plan_dxf;
+pub use gallery_sheet::gallery_sheet;
+pub use plan_sheet::plan_sheet;
+pub use write::write_plan;

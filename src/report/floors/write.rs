@@ -1,0 +1,60 @@
+//! Writing all files of a plan.
+
+use std::path::Path;
+
+use super::coverage_sheet::coverage_sheet;
+use super::dxf::plan_dxf;
+use super::plan_sheet::plan_sheet;
+use crate::plan::export::ply;
+use crate::plan::export::tables::{self, Outward, PlanJson};
+use crate::plan::stations::result::SitePlan;
+use crate::report::draw::imprint::Imprint;
+use crate::report::error::ReportError;
+use crate::report::files::{write_file, write_json, write_sheet};
+use crate::scene::Scene;
+use crate::site::Site;
+
+/// Writes a plan's sheets and DXF drawings, `plan.json`, `plan.csv` and, where the surface was checked, `coverage.ply`;
+/// gives what `plan.json` holds and the files' names.
+///
+/// # Errors
+/// If a sheet cannot be drawn, or the file system refuses.
+pub fn write_plan(
+    site: &Site,
+    scene: &Scene,
+    plan: &SitePlan<'_>,
+    folder: &Path,
+) -> Result<(PlanJson, Vec<String>), ReportError> {
+    let outward = &Outward::of(site, scene);
+    let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
+    let mut names = Vec::new();
+    for (i, floor) in plan.floors.iter().enumerate() {
+        let imprint = |number| Imprint {
+            site: &site.name,
+            project: &site.project,
+            sheet: [number, 2 * plan.floors.len()],
+            made_by: &made_by,
+        };
+        let sheets =
+            [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
+        for (stem, sheet) in tables::sheets(floor).into_iter().zip(sheets) {
+            write_sheet(&sheet, folder, &stem)?;
+            names.push(format!("{stem}.svg, .png, .pdf"));
+        }
+        let drawing = format!("{}.dxf", tables::sheets(floor)[0]);
+        write_file(&folder.join(&drawing), plan_dxf(floor, outward).as_bytes())?;
+        names.push(drawing);
+    }
+    let json = tables::json(site, plan, outward);
+    write_json(&folder.join("plan.json"), &json)?;
+    write_file(&folder.join("plan.csv"), tables::csv(plan, outward).as_bytes())?;
+    names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
+    if let Some(surface) = &plan.surface {
+        let path = folder.join("coverage.ply");
+        let mut bytes = Vec::new();
+        ply::write(surface, outward, &mut bytes).map_err(|source| ReportError::Io { path: path.clone(), source })?;
+        write_file(&path, &bytes)?;
+        names.push("coverage.ply".to_owned());
+    }
+    Ok((json, names))
+}

@@ -1,0 +1,9 @@
+//! The study of error against run time: its sheet and its table.
+
+mod sheet;
+mod table;
+mod write;
+
+pub use sheet::study_sheet;
+pub use write::write_study;
+pub(super) use write::{COLUMNS, study_rows};

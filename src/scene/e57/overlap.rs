@@ -1,0 +1,188 @@
+//! What several setups see is kept from the one that sees it most finely: of the same wall scanned from near and from far
+//! the far mesh would lie in and before the near one, and blur what is painted on it.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::f32::consts::{PI, TAU};
+
+use super::grid::{Grid, Placement};
+
+/// How far two setups' places of one surface may be apart: metres, and a share of the distance.
+const APART: [f32; 2] = [0.01, 0.002];
+
+/// A setup gives way to a later one whose points lie closer together than this share of its own spacing, and to one before
+/// it from equality on: never both to each other.
+const FINER: f32 = 0.9;
+
+/// Each setup's triangles, without those that another one has finer.
+pub(super) fn finest(grids: &[(Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
+    let triangles: Vec<Vec<[u32; 3]>> = grids.iter().map(|(grid, _)| grid.triangles()).collect();
+    if grids.len() < 2 {
+        return triangles;
+    }
+    let setups: Vec<Setup> = grids.iter().zip(&triangles).map(|((grid, at), t)| Setup::of(grid, *at, t)).collect();
+    let kept = |(own, all): (usize, &Vec<[u32; 3]>)| {
+        let others = || setups.iter().enumerate().filter(move |(i, _)| *i != own);
+        let share = |i: usize| if i < own { 1.0 } else { FINER };
+        let keeps = |t: &&[u32; 3]| !others().any(|(i, other)| other.has_finer(&setups[own], **t, share(i)));
+        all.par_iter().filter(keeps).copied().collect()
+    };
+    triangles.iter().enumerate().map(kept).collect()
+}
+
+/// A setup's points, and its surface by direction.
+struct Setup {
+    at: Placement,
+    /// In the scanner's own axes.
+    points: Vec<Vec3>,
+    /// Per point the longest side of its triangles, metres; 0 without any.
+    spacing: Vec<f32>,
+    /// Angle between rows of bins.
+    step: f32,
+    /// First bin of each row, from straight down; one more at the end.
+    rows: Vec<usize>,
+    bins: Vec<Bin>,
+}
+
+/// What a setup sees in a direction.
+#[derive(Clone, Copy)]
+struct Bin {
+    nearest: f32,
+    farthest: f32,
+    spacing: f32,
+}
+
+impl Setup {
+    fn of(grid: &Grid, at: Placement, triangles: &[[u32; 3]]) -> Self {
+        let points: Vec<Vec3> = grid.points().collect();
+        let mut spacing = vec![0.0f32; points.len()];
+        for t in triangles {
+            let [a, b, c] = t.map(|i| points[i as usize]);
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            t.iter().for_each(|i| spacing[*i as usize] = spacing[*i as usize].max(longest));
+        }
+        let angle = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| points[i as usize].normalize());
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        };
+        let some = triangles.iter().step_by((triangles.len() / 4096).max(1)).map(angle);
+        let step = (1.5 * crate::statistics::median(some).unwrap_or(0.1)).clamp(1e-3, 0.5);
+        let mut rows = vec![0];
+        for row in 0..(PI / step).ceil() as usize {
+            let level = ((row as f32 + 0.5) * step - 0.5 * PI).cos().max(0.0);
+            rows.push(rows[row] + ((TAU * level / step).round() as usize).max(1));
+        }
+        let none = Bin { nearest: f32::INFINITY, farthest: 0.0, spacing: 0.0 };
+        let bins = vec![none; rows.last().copied().unwrap_or(0)];
+        let mut setup = Self { at, points, spacing, step, rows, bins };
+        for (point, spacing) in setup.points.iter().zip(&setup.spacing).filter(|(_, s)| **s > 0.0) {
+            let (row, column) = setup.place(*point);
+            let bin = &mut setup.bins[setup.rows[row] + column];
+            let range = point.length();
+            bin.nearest = bin.nearest.min(range);
+            bin.farthest = bin.farthest.max(range);
+            bin.spacing = bin.spacing.max(*spacing);
+        }
+        setup
+    }
+
+    /// The row and the column of the bin that a place lies in.
+    fn place(&self, local: Vec3) -> (usize, usize) {
+        let elevation = (local.z / local.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0).asin();
+        let row = (((elevation + 0.5 * PI) / self.step) as usize).min(self.rows.len() - 2);
+        (row, self.column(row, local))
+    }
+
+    fn column(&self, row: usize, local: Vec3) -> usize {
+        let count = self.rows[row + 1] - self.rows[row];
+        let turn = local.y.atan2(local.x) / TAU + 0.5;
+        ((turn * count as f32) as usize).min(count - 1)
+    }
+
+    /// A place of another setup in this one's axes.
+    fn local(&self, other: &Self, place: Vec3) -> Vec3 {
+        let world: DVec3 = other.at.rotation * place.as_dvec3() + other.at.position;
+        (self.at.rotation.transpose() * (world - self.at.position)).as_vec3()
+    }
+
+    /// Whether this setup sees the surface of another one's triangle, from the same side and by points that lie closer
+    /// together than a share of the other's.
+    fn has_finer(&self, other: &Self, t: [u32; 3], share: f32) -> bool {
+        let corners = t.map(|i| other.points[i as usize]);
+        let [a, b, c] = corners.map(|p| self.local(other, p));
+        let middle = (a + b + c) / 3.0;
+        let scanner = self.local(other, Vec3::ZERO);
+        let normal = (b - a).cross(c - a);
+        // towards both scanners, or away from both
+        if normal.dot(scanner - middle) * normal.dot(-middle) <= 0.0 {
+            return false;
+        }
+        let theirs = t.iter().map(|i| other.spacing[*i as usize]).fold(f32::INFINITY, f32::min);
+        let distance = middle.length();
+        let sees = |bin: &Bin| {
+            let apart = APART[0] + APART[1] * distance + bin.spacing;
+            bin.spacing > 0.0 && bin.nearest - apart < distance && distance < bin.farthest + apart
+        };
+        // all around as well: no gap opens at the rim of what this one sees
+        let (row, _) = self.place(middle);
+        (row.saturating_sub(1)..=(row + 1).min(self.rows.len() - 2)).all(|r| {
+            let (first, count, column) = (self.rows[r], self.rows[r + 1] - self.rows[r], self.column(r, middle));
+            [count - 1, 0, 1].into_iter().all(|step| {
+                let bin = &self.bins[first + (column + step) % count];
+                sees(bin) && bin.spacing < share * theirs
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::grid::Cell;
+    use super::*;
+    use glam::DMat3;
+
+    /// A box of 8 × 4 × 3 m as a scanner in it at `x` sees it, `rows` × 2 `rows` points.
+    fn scan(x: f32, rows: i64) -> (Grid, Placement) {
+        let half = Vec3::new(4.0, 2.0, 1.5);
+        let mut cells = Vec::new();
+        for (row, column) in (0..rows).flat_map(|r| (0..2 * rows).map(move |c| (r, c))) {
+            let step = PI / rows as f32;
+            let (azimuth, elevation) = ((column as f32 + 0.5) * step, 0.5 * PI - (row as f32 + 0.5) * step);
+            let d = Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
+            let range = ((half - d.signum() * Vec3::X * x) / d.abs()).min_element();
+            cells.push(Cell { row, column, local: d * range, colour: Vec3::ONE });
+        }
+        let at = Placement { position: DVec3::X * f64::from(x), rotation: DMat3::IDENTITY };
+        (Grid::of(cells).unwrap(), at)
+    }
+
+    #[test]
+    fn each_end_of_a_room_is_kept_from_the_scanner_beside_it_and_no_gap_opens() {
+        let scans = [scan(-3.0, 90), scan(3.0, 90)];
+        let kept = finest(&scans);
+        let middles: Vec<Vec<Vec3>> = (0..2)
+            .map(|s| {
+                let points: Vec<Vec3> = scans[s].0.points().collect();
+                let shift = scans[s].1.position.as_vec3();
+                kept[s].iter().map(|t| t.iter().map(|i| points[*i as usize] + shift).sum::<Vec3>() / 3.0).collect()
+            })
+            .collect();
+        // towards its rim the end wall is seen at a glancing angle from beside it, and better from afar
+        let on_end = |p: &Vec3, end: f32| p.x * end > 3.9 && p.y.abs() < 1.0 && p.z.abs() < 0.7;
+        assert!(!middles[0].iter().any(|p| on_end(p, 1.0)) && !middles[1].iter().any(|p| on_end(p, -1.0)));
+        assert!(middles[0].iter().any(|p| on_end(p, -1.0)) && middles[1].iter().any(|p| on_end(p, 1.0)));
+        // both together still cover the box, with little twice
+        let area = |s: usize| -> f32 {
+            let points: Vec<Vec3> = scans[s].0.points().collect();
+            let one = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|i| points[i as usize]);
+                0.5 * (b - a).cross(c - a).length()
+            };
+            kept[s].iter().map(one).sum()
+        };
+        let (whole, all) = (2.0 * (8.0 * 4.0 + 8.0 * 3.0 + 4.0 * 3.0), area(0) + area(1));
+        assert!(all > 0.97 * whole && all < 1.4 * whole, "{all} of {whole}");
+        // a lone scan stays as it is
+        assert_eq!(finest(&scans[..1])[0].len(), scans[0].0.triangles().len());
+    }
+}
