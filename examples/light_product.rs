@@ -36,12 +36,12 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
         lightings,
         probes: site.probes.len(),
         sun: true,
-        volume: volume::Settings::default(),
+        volume: volume::VolumeSettings::default(),
         all_stages: false,
         volume_for_all: false,
     };
     let start = Instant::now();
-    let Bake { baked, setup } = bake(site, scene, &options, &bake::Settings::default(), &|_| ())?;
+    let Bake { baked, setup } = bake(site, scene, &options, &bake::BakeSettings::default(), &|_| ())?;
     println!("bake: {} vertices, {:.1} s", baked.vertices.len(), start.elapsed().as_secs_f64());
     let points: Vec<Point> = baked.vertices.iter().map(|v| (v.position, v.normal)).collect();
     let (name, light) = &setup.lights[0];
@@ -111,7 +111,7 @@ fn direct(relit: &Relit, points: &[Point]) -> Vec<Vec3> {
         let mut near = Nearby::default();
         let one = |&(p, n): &Point| {
             let lit = relit.lit(p, n, &mut near);
-            if lit.asks && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
+            if lit.needs_shadow_ray && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
         };
         points.iter().map(one).collect::<Vec<_>>()
     };

@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout)]
 
 use clerestory::panorama::{self, Panorama};
-use clerestory::paper::{Plain, PlainRelit, ProbeLight, Settings};
+use clerestory::paper::{PaperSettings, Plain, PlainRelit, ProbeLight};
 use clerestory::render::render;
 use clerestory::scene::{self, Health};
 use clerestory::shoot::read_light;
@@ -37,9 +37,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
         .collect();
     let sky = sky(&site)?;
-    let mut settings = vec![Settings::default()];
+    let mut settings = vec![PaperSettings::default()];
     for radius in radii {
-        settings.push(Settings { radius_m: Some(radius.parse()?), ..Settings::default() });
+        settings.push(PaperSettings { radius_m: Some(radius.parse()?), ..PaperSettings::default() });
     }
     println!("radius_m,view,flip,relmse,covered_fraction,seconds");
     for settings in settings {

@@ -46,7 +46,7 @@ fn measure(site: &Site, scene: &Scene, repeats: usize) -> Result<(), Fault> {
         let light = clock.time("index", || shine(scene, site, &read, &hits));
         let transport = clock.time("volume: rays", || {
             let wanted = shown_points(scene, Some(&light), &cameras);
-            Transport::cast(scene, &wanted, &[&light], &volume::Settings::default())
+            Transport::cast(scene, &wanted, &[&light], &volume::VolumeSettings::default())
         });
         clock.time("volume: light", || Volume::new(scene, &transport, &light).len());
         // another lighting of the same probes
@@ -57,7 +57,7 @@ fn measure(site: &Site, scene: &Scene, repeats: usize) -> Result<(), Fault> {
     let Some((light, transport)) = made else { return Ok(()) };
     let volume = Volume::new(scene, &transport, &light);
     let lights = Lights::load(site, scene)?;
-    let traced = reference::Settings { samples: 2, ..reference::Settings::default() };
+    let traced = reference::ReferenceSettings { samples: 2, ..reference::ReferenceSettings::default() };
     println!("{:32} {:>9} {:>14}", "step, least of repeats", "wall, ms", "processor, ms");
     let first = ["shoot", "index", "volume: rays", "volume: light"];
     let second = ["index, second", "volume: light, second"];

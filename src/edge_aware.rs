@@ -1,5 +1,7 @@
 //! Averages over windows that never cross a surface's edge.
 
+use crate::components::components;
+
 /// Which neighbouring pixels lie on one surface.
 ///
 /// Averages are recursive filters (Gastal and Oliveira, *Domain transform for edge-aware image and video processing*,
@@ -46,32 +48,18 @@ impl EdgeAware {
 
     /// A number for each pixel, the same for all that joins connect, from 0 in the order of their first pixel.
     pub(crate) fn labels(&self) -> Vec<u32> {
-        let n = self.width * self.height;
-        let mut labels = vec![u32::MAX; n];
-        let (mut next, mut stack) = (0, Vec::new());
-        for start in 0..n {
-            if labels[start] != u32::MAX {
-                continue;
-            }
-            labels[start] = next;
-            stack.push(start);
-            while let Some(i) = stack.pop() {
-                let around = [
-                    (self.right[i], i + 1),
-                    (self.down[i], i + self.width),
-                    (i % self.width > 0 && self.right[i.saturating_sub(1)], i.saturating_sub(1)),
-                    (i >= self.width && self.down[i.saturating_sub(self.width)], i.saturating_sub(self.width)),
-                ];
-                for (joined, j) in around {
-                    if joined && labels[j] == u32::MAX {
-                        labels[j] = next;
-                        stack.push(j);
-                    }
-                }
-            }
-            next += 1;
-        }
-        labels
+        let around = |i: usize| {
+            let (left, up) = (i.checked_sub(1), i.checked_sub(self.width));
+            [
+                self.right[i].then_some(i + 1),
+                self.down[i].then_some(i + self.width),
+                left.filter(|j| i % self.width > 0 && self.right[*j]),
+                up.filter(|j| self.down[*j]),
+            ]
+            .into_iter()
+            .flatten()
+        };
+        components(self.width * self.height, |_| true, around)
     }
 
     /// Smooths in place with a kernel of standard deviation `sigma` pixels; sums over a joined region are kept about.

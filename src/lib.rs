@@ -46,7 +46,7 @@
 //!
 //! Pictures, frames and layers are rows from the top, `pixels[y * width + x]`, without padding; meshes are arrays with one entry a
 //! vertex or triangle, or none at all where the model has no such thing. Errors and most results may grow ([`non_exhaustive`]); settings
-//! have a default to start from: `Settings { rays: 64, ..Settings::default() }`. Public types of [`glam`] are its own.
+//! have a default to start from: `VolumeSettings { rays: 64, ..VolumeSettings::default() }`. Public types of [`glam`] are its own.
 //!
 //! [`non_exhaustive`]: https://doc.rust-lang.org/reference/attributes/type_system.html
 
@@ -56,10 +56,12 @@ pub use glam;
 #[doc = include_str!("../docs/library.md")]
 pub mod library_guide {}
 
+pub mod atomic_write;
 pub mod audit;
 pub mod bake;
 pub mod check;
 pub(crate) mod cholesky;
+pub(crate) mod components;
 pub mod csv;
 pub(crate) mod edge_aware;
 pub mod init;
@@ -77,9 +79,9 @@ pub mod report;
 pub mod scene;
 pub mod shoot;
 pub mod site;
+pub(crate) mod sphere;
 pub(crate) mod statistics;
 pub mod study;
 pub mod transfer;
 pub mod viewer;
 pub mod volume;
-pub mod whole;

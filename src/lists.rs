@@ -1,29 +1,29 @@
 //! Many short lists in one array (compressed rows).
 
-/// Lists of numbers, one after the other in one array.
+/// Lists of numbers or other small things, one after the other in one array.
 #[derive(Clone, Debug)]
-pub(crate) struct Lists {
+pub(crate) struct Lists<T = u32> {
     /// Where each list starts; one more than there are lists.
     starts: Vec<u32>,
-    items: Vec<u32>,
+    items: Vec<T>,
 }
 
-impl Default for Lists {
+impl<T> Default for Lists<T> {
     fn default() -> Self {
         Self { starts: vec![0], items: Vec::new() }
     }
 }
 
-impl Lists {
+impl<T: Copy + Default> Lists<T> {
     /// Sorts (list, item) pairs into `count` lists; the items of one list keep their order.
-    pub(crate) fn of<I: Iterator<Item = (u32, u32)>>(count: usize, pairs: impl Fn() -> I) -> Self {
+    pub(crate) fn of<I: Iterator<Item = (u32, T)>>(count: usize, pairs: impl Fn() -> I) -> Self {
         let mut starts = vec![0u32; count + 1];
         pairs().for_each(|(list, _)| starts[list as usize + 1] += 1);
         for i in 0..count {
             starts[i + 1] += starts[i];
         }
         let mut next = starts.clone();
-        let mut items = vec![0; starts[count] as usize];
+        let mut items = vec![T::default(); starts[count] as usize];
         for (list, item) in pairs() {
             let slot = &mut next[list as usize];
             items[*slot as usize] = item;
@@ -38,16 +38,18 @@ impl Lists {
     }
 
     /// One list.
-    pub(crate) fn get(&self, i: usize) -> &[u32] {
+    pub(crate) fn get(&self, i: usize) -> &[T] {
         &self.items[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
     /// Adds a list.
-    pub(crate) fn push(&mut self, list: &[u32]) {
+    pub(crate) fn push(&mut self, list: &[T]) {
         self.items.extend_from_slice(list);
         self.starts.push(self.items.len() as u32);
     }
+}
 
+impl Lists {
     /// For each of `n` items the lists that hold it.
     pub(crate) fn transposed(&self, n: usize) -> Self {
         Self::of(n, || (0..self.len()).flat_map(|i| self.get(i).iter().map(move |item| (*item, i as u32))))

@@ -220,11 +220,12 @@ fn mean(measured: &[Vec<Vec3>]) -> f32 {
 fn row(relit: &Relit, transport: Option<&Transport>, (point, normal): Point, near: &mut Nearby) -> Row {
     let (scene, light) = (relit.scene, relit.light);
     let lit = relit.lit(point, normal, near);
-    let in_sun = lit.asks && relit.in_sun(point, normal);
-    let (e, source) = if in_sun || !lit.asks { (lit.sun, lit.source) } else { (lit.shade, lit.shade_source) };
+    let in_sun = lit.needs_shadow_ray && relit.in_sun(point, normal);
+    let (e, source) =
+        if in_sun || !lit.needs_shadow_ray { (lit.sun, lit.source) } else { (lit.shade, lit.shade_source) };
     let guess = || Row { guessed: Some(e), ..Row::default() };
     if source == Source::Record {
-        return of_records(light, scene, (point, normal), in_sun, lit.asks, relit.volume.is_none())
+        return of_records(light, scene, (point, normal), in_sun, lit.needs_shadow_ray, relit.volume.is_none())
             .unwrap_or_else(guess);
     }
     let (Source::Volume, Some(volume), Some(transport)) = (source, relit.volume, transport) else { return guess() };
@@ -242,17 +243,18 @@ fn of_records(
     scene: &Scene,
     (point, normal): Point,
     in_sun: bool,
-    asked: bool,
-    glimpse: bool,
+    needs_shadow_ray: bool,
+    untrusted: bool,
 ) -> Option<Row> {
-    use crate::shoot::sunlight::Sunlit;
+    use crate::shoot::hits::Sunlit;
     let mut all: Vec<(u32, u32, Sunlit, f32)> = Vec::new();
     let observed = light.weigh(scene, (point, normal), false, |p, c, s, w| all.push((p, c, s, w)));
     let cos = light.sun_cosine(normal);
-    let in_sun = if asked { in_sun } else { observed.as_ref().and_then(|o| light.sunlit(o)).unwrap_or(in_sun) };
+    let in_sun =
+        if needs_shadow_ray { in_sun } else { observed.as_ref().and_then(|o| light.sunlit(o)).unwrap_or(in_sun) };
     let choice = match observed.as_ref().and_then(|o| light.choose(o, in_sun, cos)) {
         Some(choice) => choice,
-        None if glimpse => {
+        None if untrusted => {
             all.clear();
             light.weigh(scene, (point, normal), true, |p, c, s, w| all.push((p, c, s, w)))?;
             Choice::All

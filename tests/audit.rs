@@ -274,7 +274,7 @@ fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
     let truth = with(3);
     let real = truth.build().trace(&truth, 64);
     let lights = real.lights();
-    let settings = reference::Settings { samples: 64, ..Default::default() };
+    let settings = reference::ReferenceSettings { samples: 64, ..Default::default() };
     let photo = render_camera(&real.scene, &lights, &real.site.views[0].camera, &settings, &unwatched).unwrap().mean();
     let audit = |colour: &str| {
         let folder = tempfile::tempdir().unwrap();

@@ -70,7 +70,7 @@ fn direct(relit: &Relit, points: &[Point]) -> Vec<Vec3> {
                 .iter()
                 .map(|&(p, n)| {
                     let lit = relit.lit(p, n, &mut near);
-                    if lit.asks && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
+                    if lit.needs_shadow_ray && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
                 })
                 .collect::<Vec<_>>()
         })
@@ -132,7 +132,7 @@ fn a_sparse_product_relights_as_shooting_anew_does() {
     }
 }
 
-fn baked(built: &Built, threads: usize, settings: &bake::Settings) -> Baked {
+fn baked(built: &Built, threads: usize, settings: &bake::BakeSettings) -> Baked {
     let site = Site::load(built.folder.path()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| bake(&site, &built.scene, &options(24), settings, &|_| ()).unwrap().baked)
@@ -158,7 +158,7 @@ fn cutting_opens_no_crack_and_follows_the_light() {
     let plan = Plan::new(quads, &[grey(0.6)]).probe(v(1.0, 1.4, 1.0), 64).probe(v(3.0, 1.9, 1.3), 64);
     let step = |p: Vec3| if p.x + 0.3 * p.y > 0.4 { 8.0 } else { 1.0 };
     let built = plan.build().paint(&plan, |_, s| s.map_or(Vec3::ZERO, |s| Vec3::splat(step(s.position))));
-    let settings = bake::Settings { vertices: 20_000, error: 0.1, views: false, ..bake::Settings::default() };
+    let settings = bake::BakeSettings { vertices: 20_000, error: 0.1, views: false, ..bake::BakeSettings::default() };
     let baked = baked(&built, 2, &settings);
     assert!(baked.vertices.len() <= settings.vertices && baked.vertices.len() > 2_000, "{}", baked.vertices.len());
     assert_eq!(baked.hidden, 0);
@@ -188,7 +188,7 @@ fn cutting_opens_no_crack_and_follows_the_light() {
 #[test]
 fn a_baked_file_is_the_same_on_any_threads_and_reads_back() {
     let (_, built) = room();
-    let settings = bake::Settings { vertices: 8_000, error: 0.1, views: false, ..bake::Settings::default() };
+    let settings = bake::BakeSettings { vertices: 8_000, error: 0.1, views: false, ..bake::BakeSettings::default() };
     let write = |threads: usize| -> (Vec<u8>, Vec<u8>) {
         let baked = baked(&built, threads, &settings);
         let [glb, ply] = ["baked.glb", "baked.ply"].map(|n| built.folder.path().join(n));

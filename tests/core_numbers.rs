@@ -347,7 +347,7 @@ fn a_lit_room_relit_is_the_room_traced() {
     plan.paints.push(Paint { albedo: 0.0, emission: 10.0, checker: false });
     plan.quads.push(Quad(v(1.5, 1.0, 2.49), DVec3::X, DVec3::Y, 1));
     let built = plan.build().trace(&plan, 64);
-    let settings = reference::Settings { samples: 256, ..Default::default() };
+    let settings = reference::ReferenceSettings { samples: 256, ..Default::default() };
     let camera = built.site.views[0].camera;
     let truth = render_camera(&built.scene, &built.lights(), &camera, &settings, &unwatched).unwrap();
     let noise = truth.noise();

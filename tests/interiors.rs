@@ -10,7 +10,7 @@ mod common;
 mod interior;
 
 use clerestory::panorama;
-use clerestory::reference::{Eye, Lights, Settings, irradiance};
+use clerestory::reference::{Eye, Lights, ReferenceSettings, irradiance};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
 use glam::Vec3;
@@ -123,7 +123,7 @@ fn light_is_as_the_path_tracer_has_it() {
         let lights = Lights::load(&site, &scene).unwrap();
         let (mut known, mut square) = (0.0, 0.0);
         for (k, &place) in places.iter().enumerate() {
-            let settings = Settings { samples: 160, seed: k as u64, ..Settings::default() };
+            let settings = ReferenceSettings { samples: 160, seed: k as u64, ..ReferenceSettings::default() };
             let (all, error) = irradiance(&scene, &lights, place.0, place.1, &settings);
             known += (all - sunlight(&scene, &lamps, place, Vec3::ZERO)).dot(Vec3::ONE);
             square += error.dot(Vec3::ONE).powi(2);

@@ -231,7 +231,7 @@ fn a_sun_patch_does_not_spread_through_the_fill() {
         points.push((v(2.1, y, 0.8), Vec3::X));
         points.push((v(2.3, y, 0.0), Vec3::Z));
     }
-    let settings = reference::Settings { samples: 16384, ..Default::default() };
+    let settings = reference::ReferenceSettings { samples: 16384, ..Default::default() };
     let truth: Vec<f32> = points
         .iter()
         .map(|&(p, n)| {

@@ -11,7 +11,7 @@ use clerestory::plan::cover::coverage::Coverage;
 use clerestory::plan::free_space::open_space::OpenSpace;
 use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::plan::gallery;
-use clerestory::reference::{Lights, Settings, Sky, irradiance};
+use clerestory::reference::{Lights, ReferenceSettings, Sky, irradiance};
 use clerestory::report::style::Style;
 use clerestory::report::{Svg, Text};
 use clerestory::site::Site;
@@ -158,7 +158,7 @@ fn the_path_tracer_under_any_sky() {
         let lights = Lights::new(&built.scene, Some(sky), None);
         // on the roof, under the open sky
         let at = built.local(v(1.0, 1.0, 2.5));
-        let settings = Settings { samples: 64, ..Settings::default() };
+        let settings = ReferenceSettings { samples: 64, ..ReferenceSettings::default() };
         let (e, noise) = irradiance(&built.scene, &lights, at, Vec3::Z, &settings);
         assert!(!e.is_nan() && !noise.is_nan(), "{e} ± {noise}");
     }

@@ -1,7 +1,7 @@
 //! The paper's plain method in rooms whose light is known, with its known faults, which the rest of the program cures.
 
 use clerestory::panorama::{self, Picture, Projection};
-use clerestory::paper::{Plain, PlainRelit, ProbeLight, Settings};
+use clerestory::paper::{PaperSettings, Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Source, render};
 use clerestory::scene::{self, Health, Material, Mesh, Ray, Scene};
 use clerestory::site::Site;
@@ -59,7 +59,8 @@ fn an_evenly_lit_room_is_even() {
     let picture = even(radiance);
     let want = PI * radiance / albedo;
     for radius_m in [Some(1e-4), None, Some(0.5)] {
-        let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], Settings { radius_m, ..Settings::default() });
+        let plain =
+            Plain::new(&scene, &[probe(MIDDLE, &picture)], PaperSettings { radius_m, ..PaperSettings::default() });
         let mut sources = Vec::new();
         for towards in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::new(1.0, 1.0, 1.0), Vec3::new(-3.0, 1.0, -0.2)] {
             let (point, normal) = look(&scene, MIDDLE, MIDDLE + towards);
@@ -78,7 +79,7 @@ fn every_pixel_of_every_probe_is_a_record() {
     let picture = even(Vec3::ONE);
     let places = [MIDDLE, MIDDLE - Vec3::X];
     let probes = places.map(|place| probe(place, &picture));
-    let plain = Plain::new(&scene, &probes, Settings::default());
+    let plain = Plain::new(&scene, &probes, PaperSettings::default());
     assert_eq!(plain.record_count(), 2 * 128 * 64);
     assert!(plain.record_bytes() <= 64 * plain.record_count());
     assert!(plain.radius_m() > 0.05 && plain.radius_m() < 0.5, "{}", plain.radius_m());
@@ -89,7 +90,7 @@ fn no_probe_no_light() {
     let scene = scene(&[ROOM], &[Vec3::splat(0.5)]);
     let nothing = Picture::new(0, 0);
     for probes in [vec![], vec![probe(MIDDLE, &nothing)]] {
-        let plain = Plain::new(&scene, &probes, Settings::default());
+        let plain = Plain::new(&scene, &probes, PaperSettings::default());
         assert_eq!(plain.irradiance(Vec3::ZERO, Vec3::Z), (Vec3::ZERO, Source::None));
     }
 }
@@ -107,11 +108,12 @@ fn bad_pixels_never_become_light() {
             _ => (),
         }
     }
-    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], Settings::default());
+    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], PaperSettings::default());
     let good = picture.pixels.len().div_ceil(5) - 1;
     assert!((good..=good + 1).contains(&plain.record_count()), "{}", plain.record_count());
     for radius_m in [Some(1e-4), Some(0.5)] {
-        let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], Settings { radius_m, ..Settings::default() });
+        let plain =
+            Plain::new(&scene, &[probe(MIDDLE, &picture)], PaperSettings { radius_m, ..PaperSettings::default() });
         let (e, _) = plain.irradiance(Vec3::new(1.0, 0.5, 0.0), Vec3::Z);
         assert!((e / (2.0 * PI) - 1.0).abs().max_element() < 1e-5, "{e}");
     }
@@ -123,7 +125,7 @@ fn what_reflects_nothing_tells_nothing() {
     let pillar = (Vec3::new(1.0, 1.0, 0.0), Vec3::new(1.5, 1.5, 3.0), 1);
     let scene = scene(&[ROOM, pillar], &[Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO]);
     let picture = even(Vec3::new(1.0, 0.0, 0.0));
-    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], Settings::default());
+    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], PaperSettings::default());
     let (point, normal) = look(&scene, MIDDLE, Vec3::new(1.0, 1.2, 1.5));
     assert!(plain.record_count() < 128 * 64);
     let (e, source) = plain.irradiance(point, normal);
@@ -135,7 +137,7 @@ fn what_reflects_nothing_tells_nothing() {
 fn records_behind_a_surface_do_not_count() {
     let scene = scene(&[ROOM], &[Vec3::splat(0.5)]);
     let picture = even(Vec3::ONE);
-    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], Settings::default());
+    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], PaperSettings::default());
     let floor = Vec3::new(0.5, 0.2, 0.0);
     assert_eq!(plain.irradiance(floor, Vec3::Z).1, Source::Record);
     assert_eq!(plain.irradiance(floor, Vec3::NEG_Z).1, Source::Volume);
@@ -148,7 +150,7 @@ fn the_volume_leaks_through_walls() {
     let dark = (Vec3::new(3.1, -2.0, 0.0), Vec3::new(9.0, 2.0, 3.0), 0);
     let scene = scene(&[lit, dark], &[Vec3::splat(0.5)]);
     let picture = even(Vec3::ONE);
-    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], Settings::default());
+    let plain = Plain::new(&scene, &[probe(MIDDLE, &picture)], PaperSettings::default());
     let (point, normal) = look(&scene, Vec3::new(6.0, 0.0, 1.5), Vec3::new(6.0, 0.0, 0.0));
     let (e, source) = plain.irradiance(point, normal);
     assert_eq!(source, Source::Volume);
@@ -167,7 +169,7 @@ fn a_turn_is_applied() {
     let east = look(&scene, MIDDLE, MIDDLE + Vec3::X);
     let south = look(&scene, MIDDLE, MIDDLE - Vec3::Y);
     let e = |probe: ProbeLight, (point, normal)| {
-        let (e, source) = Plain::new(&scene, &[probe], Settings::default()).irradiance(point, normal);
+        let (e, source) = Plain::new(&scene, &[probe], PaperSettings::default()).irradiance(point, normal);
         assert_eq!(source, Source::Record);
         e.x / (2.0 * PI)
     };
@@ -187,7 +189,7 @@ fn threads_do_not_matter() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let probes = [probe(MIDDLE, &picture), probe(MIDDLE + Vec3::Y, &picture)];
-            let plain = Plain::new(&scene, &probes, Settings::default());
+            let plain = Plain::new(&scene, &probes, PaperSettings::default());
             let places = (0..300).map(|i| Vec3::new(i as f32 * 0.018 - 2.7, 0.3, if i % 2 == 0 { 0.0 } else { 0.4 }));
             places.map(|p| plain.irradiance(p, Vec3::Z).0.to_array().map(f32::to_bits)).collect::<Vec<_>>()
         })
@@ -216,7 +218,7 @@ fn sibenik_is_relit_as_well_as_the_paper_can() {
             ..probe(scene.local(p.pose.position), picture)
         })
         .collect();
-    let plain = Plain::new(&scene, &probes, Settings::default());
+    let plain = Plain::new(&scene, &probes, PaperSettings::default());
     let nave = &site.views[0];
     let truth = panorama::read(nave.photo.as_ref().unwrap()).unwrap();
     let relit = PlainRelit { plain: &plain, sky: &|_| Vec3::ZERO };

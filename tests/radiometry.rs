@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
 use clerestory::panorama::{self, Layer, Picture, write_exr};
-use clerestory::radiometry::{self, Settings, fit_to_render};
+use clerestory::radiometry::{self, FitSettings, fit_to_render};
 use clerestory::render::{Options, Relit, prepare, render};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::{Camera, Site};
@@ -47,7 +47,7 @@ fn relit(site: &Site, scene: &Scene, camera: Camera, lighting: &str) -> Picture 
         lightings: vec![lighting.to_owned()],
         probes: site.probes.len(),
         sun: true,
-        volume: volume::Settings { cells: 16, rays: 32 },
+        volume: volume::VolumeSettings { cells: 16, rays: 32 },
         all_stages: false,
         volume_for_all: false,
     };
@@ -65,8 +65,8 @@ fn gains_planted_in_the_chapel_come_back() {
     let mut site = original.clone();
     let _folder = plant(&mut site);
     let lighting = site.lightings()[0].clone();
-    let fit = radiometry::fit(&site, &scene, &lighting, &Settings::default()).unwrap();
-    assert!(fit.pictures.iter().all(|p| p.tied) && fit.untied().count() == 0);
+    let fit = radiometry::fit(&site, &scene, &lighting, &FitSettings::default()).unwrap();
+    assert!(fit.pictures.iter().all(|p| p.tied));
     fit.apply(&mut site);
     let (factor, worst) = off(&site);
     println!("worst gain {worst}, spread {} of {}", fit.spread, fit.spread_before);
@@ -96,7 +96,7 @@ fn gains_planted_in_sibenik_come_back() {
     let scene = scene::load(&site, &mut Health::default()).unwrap();
     let _folder = plant(&mut site);
     let lighting = site.lightings()[0].clone();
-    let settings = Settings { samples: 600, ..Settings::default() };
+    let settings = FitSettings { samples: 600, ..FitSettings::default() };
     radiometry::fit(&site, &scene, &lighting, &settings).unwrap().apply(&mut site);
     let (_, worst) = off(&site);
     println!("worst gain {worst}");

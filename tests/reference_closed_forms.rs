@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use clerestory::reference::{Lights, Settings, Sky, Strategy, irradiance, render_camera, render_panorama, unwatched};
+use clerestory::reference::{
+    Lights, ReferenceSettings, Sky, Strategy, irradiance, render_camera, render_panorama, unwatched,
+};
 use clerestory::scene::{Material, Mesh, Scene};
 use clerestory::site::{Camera, Pose, Sun};
 use glam::{DVec3, Vec3};
@@ -41,12 +43,12 @@ fn camera(position: [f64; 3], target: [f64; 3], size: u32) -> Camera {
     Camera::with_fov(Pose::look_at(position.into(), target.into()), size, size, 70.0)
 }
 
-fn samples(samples: u32) -> Settings {
-    Settings { samples, ..Settings::default() }
+fn samples(samples: u32) -> ReferenceSettings {
+    ReferenceSettings { samples, ..ReferenceSettings::default() }
 }
 
 /// Mean red of a picture and its relative standard error.
-fn mean(scene: &Scene, lights: &Lights, camera: &Camera, settings: &Settings) -> (f64, f64) {
+fn mean(scene: &Scene, lights: &Lights, camera: &Camera, settings: &ReferenceSettings) -> (f64, f64) {
     let e = render_camera(scene, lights, camera, settings, &unwatched).unwrap();
     let picture = e.mean();
     let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.x)).sum();
@@ -98,7 +100,7 @@ fn form_factor(scene: &Scene, corner: Vec3, u: Vec3, v: Vec3, normal: Vec3) -> f
     let mut sum = 0.0;
     for i in 0..n * n {
         let (a, b) = (((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32);
-        let settings = Settings { samples: 64, seed: i as u64, ..Settings::default() };
+        let settings = ReferenceSettings { samples: 64, seed: i as u64, ..ReferenceSettings::default() };
         sum += f64::from(irradiance(scene, &lights, corner + u * a + v * b, normal, &settings).0.x);
     }
     sum / (n * n) as f64 / PI
@@ -191,7 +193,7 @@ fn all_ways_to_find_the_lights_agree() {
     let lights = Lights::seen_from(&scene, Some(Sky::Uniform(Vec3::splat(1.5))), Some(sun), &[Vec3::from(eye)]);
     let camera = camera(eye.map(f64::from), [2.0, 4.0, 1.0], 16);
     let run = |strategy| {
-        let settings = Settings { samples: 256, strategy, ..Settings::default() };
+        let settings = ReferenceSettings { samples: 256, strategy, ..ReferenceSettings::default() };
         mean(&scene, &lights, &camera, &settings)
     };
     let [both, lights_only, chance] = [Strategy::Both, Strategy::Lights, Strategy::Chance].map(run);
@@ -213,7 +215,7 @@ fn albedo_zero_and_one_and_no_light_are_ordinary() {
     assert_eq!(radiance, 1.0);
     // closed and white: light never ends, paths do, at their bound
     let white = closed_box(size, 1.0, 1.0);
-    let settings = Settings { max_bounces: 50, ..samples(16) };
+    let settings = ReferenceSettings { max_bounces: 50, ..samples(16) };
     let (radiance, noise) = mean(&white, &Lights::new(&white, None, None), &inside, &settings);
     assert!((radiance / 51.0 - 1.0).abs() < 0.005_f64.max(4.0 * noise), "{radiance}");
     // no light
@@ -234,7 +236,7 @@ fn same_bytes_on_one_and_two_threads_and_when_samples_come_later() {
     };
     let one = run(1);
     assert_eq!(one, run(2));
-    let other = Settings { seed: 1, ..samples(8) };
+    let other = ReferenceSettings { seed: 1, ..samples(8) };
     let reseeded = render_panorama(&scene, &lights, &pose, (40, 20), &other, &unwatched).unwrap();
     assert_ne!(one, reseeded);
 }

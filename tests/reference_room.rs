@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
 use clerestory::panorama;
-use clerestory::reference::{Lights, Settings, render_camera, unwatched};
+use clerestory::reference::{Lights, ReferenceSettings, render_camera, unwatched};
 use clerestory::scene;
 use clerestory::site::Site;
 use glam::DVec3;
@@ -23,7 +23,7 @@ fn pictures_of_the_room_agree_with_an_outside_path_tracer() {
     let scene = scene::load(&site, &mut scene::Health::default()).unwrap();
     let lights = Lights::load(&site, &scene).unwrap();
     // the outside renderer cut paths at 64 bounces
-    let settings = Settings { samples: 64, max_bounces: 64, ..Settings::default() };
+    let settings = ReferenceSettings { samples: 64, max_bounces: 64, ..ReferenceSettings::default() };
     let mut p_values = Vec::new();
     for view in &site.views {
         let ours = render_camera(&scene, &lights, &view.camera, &settings, &unwatched).unwrap();

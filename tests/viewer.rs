@@ -177,7 +177,8 @@ fn the_page_shows_what_render_shows_and_obeys_keys_and_clicks() {
         return;
     };
     let site = Site::load(folder).unwrap();
-    let settings = bake::Settings { vertices: 60_000, error: 0.05, sun_apart: true, ..bake::Settings::default() };
+    let settings =
+        bake::BakeSettings { vertices: 60_000, error: 0.05, sun_apart: true, ..bake::BakeSettings::default() };
     let made = bake(&site, &built.scene, &options(24), &settings, &|_| ()).unwrap();
     let page = folder.join("viewer.html");
     let extras = Extras { command: "</script> & test".to_owned(), ..Extras::default() };

@@ -5,14 +5,14 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use clerestory::whole::{remove_unfinished, write_whole};
+use clerestory::atomic_write::{remove_unfinished, write_atomically};
 
 #[test]
 fn what_is_stopped_leaves_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.txt");
     fs::write(&path, "old").unwrap();
-    let stopped = write_whole(
+    let stopped = write_atomically(
         &path,
         |e| e,
         |file| {
@@ -24,7 +24,7 @@ fn what_is_stopped_leaves_nothing() {
     assert!(stopped.is_err(), "the file was taken from under the writer");
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
-    write_whole(&path, |e| e, |file| file.write_all(b"new")).unwrap();
+    write_atomically(&path, |e| e, |file| file.write_all(b"new")).unwrap();
     assert_eq!(fs::read_to_string(&path).unwrap(), "new");
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
 }

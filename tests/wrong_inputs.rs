@@ -217,7 +217,12 @@ fn pictures_that_do_not_fit_are_told_by_what_is_wrong_with_them() {
     for (mistake, site, expected) in &table {
         // no farther than it needs, so that the test is quick
         let within_m = if *mistake == "1 m off" { 1.1 } else { 0.3 };
-        let settings = register::Settings { within_m, tilt_deg: 0.0, finest: 256, ..register::Settings::default() };
+        let settings = register::RegisterSettings {
+            within_m,
+            tilt_deg: 0.0,
+            finest: 256,
+            ..register::RegisterSettings::default()
+        };
         let found = register::misfits(site, &scene, &settings).unwrap();
         let told: Vec<(String, Misfit)> = found.into_iter().map(|(s, m)| (s.name(site).to_owned(), m)).collect();
         if !expected(&told) {

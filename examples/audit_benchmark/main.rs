@@ -166,7 +166,7 @@ impl Bench {
             lightings: vec![lighting],
             probes: usize::MAX,
             sun: true,
-            volume: volume::Settings { cells: self.cells, ..volume::Settings::default() },
+            volume: volume::VolumeSettings { cells: self.cells, ..volume::VolumeSettings::default() },
             all_stages: true,
             volume_for_all: true,
         };

@@ -13,7 +13,7 @@
 #![allow(clippy::print_stdout)]
 
 use clerestory::panorama::{self, Picture, linear_to_srgb};
-use clerestory::register::{self, Registered, Settings, Subject, Verdict};
+use clerestory::register::{self, RegisterSettings, Registered, Subject, Verdict};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Pose, Site};
 use glam::{DMat3, DVec3, Vec3};
@@ -104,12 +104,12 @@ fn one_site(path: &str, options: &Options) -> Result<Vec<Outcome>, Box<dyn std::
         options.against.as_ref().map(|path| Site::load(Path::new(path))).transpose()?.unwrap_or_else(|| site.clone());
     for _ in 0..options.starts {
         let started = if options.against.is_some() { site.clone() } else { displaced(&site, options, &mut random) };
-        let settings = Settings {
+        let settings = RegisterSettings {
             within_m: options.within_m as f32,
             tilt_deg: options.tilt_deg as f32,
             together: !options.alone,
             anywhere: options.anywhere,
-            ..Settings::default()
+            ..RegisterSettings::default()
         };
         let before = processor_s();
         let found = register::register(&started, &scene, &settings, &|_, _, _| {})?;

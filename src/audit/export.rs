@@ -4,11 +4,11 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
 
+use crate::atomic_write::write_atomically;
 use crate::audit::error::AuditError;
 use crate::audit::finding::{Audit, Finding, Method, ViewSummary};
 use crate::audit::verdict::Reason;
 use crate::csv::Table;
-use crate::whole::write_whole;
 
 /// What `findings.json` holds.
 #[derive(Serialize)]
@@ -110,7 +110,7 @@ fn mask_png(mask: &[bool], [width, height]: [u32; 2]) -> Result<Vec<u8>, String>
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), AuditError> {
     let io = |e: std::io::Error| AuditError::Unwritable { path: path.to_owned(), why: e.to_string() };
-    write_whole(path, io, |file| file.write_all(bytes).map_err(io))
+    write_atomically(path, io, |file| file.write_all(bytes).map_err(io))
 }
 
 #[cfg(test)]

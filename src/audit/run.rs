@@ -59,7 +59,7 @@ pub fn audit(
         lightings: vec![lighting.to_owned()],
         probes: settings.probes,
         sun: true,
-        volume: volume::Settings { cells: settings.cells, ..volume::Settings::default() },
+        volume: volume::VolumeSettings { cells: settings.cells, ..volume::VolumeSettings::default() },
         all_stages: true,
         volume_for_all: true,
     };
@@ -96,10 +96,10 @@ fn without_misfits(
         return Ok((fitting, Vec::new()));
     }
     let probes = Site { views: Vec::new(), ..fitting.clone() };
-    let settings = register::Settings {
+    let settings = register::RegisterSettings {
         lighting: Some(lighting.to_owned()),
         tilt_deg: register::TRIPOD_TILT_DEG,
-        ..register::Settings::default()
+        ..register::RegisterSettings::default()
     };
     let mut misfits = register::misfits(&probes, scene, &settings)?;
     // a picture that fits nowhere may as well speak against the model

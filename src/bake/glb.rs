@@ -8,8 +8,8 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{BakeError, Baked};
+use crate::atomic_write::write_atomically;
 use crate::scene::{Scene, Wrap};
-use crate::whole::write_whole;
 
 /// A place farther from the site's origin than this, metres, would shake in a viewer's single precision: the file then stays
 /// local and its extras say where it lies.
@@ -192,7 +192,7 @@ fn write(path: &Path, document: &Value, bytes: &[u8]) -> Result<(), BakeError> {
     let total = 12 + 8 + text.len() + 8 + bytes.len();
     let Ok(total) = u32::try_from(total) else { return Err(BakeError::TooLarge { path: path.to_owned() }) };
     let io = |source| BakeError::Io { path: path.to_owned(), source };
-    write_whole(path, io, |file| {
+    write_atomically(path, io, |file| {
         let heads = [total, text.len() as u32, bytes.len() as u32].map(u32::to_le_bytes);
         let parts: [&[u8]; 9] =
             [b"glTF", &[2, 0, 0, 0], &heads[0], &heads[1], b"JSON", &text, &heads[2], b"BIN\0", bytes];

@@ -8,7 +8,10 @@ mod glb;
 mod mesh;
 mod ply;
 mod refine;
+mod settings;
 mod sides;
+
+pub use settings::BakeSettings;
 
 pub use glb::write_glb;
 pub use ply::write_ply;
@@ -25,25 +28,6 @@ use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::site::{Camera, Site};
 use refine::Lit;
-
-/// How finely to bake.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// At most so many samples of light.
-    pub vertices: usize,
-    /// Light that differs by less than this share from what lies between two corners is not cut for.
-    pub error: f32,
-    /// Find the exposures of the site's views, and take their mean for the whole.
-    pub views: bool,
-    /// Keep direct sun apart, for a viewer that casts its shadows: nothing is cut at their edges then.
-    pub sun_apart: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { vertices: 1_000_000, error: 0.08, views: true, sun_apart: false }
-    }
-}
 
 /// A baked model, local metres.
 pub struct Baked {
@@ -149,7 +133,7 @@ pub fn bake(
     site: &Site,
     scene: &Scene,
     options: &Options,
-    settings: &Settings,
+    settings: &BakeSettings,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Bake, SetupError> {
     let is_scan = !scene.mesh.colours.is_empty();

@@ -6,9 +6,9 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{BakeError, Baked};
+use crate::atomic_write::write_atomically;
 use crate::scene::Scene;
 use crate::site::Frame;
-use crate::whole::write_whole;
 
 /// Writes one lighting of a baked model as binary little-endian PLY in the model's own axes and units. Vertices have the
 /// colour that they are seen in at the bake's exposure, their irradiance (`e_red`, `e_green`, `e_blue`), `probes` (how many
@@ -43,7 +43,7 @@ pub fn write_ply(
                 if lamp { Vec3::ONE } else { material.albedo * texel * baked.vertices[v as usize].colour };
         }
     }
-    write_whole(path, io, |file| {
+    write_atomically(path, io, |file| {
         let head = format!(
             "ply\nformat binary_little_endian 1.0\ncomment {}\ncomment probes: how many see a vertex, 0: none does; source: \
              1 records, 2 volume, 3 neighbours\nelement vertex {}\nproperty {kind} x\nproperty {kind} y\nproperty {kind} \

@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-use super::Settings;
+use super::BakeSettings;
 use super::mesh::{Edges, Sample, Surface, longest};
 use crate::panorama::luminance;
 use crate::render::{Irradiance, Relit, Source};
@@ -56,7 +56,7 @@ pub(super) fn refine(
     surface: &mut Surface,
     lit: &mut Lit,
     lights: &Lights,
-    settings: &Settings,
+    settings: &BakeSettings,
     [coarse, finest]: [f32; 2],
     progress: &(dyn Fn(usize) + Sync),
 ) {
@@ -300,9 +300,9 @@ impl Lights<'_> {
             for (l, (relit, near)) in self.relit.iter().zip(&mut near).enumerate() {
                 let lit = relit.lit(s.position, s.normal, near);
                 let direct = if self.sun_apart { relit.light.unshadowed_sun(s.normal) } else { Vec3::ZERO };
-                let asks = lit.asks || direct != Vec3::ZERO;
+                let asks = lit.needs_shadow_ray || direct != Vec3::ZERO;
                 let in_sun = asks && relit.in_sun(s.position, s.normal);
-                let shaded = lit.asks && !in_sun;
+                let shaded = lit.needs_shadow_ray && !in_sun;
                 let (e, from) = if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) };
                 // a sum of the greatest numbers may leave them
                 let finite = |e: Vec3| {
@@ -310,7 +310,7 @@ impl Lights<'_> {
                 };
                 if self.sun_apart {
                     // what records say of a place that they know lit, or shaded, and what it would be otherwise
-                    let (shade, sun) = match (lit.asks, in_sun) {
+                    let (shade, sun) = match (lit.needs_shadow_ray, in_sun) {
                         (true, _) => (lit.shade, lit.sun),
                         (false, true) => (e - direct, e),
                         (false, false) => (e, e + direct),

@@ -12,6 +12,7 @@
 //! ```
 
 mod cause;
+mod eyes;
 mod frame;
 mod pictures;
 mod probes;
@@ -19,8 +20,8 @@ mod reach;
 mod stages;
 mod surroundings;
 mod views;
-
 pub use cause::{Cause, CauseKind};
+pub use eyes::eyes;
 pub(crate) use frame::length;
 pub use probes::{PictureCheck, ProbeCheck};
 pub use reach::unreachable;
@@ -90,7 +91,7 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
     let around_probes: Vec<_> = site.probes.par_iter().map(|p| probes::surroundings(&scene, p)).collect();
     let around_views: Vec<_> = site.views.par_iter().map(|v| views::surroundings(&scene, v)).collect();
     let around = || around_probes.iter().chain(&around_views);
-    let front_is_usual = winding_means_something(&edges).then(|| surroundings::usual_side(around()));
+    let front_is_usual = edges.winding_is_meaningful().then(|| surroundings::usual_side(around()));
     let nearest_m: Vec<f32> = around().map(|a| a.nearest_m).collect();
     let mut causes = frame::causes(site, &scene, &nearest_m);
     let (probes, of_probes) = probes::probes(site, &around_probes, front_is_usual)?;
@@ -122,13 +123,6 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
     })
 }
 
-/// Where rays start: all probes, and the views, or those named; metres from `origin`.
-pub fn eyes(site: &Site, origin: glam::DVec3, views: Option<&[&str]>) -> Vec<glam::Vec3> {
-    let wanted = |name: &str| views.is_none_or(|v| v.contains(&name));
-    let cameras = site.views.iter().filter(|v| wanted(&v.name)).map(|v| v.camera.pose);
-    site.probes.iter().map(|p| p.pose).chain(cameras).map(|pose| (pose.position - origin).as_vec3()).collect()
-}
-
 /// Rims and cracks are usual in models of interiors; only what misleads is worth a sentence.
 fn edge_warnings(edges: &Edges) -> Vec<String> {
     let share = |count: usize| count as f64 / edges.total.max(1) as f64;
@@ -149,26 +143,4 @@ fn edge_warnings(edges: &Edges) -> Vec<String> {
         ));
     }
     warnings
-}
-
-/// Points spread evenly over the unit sphere: a Fibonacci lattice (González, *Measurement of areas on a sphere using
-/// Fibonacci and latitude–longitude lattices*, 2010).
-pub(crate) fn sphere(count: usize) -> impl Iterator<Item = glam::Vec3> {
-    let golden_angle = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
-    (0..count).map(move |i| {
-        let z = 1.0 - (2 * i + 1) as f64 / count as f64;
-        let (sin, cos) = (golden_angle * i as f64).sin_cos();
-        let radius = (1.0 - z * z).sqrt();
-        glam::DVec3::new(radius * cos, radius * sin, z).as_vec3()
-    })
-}
-
-/// Straight down, and a little beside it: a ray that meets an edge exactly may slip through.
-fn downward() -> [glam::Vec3; 3] {
-    [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)].map(|(x, y)| glam::Vec3::new(x, y, -1.0).normalize())
-}
-
-/// Whether a mesh with such edges is wound well enough for fronts and backs to mean something.
-pub(crate) fn winding_means_something(edges: &Edges) -> bool {
-    edges.inverted * 20 <= edges.total
 }

@@ -1,7 +1,7 @@
 //! Whether pictures were taken where the site file says.
 
 use super::{Cause, CauseKind};
-use crate::register::{self, Misfit, RegisterError, Settings, Subject, TRIPOD_TILT_DEG};
+use crate::register::{self, Misfit, RegisterError, RegisterSettings, Subject, TRIPOD_TILT_DEG};
 use crate::scene::Scene;
 use crate::site::Site;
 
@@ -15,7 +15,7 @@ pub(super) fn causes(site: &Site, scene: &Scene, known: &[Cause]) -> Result<Vec<
     if only.is_empty() {
         return Ok(Vec::new());
     }
-    let settings = Settings { only, tilt_deg: TRIPOD_TILT_DEG, ..Settings::default() };
+    let settings = RegisterSettings { only, tilt_deg: TRIPOD_TILT_DEG, ..RegisterSettings::default() };
     let misfits = register::misfits(site, scene, &settings)?;
     Ok(misfits
         .into_iter()

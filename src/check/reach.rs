@@ -5,8 +5,8 @@
 //! wholly can be left out of the ray caster, and no picture changes.
 
 use glam::Vec3;
-use std::collections::BTreeMap;
 
+use crate::components::members;
 use crate::scene::{Mesh, Ray, Tracer};
 
 /// Triangles that no ray from `eyes` (local metres) can reach, as a mark for each; `None` where all can be reached, or
@@ -53,13 +53,13 @@ impl Bounds {
 }
 
 /// Triangles that hang together by corners in the same place.
-struct Part {
+struct MeshComponent {
     triangles: Vec<u32>,
     /// Every edge belongs to an even number of triangles.
     closed: bool,
 }
 
-impl Part {
+impl MeshComponent {
     fn marks(&self, count: usize) -> Vec<bool> {
         let mut marks = vec![false; count];
         self.triangles.iter().for_each(|&t| marks[t as usize] = true);
@@ -80,42 +80,17 @@ impl Part {
     }
 }
 
-fn parts(mesh: &Mesh) -> Vec<Part> {
-    // corners in the same place are one; −0 is 0
-    let key = |p: Vec3| (p + 0.0).to_array().map(f32::to_bits);
-    let mut places: BTreeMap<[u32; 3], u32> = BTreeMap::new();
-    let corner = |i: u32, places: &mut BTreeMap<_, u32>| {
-        let next = places.len() as u32;
-        *places.entry(key(mesh.positions[i as usize])).or_insert(next)
-    };
-    let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|i| corner(i, &mut places))).collect();
-    let mut parent: Vec<u32> = (0..places.len() as u32).collect();
-    for t in &triangles {
-        for pair in [[t[0], t[1]], [t[1], t[2]]] {
-            let (a, b) = (root(&mut parent, pair[0]), root(&mut parent, pair[1]));
-            parent[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let mut by_root: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for (i, t) in triangles.iter().enumerate() {
-        by_root.entry(root(&mut parent, t[0])).or_default().push(i as u32);
-    }
-    let one = |list: Vec<u32>| {
+fn parts(mesh: &Mesh) -> Vec<MeshComponent> {
+    let welded = mesh.welded();
+    let one = |triangles: Vec<usize>| {
         let sorted = |a: u32, b: u32| (a.min(b), a.max(b));
-        let edges = list.iter().map(|&i| triangles[i as usize]);
-        let mut edges: Vec<_> = edges.flat_map(|[a, b, c]| [sorted(a, b), sorted(b, c), sorted(c, a)]).collect();
+        let corners = triangles.iter().map(|t| mesh.triangles[*t].map(|i| welded[i as usize]));
+        let mut edges: Vec<_> = corners.flat_map(|[a, b, c]| [sorted(a, b), sorted(b, c), sorted(c, a)]).collect();
         edges.sort_unstable();
-        Part { closed: edges.chunk_by(|a, b| a == b).all(|same| same.len() % 2 == 0), triangles: list }
+        let closed = edges.chunk_by(|a, b| a == b).all(|same| same.len() % 2 == 0);
+        MeshComponent { closed, triangles: triangles.into_iter().map(|t| t as u32).collect() }
     };
-    by_root.into_values().map(one).collect()
-}
-
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
+    members(&mesh.components()).into_iter().map(one).collect()
 }
 
 /// Whether a point is inside a closed surface, by the parity of crossings; `None` where directions do not agree.
@@ -137,7 +112,7 @@ fn inside(wall: &Tracer, point: Vec3) -> Option<bool> {
 }
 
 /// Whether a part lies wholly on the other side of a closed wall than the eyes, without touching it.
-fn apart(mesh: &Mesh, tracer: &Tracer, wall: &Part, part: &Part, eyes_inside: bool) -> bool {
+fn apart(mesh: &Mesh, tracer: &Tracer, wall: &MeshComponent, part: &MeshComponent, eyes_inside: bool) -> bool {
     let first = mesh.corners(part.triangles[0])[0];
     if inside(tracer, first) != Some(!eyes_inside) {
         return false;

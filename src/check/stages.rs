@@ -8,7 +8,7 @@ use super::reach::unreachable;
 use crate::panorama::{self, PanoramaError};
 use crate::scene::{Ray, Scene, Tracer};
 use crate::site::{Site, View};
-use crate::volume::{self, Anchor, Anchors, Grid};
+use crate::volume::{self, CachePoint, CachePoints, Grid};
 
 /// A stage of work, and whether the site needs it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -153,9 +153,9 @@ fn unreached_stage(site: &Site, scene: &Scene) -> Stage {
 fn volume_cost(scene: &Scene) -> Saving {
     let start = Instant::now();
     let (low, high) = scene.mesh.bounds();
-    let grid = Grid::over(low, high, volume::Settings::default().cells);
-    let anchors = Anchors::over(scene, grid);
-    let bytes = anchors.list.len() * size_of::<Anchor>() + grid.len() * size_of::<u32>();
+    let grid = Grid::over(low, high, volume::VolumeSettings::default().cells);
+    let cache_points = CachePoints::over(scene, grid);
+    let bytes = cache_points.list.len() * size_of::<CachePoint>() + grid.len() * size_of::<u32>();
     Saving { seconds: start.elapsed().as_secs_f64(), bytes: bytes as u64 }
 }
 
@@ -163,7 +163,7 @@ fn volume_cost(scene: &Scene) -> Saving {
 /// surfaces only, and only those that a view asks for are worked out.
 fn subdivision(scene: &Scene) -> String {
     let (low, high) = scene.mesh.bounds();
-    let grid = Grid::over(low, high, volume::Settings::default().cells);
+    let grid = Grid::over(low, high, volume::VolumeSettings::default().cells);
     let kib = (grid.len() * size_of::<u32>()) as f64 / 1024.0;
     let [x, y, z] = grid.size.to_array();
     format!(

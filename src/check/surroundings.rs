@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::cause::{Cause, CauseKind};
-use super::{downward, sphere};
 use crate::scene::{Ray, Scene};
+use crate::sphere::sphere;
 
 /// What a few thousand rays from a point tell of its surroundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,6 +147,11 @@ pub(super) fn usual_side<'a>(around: impl Iterator<Item = &'a Surroundings>) -> 
         all += 1;
     }
     2 * fronts >= all
+}
+
+/// Straight down, and a little beside it: a ray that meets an edge exactly may slip through.
+fn downward() -> [glam::Vec3; 3] {
+    [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)].map(|(x, y)| glam::Vec3::new(x, y, -1.0).normalize())
 }
 
 #[cfg(test)]

@@ -4,12 +4,13 @@ use anyhow::bail;
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
 use clerestory::report::{markers, write_audit_sheets, write_markers};
-use clerestory::scene::{self, Health};
+use clerestory::scene::{self, Health, Scene};
 use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::visible::visible;
+use super::terminal::output::Output;
+use super::terminal::visible::visible;
 
 /// Find where the model is wrong, from photographs.
 ///
@@ -46,15 +47,8 @@ pub(crate) struct AuditArgs {
     /// How many findings a photograph of a right model may give; what is less strange is a doubt
     #[arg(long, value_name = "NUMBER", default_value_t = 0.1)]
     false_alarms: f64,
-    /// Folder for the findings [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
-    /// Print the findings as JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// Audits a site and tells `out` about it.
@@ -71,12 +65,14 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
             }
         }
     }
+    let folder = args.output.folder(&site)?;
+    let mut health = Health::default();
+    let scene = scene::load(&site, &mut health)?;
     let mut found = Vec::new();
     if args.register {
         (site, found) =
-            super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
+            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.talks())?;
     }
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
     let settings = Settings {
         longest_px: args.longest,
         refine_pose: !args.no_pose,
@@ -84,19 +80,22 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
         ..Settings::default()
     };
-    let shown = !args.quiet && !args.json;
-    let audit = audited(&site, found, args.lighting.as_deref(), &args.view, &settings, &folder, shown)?;
-    if args.json {
+    let said = health.warnings.into_iter().chain(found).collect();
+    let lighting = args.lighting.as_deref();
+    let audit = audited(&site, &scene, said, lighting, &args.view, &settings, &folder, args.output.talks())?;
+    if args.output.json {
         out.write_all(audit.json()?.as_bytes())?;
-    } else if !args.quiet {
+    } else if !args.output.quiet {
         print(&audit, &folder, out)?;
     }
     Ok(())
 }
 
 /// Audits views, or all where none is named, and writes what came of it; `said` are sentences to tell with it.
+#[expect(clippy::too_many_arguments, reason = "what the verb and the report have in common")]
 pub(super) fn audited(
     site: &Site,
+    scene: &Scene,
     said: Vec<String>,
     lighting: Option<&str>,
     views: &[String],
@@ -105,19 +104,17 @@ pub(super) fn audited(
     shown: bool,
 ) -> anyhow::Result<Audit> {
     let lighting = lighting.map(str::to_owned).or_else(|| site.lightings().first().cloned()).unwrap_or_default();
-    let mut health = Health::default();
-    let scene = scene::load(site, &mut health)?;
-    let bar = super::progress::bar(shown, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
+    let bar = super::terminal::progress::bar(shown, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
         bar.set_message(visible(what).into_owned());
     };
-    let mut audit = audit::audit(site, &scene, &lighting, views, settings, &tell)?;
+    let mut audit = audit::audit(site, scene, &lighting, views, settings, &tell)?;
     bar.finish_and_clear();
-    audit.warnings.extend(health.warnings.into_iter().chain(said));
+    audit.warnings.extend(said);
     audit.write(folder)?;
-    write_audit_sheets(site, &scene, &audit, &super::own_command(), folder)?;
+    write_audit_sheets(site, scene, &audit, &super::terminal::command::own_command(), folder)?;
     write_markers(&markers(&audit, site), folder)?;
     Ok(audit)
 }

@@ -49,20 +49,20 @@ pub(crate) struct BakeHow {
     #[arg(long, value_name = "N", value_parser = vertices)]
     pub(super) vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share
-    #[arg(long, value_name = "SHARE", default_value_t = bake::Settings::default().error, value_parser = error)]
+    #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = error)]
     pub(super) error: f32,
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     pub(super) cells: u32,
     /// Rays from each place of the irradiance volume
-    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
+    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
     pub(super) volume_rays: u32,
 }
 
 impl Default for BakeHow {
     fn default() -> Self {
-        let volume::Settings { cells, rays } = volume::Settings::default();
-        Self { lighting: vec![], vertices: None, error: bake::Settings::default().error, cells, volume_rays: rays }
+        let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+        Self { lighting: vec![], vertices: None, error: bake::BakeSettings::default().error, cells, volume_rays: rays }
     }
 }
 
@@ -92,13 +92,13 @@ struct Outcome {
 pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let lightings = lightings(&site, &args.how.lighting)?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
     let start = Instant::now();
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
     let load_s = start.elapsed().as_secs_f64();
     let Bake { baked, mut setup } =
-        baked(&site, &scene, &lightings, &args.how, bake::Settings::default(), !args.quiet && !args.json)?;
+        baked(&site, &scene, &lightings, &args.how, bake::BakeSettings::default(), !args.quiet && !args.json)?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
     let bake_s = start.elapsed().as_secs_f64() - load_s - set_up_s;
@@ -126,7 +126,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
         warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
     };
     if args.json {
-        super::out::json(&outcome, out)?;
+        super::terminal::output::json(&outcome, out)?;
     } else if !args.quiet {
         print(&outcome, out)?;
     }
@@ -139,19 +139,19 @@ pub(super) fn baked(
     scene: &Scene,
     lightings: &[String],
     how: &BakeHow,
-    usual: bake::Settings,
+    usual: bake::BakeSettings,
     shown: bool,
 ) -> anyhow::Result<Bake> {
     let options = Options {
         lightings: lightings.to_vec(),
         probes: site.probes.len(),
         sun: true,
-        volume: volume::Settings { cells: how.cells, rays: how.volume_rays },
+        volume: volume::VolumeSettings { cells: how.cells, rays: how.volume_rays },
         all_stages: false,
         volume_for_all: false,
     };
-    let settings = bake::Settings { vertices: how.vertices.unwrap_or(usual.vertices), error: how.error, ..usual };
-    let bar = super::progress::bar(shown, "{spinner} {msg}  {elapsed}");
+    let settings = bake::BakeSettings { vertices: how.vertices.unwrap_or(usual.vertices), error: how.error, ..usual };
+    let bar = super::terminal::progress::bar(shown, "{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
     let made = bake(site, scene, &options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;
     bar.finish_and_clear();
@@ -164,7 +164,7 @@ pub(super) fn lightings(site: &Site, asked: &[String]) -> anyhow::Result<Vec<Str
     if asked.is_empty() && !known.is_empty() {
         return Ok(known);
     }
-    asked.iter().try_for_each(|name| super::render::known_lighting(site, name))?;
+    asked.iter().try_for_each(|name| super::register::lighting(site, Some(name)).map(drop))?;
     // a site without probes is told so later
     Ok(if asked.is_empty() { vec![String::new()] } else { asked.to_vec() })
 }
@@ -178,7 +178,7 @@ pub(super) fn stem(site: &Site) -> String {
 
 fn write(folder: &Path, site: &Site, scene: &Scene, baked: &Baked) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
-    let command = super::own_command();
+    let command = super::terminal::command::own_command();
     for (l, lighting) in baked.lightings.iter().enumerate() {
         let plain = lighting.replace(|c: char| !c.is_alphanumeric() && c != '-', "");
         let stem = if baked.lightings.len() > 1 { format!("{}-{plain}", stem(site)) } else { stem(site) };

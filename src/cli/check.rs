@@ -22,7 +22,7 @@ pub(crate) struct CheckArgs {
 pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let result = check(&Site::load(&args.site)?)?;
     if args.json {
-        super::out::json(&result, out)?;
+        super::terminal::output::json(&result, out)?;
     } else {
         print(&result, out)?;
     }

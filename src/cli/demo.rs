@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 use clap::Args;
-use clerestory::whole::Unfinished;
+use clerestory::atomic_write::Unfinished;
 use serde::Serialize;
 use std::fs;
 use std::io::{self, Write};
@@ -107,7 +107,7 @@ pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> anyhow::Result<()> {
         sites: [dir.join("site.toml"), dir.join("as_modelled.toml")],
     };
     if args.json {
-        super::out::json(&written, out)?;
+        super::terminal::output::json(&written, out)?;
     } else {
         tell(&written, out)?;
     }
@@ -115,7 +115,8 @@ pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> anyhow::Result<()> {
 }
 
 fn tell(written: &Written, out: &mut impl Write) -> io::Result<()> {
-    let [dir, twin] = [written.folder, &written.sites[1]].map(|p| super::quoted(&p.to_string_lossy()));
+    let [dir, twin] =
+        [written.folder, &written.sites[1]].map(|p| super::terminal::command::quoted(&p.to_string_lossy()));
     let megabytes = written.bytes as f64 / 1e6;
     writeln!(out, "Wrote the chapel, {} files, {megabytes:.1} MB, to {dir}. Try next:\n", written.files)?;
     writeln!(out, "  clerestory check {dir}                      what the site holds and what it is fit for")?;

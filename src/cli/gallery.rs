@@ -96,7 +96,7 @@ pub(crate) fn run(args: &GalleryArgs, out: &mut impl Write) -> Result<(), Error>
     let guards = result.guards.iter().map(DVec2::to_array).collect();
     let Guards { covered_fraction, lower_bound, .. } = result;
     let output = Output { guards, covered_fraction, lower_bound, proved: result.proved(), warnings };
-    super::out::json(&output, out)?;
+    super::terminal::output::json(&output, out)?;
     if !(args.json || args.quiet) {
         tell(&result, warnings)?;
     }

@@ -2,8 +2,8 @@
 
 use anyhow::bail;
 use clap::{Args, ValueHint};
+use clerestory::atomic_write::{folder_of, write_atomically};
 use clerestory::init::{Draft, Guessed, Sources, draft};
-use clerestory::whole::{folder_of, write_whole};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &InitArgs, out: &mut impl Write) -> anyhow::Result<()> {
     };
     let draft = draft(&file, &sources)?;
     let unwritable = |e: io::Error| anyhow::anyhow!("{}: {e}", file.display());
-    write_whole(&file, unwritable, |f| f.write_all(draft.text.as_bytes()).map_err(unwritable))?;
+    write_atomically(&file, unwritable, |f| f.write_all(draft.text.as_bytes()).map_err(unwritable))?;
     let outcome = Outcome {
         file: &file,
         units: Told::of(&draft.guess.unit, |unit| unit.name.to_owned()),
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &InitArgs, out: &mut impl Write) -> anyhow::Result<()> {
         next: next(&file, &draft),
     };
     if args.json {
-        super::out::json(&outcome, out)?;
+        super::terminal::output::json(&outcome, out)?;
     } else if !args.quiet {
         tell(&outcome, out)?;
     }
@@ -152,7 +152,7 @@ fn next(file: &Path, draft: &Draft) -> Vec<String> {
     let site = if file.file_name().is_some_and(|n| n == "site.toml") { folder_of(file) } else { file };
     let verb = |words: &[&str]| {
         let words: Vec<String> = words.iter().map(|w| (*w).to_owned()).collect();
-        super::command(&words)
+        super::terminal::command::command(&words)
     };
     let named = site.to_string_lossy();
     let registered = folder_of(file).join("registered.toml");

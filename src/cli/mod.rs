@@ -1,10 +1,7 @@
 //! The command line: one file per verb; parses, calls the library and prints.
 
-use anyhow::bail;
 use clap::{Parser, Subcommand};
-use std::ffi::OsString;
 use std::io::{self, Write};
-use std::path::Path;
 
 pub(crate) mod audit;
 pub(crate) mod bake;
@@ -12,17 +9,15 @@ pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod gallery;
 pub(crate) mod init;
-mod out;
 pub(crate) mod plan;
-mod progress;
 pub(crate) mod register;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
 pub(crate) mod summary;
+pub(crate) mod terminal;
 pub(crate) mod view;
-pub(crate) mod visible;
 
 /// Plan, relight and audit heritage interiors with image-based shooting.
 #[derive(Parser)]
@@ -93,36 +88,6 @@ fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A command line of this program (without its name) as a shell takes it.
-pub(crate) fn command(line: &[String]) -> String {
-    std::iter::once("clerestory".to_owned()).chain(line.iter().map(|w| quoted(w))).collect::<Vec<_>>().join(" ")
-}
-
-/// A word as a shell takes it: in quotes only if need be.
-pub(crate) fn quoted(word: &str) -> String {
-    let plain = !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./:,=+@".contains(c));
-    if plain { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
-}
-
-/// The command line that this process was started with.
-pub(crate) fn own_command() -> String {
-    command(&std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect::<Vec<_>>())
-}
-
-/// Refuses words that are no UTF-8, which results in JSON and in HTML could not name.
-pub(crate) fn readable(mut words: impl Iterator<Item = OsString>) -> anyhow::Result<()> {
-    match words.find(|word| word.to_str().is_none()) {
-        Some(word) => bail!("{}: the name is no UTF-8. Rename the file or folder, or give another", word.display()),
-        None => Ok(()),
-    }
-}
-
-/// A path as an argument that is not taken for an option.
-pub(crate) fn as_argument(path: &Path) -> String {
-    let path = path.to_string_lossy();
-    if path.starts_with('-') { format!("./{path}") } else { path.into_owned() }
-}
-
 /// Bytes from a number with or without K, M or G, which are powers of 1024.
 fn bytes(text: &str) -> Result<u64, String> {
     let wrong = || "expected bytes, from 1M on, such as 512M or 4G".to_owned();
@@ -136,15 +101,6 @@ fn bytes(text: &str) -> Result<u64, String> {
     };
     let bytes = digits.parse::<f64>().map_err(|_| wrong())? * unit;
     if (1024f64.powi(2)..1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(wrong()) }
-}
-
-/// An error and its causes in one line; a cause that the line tells already is not told again.
-pub(crate) fn in_words(error: &anyhow::Error) -> String {
-    error
-        .chain()
-        .skip(1)
-        .map(ToString::to_string)
-        .fold(error.to_string(), |line, cause| if line.contains(&cause) { line } else { format!("{line}: {cause}") })
 }
 
 /// Whether whoever read the output has stopped reading.

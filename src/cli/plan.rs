@@ -11,6 +11,8 @@ use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::terminal::output::Output;
+
 /// Plan where to put the tripod: floors, stations, what they see and what nothing will.
 ///
 /// Writes plan-FLOOR and coverage-FLOOR (SVG and PNG, A4), plan-FLOOR.dxf for CAD programs, plan.json, plan.csv and coverage.ply into --out, and prints the
@@ -37,22 +39,15 @@ pub(crate) struct PlanArgs {
     /// Leave the check by rays on the model's surface out, and coverage.ply
     #[arg(long)]
     no_surface: bool,
-    /// Folder for the results [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
-    /// Print plan.json instead of text
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// Plans a site and tells `out` what came of it.
 pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
-    let spinner = super::progress::bar(!args.quiet && !args.json, "{spinner} {msg}");
+    let folder = args.output.folder(&site)?;
+    let spinner = args.output.bar("{spinner} {msg}");
     spinner.set_message("reading the model");
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
@@ -76,9 +71,9 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     spinner.set_message("drawing");
     let (json, files) = write_plan(&site, &scene, &plan, &folder)?;
     spinner.finish_and_clear();
-    if args.json {
-        super::out::json(&json, out)?;
-    } else if !args.quiet {
+    if args.output.json {
+        super::terminal::output::json(&json, out)?;
+    } else if !args.output.quiet {
         let outward = Outward::of(&site, &scene);
         for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
             writeln!(out, "! {warning}")?;

@@ -2,17 +2,18 @@
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueHint};
-use clerestory::register::{self, Registered, Rival, Settings, Subject, Verdict};
+use clerestory::atomic_write::folder_of;
+use clerestory::register::{self, RegisterSettings, Registered, Rival, Subject, Verdict};
 use clerestory::report::{RegisterSheet, register_sheet, register_stem, register_words, write_file, write_sheet};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::edit::{Listed, PoseChange, in_site_file, length_decimals, number, with_poses};
 use clerestory::site::{CameraSource, Frame, Site};
-use clerestory::whole::folder_of;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::visible::visible;
+use super::terminal::output::Output;
+use super::terminal::visible::visible;
 
 /// Find where probes and photographs were taken, against the model and each other.
 ///
@@ -34,13 +35,13 @@ pub(crate) struct RegisterArgs {
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Search so many metres around the place in the site file
-    #[arg(long, value_name = "METRES", default_value_t = Settings::default().within_m, value_parser = within)]
+    #[arg(long, value_name = "METRES", default_value_t = RegisterSettings::default().within_m, value_parser = within)]
     within: f32,
     /// Search on all floors, wherever the site file has it; so it is anyway for a probe without a position
     #[arg(long, conflicts_with = "within")]
     anywhere: bool,
     /// Search so many degrees of tilt around the one in the site file; headings are searched all round
-    #[arg(long, value_name = "DEGREES", default_value_t = Settings::default().tilt_deg, value_parser = tilt)]
+    #[arg(long, value_name = "DEGREES", default_value_t = RegisterSettings::default().tilt_deg, value_parser = tilt)]
     tilt: f32,
     /// The probes' pictures of this lighting [default: the site's first]
     #[arg(long, value_name = "NAME")]
@@ -54,15 +55,8 @@ pub(crate) struct RegisterArgs {
     /// Let --write take the place of a file that is there, the site file itself included
     #[arg(long, requires = "write")]
     overwrite: bool,
-    /// Folder for the sheets [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// What `--json` prints.
@@ -111,20 +105,20 @@ struct ToldRival {
 pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load_to_register(&args.site)?;
     let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
-    let lighting = known_lighting(&site, args.lighting.as_deref())?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let lighting = lighting(&site, args.lighting.as_deref())?;
+    let folder = args.output.folder(&site)?;
     let mut health = Health::default();
     let scene = scene::load(&site, &mut health)?;
-    let settings = Settings {
+    let settings = RegisterSettings {
         within_m: args.within,
         tilt_deg: args.tilt,
         together: !args.alone,
         lighting: Some(lighting.clone()),
         only: args.only.clone(),
         anywhere: args.anywhere,
-        ..Settings::default()
+        ..RegisterSettings::default()
     };
-    let all = found(&site, &scene, &settings, !args.quiet && !args.json)?;
+    let all = found(&site, &scene, &settings, args.output.talks())?;
     let mut told = Vec::new();
     for (i, f) in all.iter().enumerate() {
         let sheet = sheet(&site, &scene, f, &lighting, [i + 1, all.len()], &folder)?;
@@ -135,28 +129,21 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     }
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome = Outcome { pictures: told, written: target, warnings };
-    if args.json {
-        super::out::json(&outcome, out)?;
-    } else if !args.quiet {
+    if args.output.json {
+        super::terminal::output::json(&outcome, out)?;
+    } else if !args.output.quiet {
         print(&outcome, &site, &all, out)?;
     }
     Ok(())
 }
 
-/// The lighting to take, which must be one of the site's.
-fn known_lighting(site: &Site, wanted: Option<&str>) -> anyhow::Result<String> {
-    let known = site.lightings();
-    match wanted {
-        Some(name) if !known.iter().any(|k| k == name) => {
-            bail!("{}: there is no lighting “{name}”. The site's lightings: {}", site.file.display(), known.join(", "))
-        }
-        Some(name) => Ok(name.to_owned()),
-        None => Ok(known.first().cloned().unwrap_or_default()),
-    }
+/// [`Site::lighting`], with the site file in its error.
+pub(super) fn lighting(site: &Site, asked: Option<&str>) -> anyhow::Result<String> {
+    site.lighting(asked).with_context(|| site.file.display().to_string())
 }
 
-fn found(site: &Site, scene: &Scene, settings: &Settings, show: bool) -> anyhow::Result<Vec<Registered>> {
-    let bar = super::progress::bar(show, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
+fn found(site: &Site, scene: &Scene, settings: &RegisterSettings, show: bool) -> anyhow::Result<Vec<Registered>> {
+    let bar = super::terminal::progress::bar(show, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
     let tell = |what: &str, done: usize, all: usize| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
@@ -171,18 +158,18 @@ fn found(site: &Site, scene: &Scene, settings: &Settings, show: bool) -> anyhow:
 /// passing. Where `views` are named, no other views are registered.
 pub(crate) fn in_passing(
     site: &Site,
+    scene: &Scene,
     lighting: Option<&str>,
     views: &[String],
     show: bool,
 ) -> anyhow::Result<(Site, Vec<String>)> {
-    let scene = scene::load(site, &mut Health::default())?;
     let mut only = Vec::new();
     if !views.is_empty() {
         only.extend(site.probes.iter().filter(|p| !p.pictures.is_empty()).map(|p| p.name.clone()));
         only.extend(site.views.iter().filter(|v| v.photo.is_some() && views.contains(&v.name)).map(|v| v.name.clone()));
     }
-    let lighting = Some(known_lighting(site, lighting)?);
-    let mut all = found(site, &scene, &Settings { lighting, only, ..Settings::default() }, show)?;
+    let lighting = Some(self::lighting(site, lighting)?);
+    let mut all = found(site, scene, &RegisterSettings { lighting, only, ..RegisterSettings::default() }, show)?;
     // a view may share a probe's name
     let asked = |f: &Registered| match f.subject {
         Subject::Probe(_) => true,
@@ -207,7 +194,7 @@ fn sheet(
     let Some(picture) = register::picture(site, found.subject, lighting)? else {
         bail!("{}: “{}” has no picture any more", site.file.display(), found.subject.name(site));
     };
-    let command = super::own_command();
+    let command = super::terminal::command::own_command();
     let about = RegisterSheet { site, scene, found, picture: &picture, command: &command, sheet: number };
     let [svg, _] = write_sheet(&register_sheet(&about), folder, &register_stem(site, found.subject))?;
     Ok(svg)

@@ -22,7 +22,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::visible::visible;
+use super::register::lighting;
+use super::terminal::output::Output;
+use super::terminal::visible::visible;
 
 /// Rays a pixel, unless others are asked for.
 const SAMPLES: u32 = 4;
@@ -66,10 +68,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     probes: Option<u32>,
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     cells: u32,
     /// Rays from each place of the irradiance volume
-    #[arg(long, value_name = "N", default_value_t = volume::Settings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
+    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
     volume_rays: u32,
     /// With --method paper: the records' radius in metres [default: twice their median spacing]
     #[arg(long, value_name = "METRES", value_parser = radius)]
@@ -102,15 +104,8 @@ pub(crate) struct RenderArgs {
     /// Leave no stage out, needed or not
     #[arg(long)]
     all_stages: bool,
-    /// Folder for the pictures [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// How to relight.
@@ -131,15 +126,16 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     }
     chosen(&site, &args.view)?;
     if args.register {
+        let scene = scene::load(&site, &mut Health::default())?;
         let (found, lines) =
-            super::register::in_passing(&site, args.lighting.as_deref(), &args.view, !args.quiet && !args.json)?;
+            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.talks())?;
         site = found;
         site.warnings.extend(lines);
     }
     let outcome = rendered(site, args)?;
-    if args.json {
-        super::out::json(&outcome, out)?;
-    } else if !args.quiet {
+    if args.output.json {
+        super::terminal::output::json(&outcome, out)?;
+    } else if !args.output.quiet {
         print(&outcome, out)?;
     }
     Ok(())
@@ -148,9 +144,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
 impl RenderArgs {
     /// All views as they come, into a folder, silently.
     pub(super) fn as_they_come(out: &Path, compare: bool) -> Self {
-        let volume::Settings { cells, rays } = volume::Settings::default();
-        let out = Some(out.to_owned());
-        Self { samples: SAMPLES, cells, volume_rays: rays, compare, out, quiet: true, ..Self::default() }
+        let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+        Self { samples: SAMPLES, cells, volume_rays: rays, compare, output: Output::silent(out), ..Self::default() }
     }
 }
 
@@ -160,7 +155,7 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let folder = args.output.folder(&site)?;
 
     let mut health = Health::default();
     let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
@@ -171,7 +166,7 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     let (scene, spared) = scene::load_without(&site, &mut health, marks)?;
     let unreached = spared.map(not_loaded);
     let load_s = start.elapsed().as_secs_f64();
-    let fitting = radiometry::Settings { response: args.fit_response, ..radiometry::Settings::default() };
+    let fitting = radiometry::FitSettings { response: args.fit_response, ..radiometry::FitSettings::default() };
     let gains = args.fit_gains.then(|| radiometry::fit(&site, &scene, &lightings[0], &fitting)).transpose()?;
     gains.iter().for_each(|fit| fit.apply(&mut site));
     let views = chosen(&site, &args.view)?;
@@ -180,7 +175,7 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
         lightings,
         probes: args.probes.map_or(site.probes.len(), |n| n as usize),
         sun: !args.no_sun,
-        volume: volume::Settings { cells: args.cells, rays: args.volume_rays },
+        volume: volume::VolumeSettings { cells: args.cells, rays: args.volume_rays },
         all_stages: args.all_stages || args.volume_only,
         volume_for_all: args.volume_only,
     };
@@ -199,7 +194,7 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     let volume_s = start.elapsed().as_secs_f64();
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
-    let bar = super::progress::bar(!args.quiet && !args.json, "{msg:16} {wide_bar} {percent:>3} %  {eta} left");
+    let bar = args.output.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
     bar.set_length(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
     let mut steady = args.path.is_some().then(|| walk_exposure(&scene, &setup, &volumes, &cameras));
@@ -330,21 +325,9 @@ fn chosen<'a>(site: &'a Site, names: &[String]) -> anyhow::Result<Vec<&'a View>>
 
 /// The lightings that are needed: one, or two to blend.
 fn lightings(site: &Site, args: &RenderArgs) -> anyhow::Result<Vec<String>> {
-    let first = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
-    let all: Vec<String> = std::iter::once(first).chain(args.blend.clone()).collect();
-    all.iter().try_for_each(|name| known_lighting(site, name))?;
-    Ok(all)
-}
-
-/// Refuses a lighting that the site does not have; a site without probes is told so later.
-pub(super) fn known_lighting(site: &Site, name: &String) -> anyhow::Result<()> {
-    let known = site.lightings();
-    if known.is_empty() || known.contains(name) {
-        return Ok(());
-    }
-    let known: Vec<_> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
-    let known = if known.is_empty() { "one, without a name".to_owned() } else { known.join(", ") };
-    bail!("{}: there is no lighting “{name}”. The site's lightings: {known}", site.file.display());
+    let first = lighting(site, args.lighting.as_deref())?;
+    let blended = args.blend.iter().map(|name| lighting(site, Some(name)));
+    std::iter::once(Ok(first)).chain(blended).collect()
 }
 
 /// The paper's method, one per lighting; its timings and records take the place of ours.
@@ -355,7 +338,7 @@ fn plain(
     args: &RenderArgs,
     setup: &mut Setup,
 ) -> anyhow::Result<Vec<Plain>> {
-    let settings = paper::Settings { radius_m: args.radius, cells: args.cells, ..paper::Settings::default() };
+    let settings = paper::PaperSettings { radius_m: args.radius, cells: args.cells, ..paper::PaperSettings::default() };
     let probes: Vec<&site::Probe> = site.probes.iter().take(options.probes).collect();
     let (mut all, mut timings) = (Vec::new(), Timings { load_s: setup.timings.load_s, ..Timings::default() });
     for lighting in &options.lightings {

@@ -21,8 +21,8 @@ use super::bake::BakeHow;
 use super::register::in_passing;
 use super::render::{RenderArgs, rendered};
 use super::study::studied;
+use super::terminal::command::{as_argument, command, in_words, own_command};
 use super::view::viewed;
-use super::{as_argument, command, in_words, own_command};
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
 ///
@@ -114,10 +114,12 @@ fn has_photograph(site: &Site) -> bool {
 /// Makes the report and tells `out` where it is.
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
     let parts: Vec<Part> = Part::ALL.into_iter().filter(|p| *p != Part::View || args.viewer).collect();
-    let bar =
-        super::progress::bar(!args.quiet && !args.json, "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
+    let bar = super::terminal::progress::bar(
+        !args.quiet && !args.json,
+        "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}",
+    );
     bar.set_length(1 + parts.iter().filter(|p| p.left_out(&site, args).is_none()).count() as u64);
 
     let mut archive = Archive {
@@ -220,8 +222,12 @@ impl Report<'_> {
                 archive.render = Some(rendered);
             }
             Part::Audit => {
-                let (site, said) = self.registered()?;
-                archive.audit = Some(audited(&site, said, None, &[], &audit::Settings::default(), folder, false)?);
+                let (site, found) = self.registered()?;
+                let mut health = Health::default();
+                let scene = scene::load(&site, &mut health)?;
+                let said = health.warnings.into_iter().chain(found).collect();
+                let settings = audit::Settings::default();
+                archive.audit = Some(audited(&site, &scene, said, None, &[], &settings, folder, false)?);
             }
             Part::Study => {
                 let options = study::Options { budget_s: f64::from(args.budget), ..study::Options::default() };
@@ -244,7 +250,10 @@ impl Report<'_> {
     fn registered(&mut self) -> anyhow::Result<(Site, Vec<String>)> {
         if self.registered.is_none() {
             self.registered = Some(match self.args.register {
-                true => in_passing(self.site, None, &[], false)?,
+                true => {
+                    let scene = scene::load(self.site, &mut Health::default())?;
+                    in_passing(self.site, &scene, None, &[], false)?
+                }
                 false => (self.site.clone(), Vec::new()),
             });
         }

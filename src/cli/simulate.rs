@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use clap::Args;
 use clerestory::panorama::{Layer, Picture, Projection, write_exr};
-use clerestory::reference::{Estimate, Eye, Lights, Noise, Settings, Stopped, add_samples};
+use clerestory::reference::{Estimate, Eye, Lights, Noise, ReferenceSettings, Stopped, add_samples};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::{Environment, Pictures, Site, Sun};
 use glam::{DVec3, Vec3};
@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::visible::visible;
+use super::terminal::visible::visible;
 
 /// Samples a pixel in the first round of `--noise`.
 const FIRST_ROUND: u32 = 32;
@@ -154,7 +154,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
     }
     outcome.seconds = start.elapsed().as_secs_f64();
     if args.json {
-        super::out::json(&outcome, out)?;
+        super::terminal::output::json(&outcome, out)?;
     }
     Ok(())
 }
@@ -269,7 +269,7 @@ fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> anyho
             job,
             scene,
             lights,
-            &Settings { samples: round, seed: args.seed, ..Settings::default() },
+            &ReferenceSettings { samples: round, seed: args.seed, ..ReferenceSettings::default() },
             args,
             &mut estimate,
         )?;
@@ -302,11 +302,11 @@ fn add(
     job: &Job,
     scene: &Scene,
     lights: &Lights,
-    settings: &Settings,
+    settings: &ReferenceSettings,
     args: &SimulateArgs,
     to: &mut Estimate,
 ) -> Result<(), Stopped> {
-    let bar = super::progress::bar(!args.json, "{msg} {wide_bar} {percent:>3} %  {eta} left");
+    let bar = super::terminal::progress::bar(!args.json, "{msg} {wide_bar} {percent:>3} %  {eta} left");
     bar.set_message(visible(&format!("{} {}", job.kind, job.name)).into_owned());
     let progress = |done, total| {
         bar.set_length(total);

@@ -8,7 +8,8 @@ use clerestory::study::{self, How, Metric, Options, Outside, Progress, Study, Su
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::visible::visible;
+use super::terminal::output::Output;
+use super::terminal::visible::visible;
 
 /// Weigh error against run time: image-based shooting over its settings beside path tracing.
 ///
@@ -55,21 +56,14 @@ pub(crate) struct StudyArgs {
     /// Start anew where a study has been begun
     #[arg(long)]
     fresh: bool,
-    /// Folder for the results [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// Studies a site and tells `out` what came of it.
 pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let folder = super::out::folder(args.out.as_deref(), &site)?;
+    let folder = args.output.folder(&site)?;
     let names: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
     let outside = match &args.outside {
         Some(path) => study::read_outside(path, &names)?,
@@ -86,7 +80,7 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
         seed: args.seed,
         fresh: args.fresh,
     };
-    let bar = super::progress::bar(!args.quiet && !args.json, "{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
+    let bar = args.output.bar("{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
     let tell = |p: &Progress| {
         bar.set_length(p.planned as u64);
         bar.set_position(p.done as u64);
@@ -94,9 +88,9 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     };
     let (study, summary) = studied(&site, &args.site, &options, &outside, &folder, &tell)?;
     bar.finish_and_clear();
-    if args.json {
-        super::out::json(&summary, out)?;
-    } else if !args.quiet {
+    if args.output.json {
+        super::terminal::output::json(&summary, out)?;
+    } else if !args.output.quiet {
         print(&study, &summary, out).context("cannot write the result")?;
         writeln!(out, "{}", folder.join("study.svg").display())?;
     }

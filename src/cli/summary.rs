@@ -41,7 +41,7 @@ pub(crate) fn run(args: &SummaryArgs, out: &mut impl Write) -> anyhow::Result<()
         write_file(&folder.join("summary.html"), overview_page(&rows, &links).as_bytes())?;
     }
     if args.json {
-        super::out::json(&rows, out)?;
+        super::terminal::output::json(&rows, out)?;
     } else if !args.quiet {
         print(&rows, out)?;
     }

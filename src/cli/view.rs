@@ -59,10 +59,14 @@ pub(super) struct Outcome {
 /// Makes a site's viewer and tells `out` where it is.
 pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let extras = Extras { findings: args.findings.clone(), plan: args.plan.clone(), command: super::own_command() };
+    let extras = Extras {
+        findings: args.findings.clone(),
+        plan: args.plan.clone(),
+        command: super::terminal::command::own_command(),
+    };
     let outcome = viewed(&site, &args.how, &extras, args.out.as_deref(), !args.quiet && !args.json)?;
     if args.json {
-        super::out::json(&outcome, out)?;
+        super::terminal::output::json(&outcome, out)?;
     } else if !args.quiet {
         let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;
         let megabytes = *bytes as f64 / 1e6;
@@ -85,9 +89,9 @@ pub(super) fn viewed(
 ) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let lightings = lightings(site, &how.lighting)?;
-    let folder = super::out::folder(out, site)?;
+    let folder = super::terminal::output::folder(out, site)?;
     let scene = scene::load(site, &mut Health::default())?;
-    let usual = bake::Settings { vertices: VERTICES, sun_apart: true, ..bake::Settings::default() };
+    let usual = bake::BakeSettings { vertices: VERTICES, sun_apart: true, ..bake::BakeSettings::default() };
     let Bake { baked, .. } = baked(site, &scene, &lightings, how, usual, shown)?;
     let file = folder.join("viewer.html");
     write_viewer(&file, site, &scene, &baked, extras)?;

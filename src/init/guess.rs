@@ -191,7 +191,7 @@ fn dominant_frame(facets: &Facets) -> [Vec3; 3] {
         let facing = facets.all.iter().step_by(step).filter(|(_, n, _)| n.dot(*direction).abs() > 0.98);
         facing.map(|f| f64::from(f.2)).sum::<f64>()
     };
-    let mut all: Vec<(f64, Vec3)> = crate::check::sphere(DIRECTIONS).map(|d| (votes(&d), d)).collect();
+    let mut all: Vec<(f64, Vec3)> = crate::sphere::sphere(DIRECTIONS).map(|d| (votes(&d), d)).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let first = settled(facets, all.first().map_or(Vec3::Y, |v| v.1));
     let across = all.iter().find(|(_, d)| d.dot(first).abs() < 0.15).map_or(first.any_orthonormal_vector(), |v| v.1);

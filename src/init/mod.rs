@@ -14,65 +14,26 @@
 //! # Ok::<(), clerestory::init::InitError>(())
 //! ```
 
+mod error;
 mod found;
+mod gathered;
 mod guess;
 mod hints;
+mod names;
 mod scans;
 mod text;
+
+pub use error::InitError;
+pub use gathered::Sources;
 
 pub use guess::{Guess, Guessed};
 
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-use crate::scene::{self, ModelFormat, SceneError};
+use crate::scene::{self, ModelFormat};
 use crate::site::{CameraSource, Pose, Site};
-use found::{Found, PoseFile, Shape};
-use scans::Scanned;
-
-/// Why no site file could be drafted.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum InitError {
-    /// The model cannot be used.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A folder of pictures cannot be read.
-    #[error("{}: {why}. Name a folder of pictures", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        why: String,
-    },
-    /// The folder for a scan file's pictures holds something already.
-    #[error("{}: the folder for the scan's pictures is in use. Move it away, or say that it may be written over (--overwrite)", path.display())]
-    InUse {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// A folder holds no picture.
-    #[error("{}: there is no picture in the folder itself (looked for {endings}). Name the folder that holds them", path.display())]
-    NoPicture {
-        /// The folder.
-        path: PathBuf,
-        /// What was looked for.
-        endings: String,
-    },
-}
-
-/// What to look at.
-#[derive(Clone, Debug, Default)]
-pub struct Sources {
-    /// The model's file.
-    pub model: PathBuf,
-    /// A folder of photographs.
-    pub photos: Option<PathBuf>,
-    /// A folder of light probes.
-    pub probes: Option<PathBuf>,
-    /// Whether a scan file's pictures may take the place of files that are there.
-    pub overwrite: bool,
-}
+use gathered::{Findings, Gathered};
 
 /// A site file to be written, and what a person should know of it.
 #[derive(Clone, Debug)]
@@ -96,18 +57,6 @@ pub struct Draft {
     pub warnings: Vec<String>,
 }
 
-/// What is put into words.
-struct Findings<'a> {
-    name: String,
-    /// The site file's folder, which paths are relative to.
-    folder: &'a Path,
-    model: &'a Path,
-    /// Whether the model has colours of vertices, whose coding nothing tells.
-    coloured: bool,
-    guess: &'a Guess,
-    pictures: &'a Gathered,
-}
-
 /// Drafts a site file that will be `file`, and is not written yet. The pictures of an E57 file are: into a folder beside it,
 /// called after the model.
 ///
@@ -121,7 +70,7 @@ pub fn draft(file: &Path, sources: &Sources) -> Result<Draft, InitError> {
     let mut hints = hints::of_file(&sources.model, &mesh);
     if ModelFormat::of(&sources.model) == Some(ModelFormat::E57) {
         let stem = sources.model.file_stem().unwrap_or_default().to_string_lossy();
-        let folder = crate::whole::folder_of(file).join(format!("{stem}-pictures"));
+        let folder = crate::atomic_write::folder_of(file).join(format!("{stem}-pictures"));
         pictures.scanned = scans::taken_out(&sources.model, &folder, sources.overwrite, &mut warnings)?;
         let setups = scene::e57::setups(&sources.model)?;
         hints.eyes.extend(setups.iter().map(|s| s.position));
@@ -130,7 +79,7 @@ pub fn draft(file: &Path, sources: &Sources) -> Result<Draft, InitError> {
     let written = |guess: &Guess, pictures: &Gathered| {
         let text = text::site_file(&Findings {
             name: site_name(file, &sources.model),
-            folder: crate::whole::folder_of(file),
+            folder: crate::atomic_write::folder_of(file),
             model: &sources.model,
             coloured: !mesh.colours.is_empty(),
             guess,
@@ -176,59 +125,6 @@ fn solved_cameras(site: &Site) -> Vec<(DVec3, DVec3)> {
     let in_model =
         |pose: Pose| (site.frame.point_out(pose.position), site.frame.direction_out(pose.rotation * DVec3::Z));
     views.chain(probes).map(in_model).collect()
-}
-
-/// The pictures of a visit, by what they are good for.
-#[derive(Default)]
-struct Gathered {
-    /// Probes of which nothing tells where they were taken.
-    panoramas: Vec<Found>,
-    /// Photographs that no camera file knows.
-    unposed: Vec<Found>,
-    /// What another program has solved.
-    pose_file: Option<PoseFile>,
-    /// Why it is left out, where it is.
-    left_out: Option<String>,
-    /// The folder of the photographs that it names.
-    solved_folder: PathBuf,
-    /// Names of those among them that are probes.
-    solved_probes: Vec<String>,
-    /// Pictures of a scan file, with their poses.
-    scanned: Vec<Scanned>,
-}
-
-impl Gathered {
-    fn of(sources: &Sources, warnings: &mut Vec<String>) -> Result<Self, InitError> {
-        let mut read = |folder: &Option<PathBuf>| match folder {
-            None => Ok(Vec::new()),
-            Some(folder) => found::pictures(folder).map(|(pictures, odd)| {
-                warnings.extend(odd);
-                pictures
-            }),
-        };
-        let (photos, probes) = (read(&sources.photos)?, read(&sources.probes)?);
-        let folder = sources.photos.as_ref().or(sources.probes.as_ref()).cloned().unwrap_or_default();
-        let known = if sources.photos.is_some() { &photos } else { &probes };
-        let mut files = found::pose_files(&folder, known).into_iter();
-        let pose_file = files.next();
-        let others: Vec<String> = files.map(|p| p.path.display().to_string()).collect();
-        if !others.is_empty() {
-            warnings.push(format!("There are other camera files beside the pictures: {}.", others.join(", ")));
-        }
-        let solved = |picture: &Found| pose_file.as_ref().is_some_and(|f| f.knows(picture));
-        let (solved_photos, photos): (Vec<Found>, Vec<Found>) = photos.into_iter().partition(solved);
-        let (solved_probes, probes): (Vec<Found>, Vec<Found>) = probes.into_iter().partition(solved);
-        let (panoramas, unposed): (Vec<Found>, Vec<Found>) =
-            photos.into_iter().partition(|p| p.shape == Shape::Panorama);
-        let panoramas: Vec<Found> = probes.into_iter().chain(panoramas).collect();
-        let mut names: Vec<String> = solved_probes.iter().map(Found::stem).collect();
-        if panoramas.is_empty() && names.is_empty() {
-            // photographs light the place, but every fifth is left to be compared with
-            names = solved_photos.chunks(5).flat_map(|five| five.iter().take(4)).map(Found::stem).collect();
-        }
-        let solved_folder = folder;
-        Ok(Self { panoramas, unposed, pose_file, solved_folder, solved_probes: names, ..Self::default() })
-    }
 }
 
 /// After the site file, its folder or the model.

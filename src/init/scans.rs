@@ -6,10 +6,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::InitError;
-use super::text::unique;
+use super::names::unique;
+use crate::atomic_write::{Unfinished, write_atomically};
 use crate::panorama::{self, Layer, Picture};
 use crate::scene::e57::{ScanPicture, ScanPictures, ScanProjection};
-use crate::whole::{Unfinished, write_whole};
 
 /// A picture that was taken out of a scan file.
 #[derive(Clone, Debug)]
@@ -150,7 +150,7 @@ impl Out<'_> {
 }
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    write_whole(path, |e| e.to_string(), |file| file.write_all(bytes).map_err(|e| e.to_string()))
+    write_atomically(path, |e| e.to_string(), |file| file.write_all(bytes).map_err(|e| e.to_string()))
 }
 
 /// Whether a picture shows the whole sphere by latitude and longitude.

@@ -2,9 +2,9 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::latlong::latlong_pixel_fast;
-use super::view::neighbours_latlong;
-use super::{Panorama, Picture, Projection, convert, latlong};
+use super::projection::latlong;
+use super::projection::latlong::{latlong_pixel_fast, neighbours};
+use super::{Panorama, Picture, Projection, convert};
 
 /// The widest table that is kept; larger panoramas are averaged down for drawing (not for radiance).
 const MAX_WIDTH: usize = 2048;
@@ -96,10 +96,11 @@ impl EnvironmentSampler {
     fn density(&self, local: Vec3) -> f32 {
         use std::f32::consts::PI;
         let p = latlong_pixel_fast(local, self.width as f32, self.height as f32);
-        let (columns, rows, f) = neighbours_latlong(self.width, self.height, p);
-        let at = |i: usize, j: usize| self.shares[rows[j] * self.width + columns[j][i]];
-        let top = at(0, 0) + (at(1, 0) - at(0, 0)) * f.x;
-        let bottom = at(0, 1) + (at(1, 1) - at(0, 1)) * f.x;
+        let (pixels, f) = neighbours(self.width, self.height, p);
+        let [top, bottom] = pixels.map(|row| {
+            let [left, right] = row.map(|[x, y]| self.shares[y * self.width + x]);
+            left + (right - left) * f.x
+        });
         // dΩ = sin θ · 2π/width · π/height per pixel of area
         let sin = local.truncate().length().max(1e-7);
         let pixel = 2.0 * PI * PI * sin / (self.width * self.height) as f32;

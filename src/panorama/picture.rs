@@ -83,13 +83,6 @@ impl Picture {
     }
 }
 
-impl PictureHealth {
-    /// Pixels that can be no light.
-    pub fn invalid(&self) -> usize {
-        self.nan + self.infinite + self.negative
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,7 +101,6 @@ mod tests {
         let health = picture.health();
         let expected = PictureHealth { pixels: 10_000, nan: 1, infinite: 1, negative: 1, black: 1, clipped: 10 };
         assert_eq!(health, expected);
-        assert_eq!(health.invalid(), 3);
         assert_eq!(picture.mask().iter().filter(|v| !**v).count(), 3);
         assert!(picture.cleaned().pixels[..4].iter().all(|p| *p == Vec3::ZERO));
     }

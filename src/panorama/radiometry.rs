@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Coding, Picture, srgb_to_linear};
+use super::{Picture, srgb_to_linear};
 
 /// How the values that a picture stores (decoded to linear) become radiance:
 ///
@@ -88,6 +88,17 @@ pub fn response_rises(response: Vec2) -> bool {
 pub fn radius2(width: usize, height: usize, x: f32, y: f32) -> f32 {
     let half = 0.5 * Vec2::new(width as f32, height as f32);
     (Vec2::new(x, y) - half).length_squared() / half.length_squared()
+}
+
+/// How a file stores its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coding {
+    /// Numbers proportional to light, without an upper end of their own.
+    Linear,
+    /// 8 bits, encoded by sRGB's curve.
+    Srgb8,
+    /// 16 bits, encoded by sRGB's curve.
+    Srgb16,
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! A picture with a projection and an orientation: radiance by direction.
 
-use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3};
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 use rayon::prelude::*;
 
-use super::latlong::latlong_pixel_fast;
-use super::{Picture, Projection, cube};
+use super::projection::cube;
+use super::projection::latlong::{bilinear, latlong_pixel_fast};
+use super::{Picture, Projection};
 
 /// Radiance from all directions (or those its projection shows) around a point.
 #[derive(Clone, Debug)]
@@ -59,7 +60,7 @@ impl Panorama {
         let local = self.to_camera * d;
         if self.projection == Projection::LatLong {
             let (w, h) = (self.picture.width as f32, self.picture.height as f32);
-            return bilinear_latlong(&self.picture, latlong_pixel_fast(local, w, h));
+            return bilinear(&self.picture, latlong_pixel_fast(local, w, h));
         }
         self.shown(local.as_dvec3()).unwrap_or(Vec3::ZERO)
     }
@@ -68,7 +69,7 @@ impl Panorama {
     pub fn shown(&self, local: DVec3) -> Option<Vec3> {
         let p = self.projection.pixel(self.picture.width, self.picture.height, local)?;
         match self.projection {
-            Projection::LatLong => Some(bilinear_latlong(&self.picture, p.as_vec2())),
+            Projection::LatLong => Some(bilinear(&self.picture, p.as_vec2())),
             _ => Some(self.bilinear_shown(p)),
         }
     }
@@ -98,47 +99,6 @@ impl Panorama {
         }
         if weights > 0.0 { (sum / weights).as_vec3() } else { Vec3::ZERO }
     }
-}
-
-/// The picture's value at latitude/longitude pixel coordinates, bilinear; x wraps, and beyond a pole lies the row's
-/// other side.
-pub(super) fn bilinear_latlong(picture: &Picture, p: Vec2) -> Vec3 {
-    let (columns, rows, fraction) = neighbours_latlong(picture.width, picture.height, p);
-    let at = |i: usize, j: usize| picture.pixels[rows[j] * picture.width + columns[j][i]];
-    let top = at(0, 0).lerp(at(1, 0), fraction.x);
-    let bottom = at(0, 1).lerp(at(1, 1), fraction.x);
-    top.lerp(bottom, fraction.y)
-}
-
-/// The four pixels around latitude/longitude pixel coordinates: for both rows two columns and the row, and where
-/// between them the coordinates lie.
-pub(super) fn neighbours_latlong(width: usize, height: usize, p: Vec2) -> ([[usize; 2]; 2], [usize; 2], Vec2) {
-    let q = p - 0.5;
-    let floor = q.floor();
-    let (w, h) = (width as i64, height as i64);
-    let (x, y) = ((floor.x as i64).clamp(-1, w - 1), (floor.y as i64).clamp(-1, h - 1));
-    let row = |y: i64| {
-        let (y, across) = if y < 0 {
-            (-1 - y, w / 2)
-        } else if y >= h {
-            (2 * h - 1 - y, w / 2)
-        } else {
-            (y, 0)
-        };
-        // both ends once round at most: no division
-        let column = |x: i64| {
-            (if x < 0 {
-                x + w
-            } else if x >= w {
-                x - w
-            } else {
-                x
-            }) as usize
-        };
-        ([column(x + across), column(x + 1 + across)], y as usize)
-    };
-    let ((top, y0), (bottom, y1)) = (row(y), row(y + 1));
-    ([top, bottom], [y0, y1], q - floor)
 }
 
 #[cfg(test)]

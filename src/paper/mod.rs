@@ -14,7 +14,7 @@
 //! ```
 //! use clerestory::glam::{Mat3, Vec3};
 //! use clerestory::panorama::{Picture, Projection};
-//! use clerestory::paper::{Plain, ProbeLight, Settings};
+//! use clerestory::paper::{Plain, ProbeLight, PaperSettings};
 //! # mod given {
 //! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/room.rs"));
 //! # }
@@ -24,7 +24,7 @@
 //! let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(0.2); 64 * 32] };
 //! let origin = Vec3::new(2.0, 1.5, 1.2);
 //! let probe = ProbeLight { origin, to_world: Mat3::IDENTITY, picture: &picture, projection: Projection::LatLong };
-//! let plain = Plain::new(&scene, &[probe], Settings::default());
+//! let plain = Plain::new(&scene, &[probe], PaperSettings::default());
 //! let (irradiance, _source) = plain.irradiance(Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
 //! assert!((irradiance / (std::f32::consts::PI * 0.2 / 0.5) - 1.0).abs().max_element() < 1e-3);
 //! ```
@@ -56,7 +56,7 @@ const SPACINGS: f32 = 2.5;
 
 /// What the paper leaves to its user.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct PaperSettings {
     /// The radius R of all records, metres. `None`: 2.5 times the median distance of neighbouring records.
     pub radius_m: Option<f32>,
     /// The least albedo that radiance is divided by, 0..=1. The paper divides by ρ as it is; any real model has texels
@@ -66,7 +66,7 @@ pub struct Settings {
     pub cells: u32,
 }
 
-impl Default for Settings {
+impl Default for PaperSettings {
     fn default() -> Self {
         Self { radius_m: None, least_albedo: 0.05, cells: 64 }
     }
@@ -93,7 +93,7 @@ pub struct Plain {
 
 impl Plain {
     /// Shoots, indexes and builds the volume.
-    pub fn new(scene: &Scene, probes: &[ProbeLight], settings: Settings) -> Self {
+    pub fn new(scene: &Scene, probes: &[ProbeLight], settings: PaperSettings) -> Self {
         let start = Instant::now();
         let shots: Vec<Shot> =
             probes.iter().flat_map(|probe| shoot::shoot(scene, probe, settings.least_albedo)).collect();

@@ -2,9 +2,9 @@
 
 use glam::{DVec2, Vec3};
 
-use crate::check::sphere;
-use crate::panorama::{Coding, Picture, Projection, Radiometry, radius2};
+use crate::panorama::{Coding, Picture, Projection, Radiometry, pixel_across, radius2};
 use crate::site::{Camera, Pose};
+use crate::sphere::sphere;
 
 /// A picture of the scene, as its file stores it.
 #[derive(Clone, Debug)]
@@ -139,16 +139,19 @@ impl Shot {
     /// Between the four nearest pixels, and the greatest of them per channel: a clipped one spoils the mean. `None` where
     /// one of them is no light.
     fn bilinear(&self, at: DVec2) -> Option<(Vec3, Vec3)> {
-        let (w, h) = (self.picture.width as i64, self.picture.height as i64);
+        let (w, h) = (self.picture.width, self.picture.height);
         let wraps = matches!(self.eye, Eye::Probe { projection: Projection::LatLong, .. });
         let corner = (at - 0.5).floor();
         let f = (at - 0.5 - corner).as_vec2();
         let (mut sum, mut greatest) = (Vec3::ZERO, Vec3::ZERO);
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let x = corner.x as i64 + dx;
-            let x = if wraps { x.rem_euclid(w) } else { x.clamp(0, w - 1) };
-            let y = (corner.y as i64 + dy).clamp(0, h - 1);
-            let pixel = self.picture.pixels[(y * w + x) as usize];
+            let (x, y) = (corner.x as i64 + dx, corner.y as i64 + dy);
+            let [x, y] = if wraps {
+                pixel_across(w, h, x, y)
+            } else {
+                [x.clamp(0, w as i64 - 1) as usize, y.clamp(0, h as i64 - 1) as usize]
+            };
+            let pixel = self.picture.pixels[y * w + x];
             if !Picture::valid(pixel) {
                 return None;
             }

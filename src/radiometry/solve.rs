@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::overlap::Comparison;
 use super::shot::{Shot, Stored};
-use super::{Fit, Fitted, Settings};
+use super::{Fit, FitSettings, Fitted};
 use crate::cholesky::Cholesky;
 use crate::panorama::{Coding, response_rises};
 use crate::statistics::median;
@@ -86,7 +86,7 @@ impl Row {
 }
 
 /// Fits all pictures that are tied together to each other. Vignetting and response are kept where they pay.
-pub(super) fn fit(shots: &[Shot], overlap: &[Comparison], settings: &Settings) -> Fit {
+pub(super) fn fit(shots: &[Shot], overlap: &[Comparison], settings: &FitSettings) -> Fit {
     let tied = tied(shots.len(), overlap);
     let of_tied: Vec<&Comparison> = overlap.iter().filter(|c| c.of.iter().all(|(i, _)| tied[*i as usize])).collect();
     let gains = 3 * shots.len();

@@ -1,12 +1,12 @@
 //! Planted exposures, white balance, vignetting, response, gloss and clipping come back.
 
-use super::{Eye, Fit, Settings, Shot, fit_shots, fit_to_render};
+use super::{Eye, Fit, FitSettings, Shot, fit_shots, fit_to_render};
 use crate::panorama::{Coding, Picture, Projection, Radiometry, radius2};
 use crate::scene::{Material, Mesh, Ray, Scene, Surface};
 use crate::site::Pose;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
-const FEW: Settings = Settings { samples: 800, vignetting: true, response: false, photographs: false };
+const FEW: FitSettings = FitSettings { samples: 800, vignetting: true, response: false, photographs: false };
 
 /// Rooms, boxes side by side.
 fn rooms(boxes: &[(Vec3, Vec3)]) -> Scene {
@@ -107,7 +107,7 @@ fn exposures_and_white_balance_come_back_through_gloss() {
     };
     let eyes = [panorama(1.0, 1.0), panorama(3.9, 1.2), panorama(2.4, 3.1)];
     let shots: Vec<Shot> = eyes.into_iter().zip(&truth).map(|(eye, t)| take(&scene, eye, (96, 48), t, sent)).collect();
-    let fit = fit_shots(&scene, &shots, &Settings { samples: 600, ..FEW });
+    let fit = fit_shots(&scene, &shots, &FitSettings { samples: 600, ..FEW });
     assert!(fit.pictures.iter().all(|p| p.tied && p.vignetting == [0.0; 2]));
     assert!(worst(&fit, &truth) < 0.01, "{fit:?}");
     assert!(fit.spread < 0.1 * fit.spread_before);
@@ -123,7 +123,7 @@ fn a_picture_of_another_room_is_told_and_left_alone() {
     let mut shots: Vec<Shot> =
         eyes.into_iter().zip(&truth).map(|(eye, t)| take(&scene, eye, (64, 32), t, |s, _| radiance(s))).collect();
     shots[2].guess.gain = Vec3::splat(0.7);
-    let fit = fit_shots(&scene, &shots, &Settings { samples: 400, ..FEW });
+    let fit = fit_shots(&scene, &shots, &FitSettings { samples: 400, ..FEW });
     assert_eq!(fit.pictures.iter().map(|p| p.tied).collect::<Vec<_>>(), [true, true, false]);
     assert_eq!(fit.pictures[2].gain, [0.7; 3]);
     assert!((fit.pictures[0].gain[0] / fit.pictures[1].gain[0] / 4.0 - 1.0).abs() < 0.01);
@@ -164,14 +164,14 @@ fn clipped_pixels_say_at_least_and_a_response_is_found_but_none_invented() {
     let (scene, shots) = photographs(&plain);
     let clipped = |shot: &Shot| shot.picture.pixels.iter().filter(|p| shot.guess.is_clipped(**p)).count();
     assert!(shots.iter().map(clipped).max() > Some(96 * 72 / 8), "one is overexposed");
-    let settings = Settings { response: true, ..FEW };
+    let settings = FitSettings { response: true, ..FEW };
     let fit = fit_shots(&scene, &shots, &settings);
     assert!(worst(&fit, &plain) < 0.01, "{}: {fit:?}", worst(&fit, &plain));
     assert!(fit.pictures.iter().all(|p| p.response == [0.0; 2]), "{fit:?}");
 
     let bent = plain.map(|t| Radiometry { response: Vec2::new(-1.4, 1.4), ..t });
     let (scene, shots) = photographs(&bent);
-    let without = fit_shots(&scene, &shots, &Settings { response: false, ..settings });
+    let without = fit_shots(&scene, &shots, &FitSettings { response: false, ..settings });
     let fit = fit_shots(&scene, &shots, &settings);
     assert!(
         fit.pictures[0].response[1] > 0.5 && worst(&fit, &bent) < 0.5 * worst(&without, &bent),

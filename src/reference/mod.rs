@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use clerestory::glam::Vec3;
-//! use clerestory::reference::{Lights, Settings, irradiance};
+//! use clerestory::reference::{Lights, ReferenceSettings, irradiance};
 //! # mod given {
 //! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/common/room.rs"));
 //! # }
@@ -20,7 +20,7 @@
 //! let mut scene = room();
 //! scene.materials[0].emission = Vec3::ONE;
 //! let lights = Lights::new(&scene, None, None);
-//! let settings = Settings { samples: 1024, ..Settings::default() };
+//! let settings = ReferenceSettings { samples: 1024, ..ReferenceSettings::default() };
 //! let (mean, _error) = irradiance(&scene, &lights, Vec3::new(1.0, 1.0, 0.0), Vec3::Z, &settings);
 //! assert!((mean / (2.0 * std::f32::consts::PI) - 1.0).abs().max_element() < 0.05);
 //! ```
@@ -39,6 +39,6 @@ pub use estimate::{Estimate, Noise};
 pub use lights::{LightError, Lights};
 pub use path::Strategy;
 pub use render::{
-    Eye, Progress, Settings, Stopped, add_samples, irradiance, render_camera, render_panorama, unwatched,
+    Eye, Progress, ReferenceSettings, Stopped, add_samples, irradiance, render_camera, render_panorama, unwatched,
 };
 pub use sky::Sky;

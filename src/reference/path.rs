@@ -64,7 +64,7 @@ impl Paths<'_> {
 
     /// Irradiance on the side of a surface that `normal` points to, one unbiased sample of it.
     pub(super) fn irradiance(&self, point: Vec3, normal: Vec3, sampler: &Sampler, rays: &mut u64) -> Vec3 {
-        let spot = Spot { point, normal, start: off_surface(point, normal) };
+        let spot = LitPoint { point, normal, start: off_surface(point, normal) };
         let mut direct = self.sun(&spot, rays) + self.direct(&spot, sampler, 1, rays);
         if self.max_bounces > 0 {
             direct += self.sun_patches(&spot, sampler.pair(PAIR_OF_PATCHES), rays);
@@ -89,7 +89,7 @@ impl Paths<'_> {
                 break;
             }
             throughput *= vertex.albedo;
-            let spot = Spot::new(&vertex);
+            let spot = LitPoint::new(&vertex);
             let pair = PAIRS_AT_EYE + bounce * PAIRS_PER_VERTEX;
             // ρE/π, the albedo being in the throughput already
             let mut irradiance = self.direct(&spot, sampler, pair + 1, rays);
@@ -135,7 +135,7 @@ impl Paths<'_> {
     }
 
     /// Irradiance straight from the sun.
-    fn sun(&self, spot: &Spot, rays: &mut u64) -> Vec3 {
+    fn sun(&self, spot: &LitPoint, rays: &mut u64) -> Vec3 {
         let Some(sun) = &self.lights.sun else { return Vec3::ZERO };
         let cosine = spot.normal.dot(sun.direction);
         let lit = cosine > 0.0 && self.sees(spot, sun.direction, f32::INFINITY, rays);
@@ -155,7 +155,7 @@ impl Paths<'_> {
     }
 
     /// Irradiance from a sampled sunlit point.
-    fn sun_patches(&self, spot: &Spot, u: Vec2, rays: &mut u64) -> Vec3 {
+    fn sun_patches(&self, spot: &LitPoint, u: Vec2, rays: &mut u64) -> Vec3 {
         let (Some(patches), Some(sun), Strategy::Both) = (&self.lights.patches, &self.lights.sun, self.strategy) else {
             return Vec3::ZERO;
         };
@@ -172,7 +172,7 @@ impl Paths<'_> {
     }
 
     /// Irradiance straight from the sky and the emitters, as far as sampling them is meant to find it.
-    fn direct(&self, spot: &Spot, sampler: &Sampler, pair: u32, rays: &mut u64) -> Vec3 {
+    fn direct(&self, spot: &LitPoint, sampler: &Sampler, pair: u32, rays: &mut u64) -> Vec3 {
         let mut irradiance = Vec3::ZERO;
         if self.strategy == Strategy::Chance {
             return irradiance;
@@ -196,7 +196,7 @@ impl Paths<'_> {
     }
 
     /// Irradiance from a sampled point of an emitter.
-    fn emitter_light(&self, spot: &Spot, e: &EmitterPoint, rays: &mut u64) -> Vec3 {
+    fn emitter_light(&self, spot: &LitPoint, e: &EmitterPoint, rays: &mut u64) -> Vec3 {
         let to = e.position - spot.point;
         let distance2 = to.length_squared();
         let direction = to.normalize_or_zero();
@@ -214,7 +214,7 @@ impl Paths<'_> {
         self.sampled_weight(density, cosine) * cosine / density * e.radiance
     }
 
-    fn sees(&self, spot: &Spot, direction: Vec3, distance: f32, rays: &mut u64) -> bool {
+    fn sees(&self, spot: &LitPoint, direction: Vec3, distance: f32, rays: &mut u64) -> bool {
         *rays += 1;
         clear(self.scene, spot.start, direction, distance)
     }
@@ -244,14 +244,14 @@ fn power_heuristic(this: f32, other: f32) -> f32 {
 }
 
 /// A place on a surface that light arrives at.
-struct Spot {
+struct LitPoint {
     point: Vec3,
     normal: Vec3,
     /// Where rays start.
     start: Vec3,
 }
 
-impl Spot {
+impl LitPoint {
     fn new(vertex: &Vertex) -> Self {
         let (point, normal) = (vertex.position, vertex.normal);
         Self { point, normal, start: off_surface(point, normal) }

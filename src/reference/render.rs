@@ -24,7 +24,7 @@ const IRRADIANCE_STREAM: u64 = 1 << 40;
 
 /// How to trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct ReferenceSettings {
     /// Samples a pixel, both halves together; odd numbers count as the next even one.
     pub samples: u32,
     /// Bounces after which a path is cut off. This is the only bias: a closed room of albedo ρ loses the share ρⁿ of
@@ -36,7 +36,7 @@ pub struct Settings {
     pub strategy: Strategy,
 }
 
-impl Default for Settings {
+impl Default for ReferenceSettings {
     fn default() -> Self {
         Self { samples: 64, max_bounces: 1024, seed: 0, strategy: Strategy::Both }
     }
@@ -109,7 +109,7 @@ pub fn render_camera(
     scene: &Scene,
     lights: &Lights,
     camera: &Camera,
-    settings: &Settings,
+    settings: &ReferenceSettings,
     progress: &Progress,
 ) -> Result<Estimate, Stopped> {
     render(scene, lights, &Eye::Camera(*camera), settings, progress)
@@ -121,7 +121,7 @@ pub fn render_panorama(
     lights: &Lights,
     pose: &Pose,
     (width, height): (usize, usize),
-    settings: &Settings,
+    settings: &ReferenceSettings,
     progress: &Progress,
 ) -> Result<Estimate, Stopped> {
     render(scene, lights, &Eye::Panorama { pose: *pose, width, height }, settings, progress)
@@ -131,7 +131,7 @@ fn render(
     scene: &Scene,
     lights: &Lights,
     eye: &Eye,
-    settings: &Settings,
+    settings: &ReferenceSettings,
     progress: &Progress,
 ) -> Result<Estimate, Stopped> {
     let (width, height) = eye.size();
@@ -151,7 +151,7 @@ pub fn add_samples(
     scene: &Scene,
     lights: &Lights,
     eye: &Eye,
-    settings: &Settings,
+    settings: &ReferenceSettings,
     estimate: &mut Estimate,
     progress: &Progress,
 ) -> Result<(), Stopped> {
@@ -213,7 +213,13 @@ fn tile(x0: usize, y0: usize, width: usize, height: usize) -> impl Iterator<Item
 
 /// Irradiance at a point (local metres) on the side that the unit vector `normal` points to, W/m² in the site's units of
 /// light: mean over `settings.samples` samples, and its standard error per channel.
-pub fn irradiance(scene: &Scene, lights: &Lights, point: Vec3, normal: Vec3, settings: &Settings) -> (Vec3, Vec3) {
+pub fn irradiance(
+    scene: &Scene,
+    lights: &Lights,
+    point: Vec3,
+    normal: Vec3,
+    settings: &ReferenceSettings,
+) -> (Vec3, Vec3) {
     let paths = Paths { scene, lights, max_bounces: settings.max_bounces, strategy: settings.strategy };
     let n = settings.samples.max(2);
     let block = block(n);

@@ -3,9 +3,9 @@
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
+use super::eye::{Eye, SEARCHED, level, tilts};
 use super::model::{GeometryBuffer, LocalPose};
 use super::picture::Level;
-use super::run::{Eye, SEARCHED, level, tilts};
 use super::search::{Candidate, Headings, Masked, of_model, of_picture};
 use crate::plan::floors::find::find_floors;
 use crate::plan::floors::floor::Floor;

@@ -3,12 +3,13 @@
 use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 
+use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
 use super::model::LocalPose;
 use super::picture::Level;
-use super::run::{Eye, FOLLOWED, JUDGED, Placed, SEARCHED, apart, ball, climbed, eyes, fit_at, followed, level, tilts};
+use super::run::{FOLLOWED, apart, ball, climbed, eyes, fit_at, followed};
 use super::search::{Candidate, Headings, Spectra, models, search};
 use super::verdict::{CLEARLY, better_by};
-use super::{RegisterError, Settings, Subject, Verdict};
+use super::{RegisterError, RegisterSettings, Subject, Verdict};
 use crate::scene::Scene;
 use crate::site::Site;
 
@@ -84,7 +85,11 @@ const MOST_EXCHANGED: usize = 9;
 /// # Errors
 ///
 /// As [`register`](super::register).
-pub fn misfits(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<(Subject, Misfit)>, RegisterError> {
+pub fn misfits(
+    site: &Site,
+    scene: &Scene,
+    settings: &RegisterSettings,
+) -> Result<Vec<(Subject, Misfit)>, RegisterError> {
     let eyes = eyes(site, scene, settings)?;
     let round = |e: &Eye| Surveyed::round(scene, e, ROUND_M);
     let exchanged: Vec<Surveyed> =
@@ -148,7 +153,7 @@ fn misfit(
     mirrored: &[Level],
     home: &Surveyed,
     others: &[(&str, &Surveyed)],
-    settings: &Settings,
+    settings: &RegisterSettings,
 ) -> Option<Misfit> {
     let judged = level(&eye.levels, JUDGED);
     let near = climbed(scene, level(&eye.levels, SEARCHED), &eye.given, 5);

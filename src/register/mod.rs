@@ -22,6 +22,7 @@
 
 mod anywhere;
 mod error;
+mod eye;
 mod misfit;
 mod model;
 mod picture;
@@ -34,6 +35,7 @@ mod together;
 mod verdict;
 
 pub use error::RegisterError;
+pub use eye::{Subject, Verdict};
 pub use misfit::{Misfit, misfits};
 pub use preview::{Preview, picture, preview};
 pub use run::register;
@@ -42,7 +44,7 @@ use crate::site::{Pose, Site};
 
 /// How far to look, and how finely.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct RegisterSettings {
     /// How far a picture may have been taken from where the site file says, metres.
     pub within_m: f32,
     /// How far it may be tilted from what the site file says, degrees.
@@ -62,7 +64,7 @@ pub struct Settings {
 /// People set tripods up level within this, degrees.
 pub const TRIPOD_TILT_DEG: f32 = 3.0;
 
-impl Default for Settings {
+impl Default for RegisterSettings {
     fn default() -> Self {
         Self {
             within_m: 1.0,
@@ -74,57 +76,6 @@ impl Default for Settings {
             only: Vec::new(),
         }
     }
-}
-
-/// A probe or a view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
-    /// By its index in [`Site::probes`].
-    Probe(usize),
-    /// By its index in [`Site::views`].
-    View(usize),
-}
-
-impl Subject {
-    /// Its name.
-    pub fn name(self, site: &Site) -> &str {
-        match self {
-            Self::Probe(i) => &site.probes[i].name,
-            Self::View(i) => &site.views[i].name,
-        }
-    }
-
-    /// `probe` or `view`.
-    pub fn kind(self) -> &'static str {
-        match self {
-            Self::Probe(_) => "probe",
-            Self::View(_) => "view",
-        }
-    }
-
-    /// The key of its table in the site file, such as `probe.nave`.
-    pub fn key(self, site: &Site) -> String {
-        format!("{}.{}", self.kind(), self.name(site))
-    }
-
-    /// Its pose as the site has it.
-    pub fn pose(self, site: &Site) -> Pose {
-        match self {
-            Self::Probe(i) => site.probes[i].pose,
-            Self::View(i) => site.views[i].camera.pose,
-        }
-    }
-}
-
-/// What is known of a picture's pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// One place fits, and clearly better than any other.
-    Found,
-    /// Another place fits about as well: the model repeats itself, or the picture shows too little.
-    Ambiguous,
-    /// No place within reach fits: the picture may show another room, be mirrored, or have been taken farther away.
-    NotFound,
 }
 
 /// A picture's pose as found.

@@ -35,7 +35,7 @@ const CREASE: f32 = 0.9;
 
 /// What a pixel shows of the model.
 #[derive(Clone, Copy)]
-struct Seen {
+struct SurfacePoint {
     /// Local metres.
     point: Vec3,
     normal: Vec3,
@@ -83,12 +83,12 @@ pub fn preview(
         (Some(a), Some(b)) => a.angle_between(b) as f32,
         _ => std::f32::consts::TAU / width.max(1) as f32,
     };
-    let at = |i: usize| -> Option<Option<Seen>> {
+    let at = |i: usize| -> Option<Option<SurfacePoint>> {
         let d = toward((i % width) as f64 + 0.5, (i / width) as f64 + 0.5)?;
         Some(seen(scene, origin, rotation * d.as_vec3(), angle))
     };
-    let pixels: Vec<Option<Option<Seen>>> = (0..width * height).into_par_iter().map(at).collect();
-    let line = |parted: &(dyn Fn(Option<Seen>, Option<Seen>) -> bool + Sync)| -> Vec<bool> {
+    let pixels: Vec<Option<Option<SurfacePoint>>> = (0..width * height).into_par_iter().map(at).collect();
+    let line = |parted: &(dyn Fn(Option<SurfacePoint>, Option<SurfacePoint>) -> bool + Sync)| -> Vec<bool> {
         let between = |i: usize, j: usize| matches!((pixels[i], pixels[j]), (Some(a), Some(b)) if parted(a, b));
         let right = |i: usize| i % width + 1 < width && between(i, i + 1);
         let below = |i: usize| i + width < width * height && between(i, i + width);
@@ -114,7 +114,7 @@ fn direction(site: &Site, subject: Subject, full: [usize; 2], x: f64, y: f64) ->
     }
 }
 
-fn seen(scene: &Scene, origin: Vec3, direction: Vec3, angle: f32) -> Option<Seen> {
+fn seen(scene: &Scene, origin: Vec3, direction: Vec3, angle: f32) -> Option<SurfacePoint> {
     let ray = Ray { origin, direction };
     let hit = scene.tracer.closest(&ray, NEAREST_M)?;
     let face = scene.face(hit.triangle);
@@ -125,11 +125,11 @@ fn seen(scene: &Scene, origin: Vec3, direction: Vec3, angle: f32) -> Option<Seen
     let albedo = luminance(scene.paint(&face, true).albedo(s.barycentric, footprint));
     let shade = if lamp { 1.0 } else { albedo * (AMBIENT + (1.0 - AMBIENT) * cosine) };
     let material = scene.mesh.materials[hit.triangle as usize];
-    Some(Seen { point: s.position, normal: s.normal, distance: hit.t, material, shade: shade.clamp(0.0, 1.0) })
+    Some(SurfacePoint { point: s.position, normal: s.normal, distance: hit.t, material, shade: shade.clamp(0.0, 1.0) })
 }
 
 /// Whether a silhouette or a change of material lies between what two neighbouring pixels show.
-fn outline(origin: Vec3, a: Option<Seen>, b: Option<Seen>, angle: f32) -> bool {
+fn outline(origin: Vec3, a: Option<SurfacePoint>, b: Option<SurfacePoint>, angle: f32) -> bool {
     let (Some(a), Some(b)) = (a, b) else { return a.is_some() != b.is_some() };
     if a.material != b.material {
         return true;
@@ -142,7 +142,7 @@ fn outline(origin: Vec3, a: Option<Seen>, b: Option<Seen>, angle: f32) -> bool {
 }
 
 /// Whether two surfaces meet at an angle between two neighbouring pixels.
-fn crease(a: Option<Seen>, b: Option<Seen>) -> bool {
+fn crease(a: Option<SurfacePoint>, b: Option<SurfacePoint>) -> bool {
     matches!((a, b), (Some(a), Some(b)) if a.normal.dot(b.normal) < CREASE)
 }
 

@@ -1,23 +1,23 @@
 //! All pictures of a site, one after the other and then together.
 
-use glam::{DMat3, Mat3, Vec3};
+use glam::{DMat3, Vec3};
 
 use super::anywhere::on_floors;
+use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
 use super::model::{GeometryBuffer, LocalPose, template};
 use super::picture::{Level, Optics, pyramid};
 use super::refine::{Equations, Matrix, Residuals, alone, moved};
 use super::search::{Candidate, Headings, models, search};
 use super::together::{Witness, seen_by_others};
 use super::verdict::{self, CLEARLY, LEAST_FIT, agreement, better_by};
-use super::{RegisterError, Registered, Rival, Settings, Subject, Verdict};
+use super::{RegisterError, RegisterSettings, Registered, Rival, Subject, Verdict};
 use crate::panorama;
 use crate::photograph::{Fitness, Photograph};
 use crate::scene::Scene;
 use crate::site::{Pose, Site};
 
-/// How far apart places are tried, metres, and tilts, degrees.
+/// How far apart places are tried, metres.
 const STEP_M: f32 = 0.35;
-const STEP_DEG: f32 = 5.0;
 
 /// Candidates that are followed from a search on the whole floor.
 const FOLLOWED_ANYWHERE: usize = 64;
@@ -37,54 +37,16 @@ const ROUNDS: usize = 3;
 /// Poses nearer than this are one: metres, degrees.
 const APART: (f32, f32) = (0.15, 4.0);
 
-/// A picture to register.
-pub(super) struct Eye {
-    pub(super) subject: Subject,
-    pub(super) levels: Vec<Level>,
-    /// As the site file has it; the place says nothing where it is `anywhere`.
-    pub(super) given: LocalPose,
-    /// Whether it may have been taken anywhere on the site's floors.
-    pub(super) anywhere: bool,
-    /// Whether its pose is to be found, or only speaks for others.
-    pub(super) wanted: bool,
-}
-
-impl Eye {
-    /// Whether the site file says where it was taken.
-    fn placed(&self, site: &Site) -> bool {
-        match self.subject {
-            Subject::Probe(i) => site.probes[i].placed,
-            Subject::View(_) => true,
-        }
-    }
-}
-
-/// An eye's pose as far as it is known.
-pub(super) struct Placed {
-    pub(super) pose: LocalPose,
-    /// Agreement at the level of [`JUDGED`] cells, block by block.
-    pub(super) fit: Vec<f64>,
-    rival: Option<(LocalPose, Vec<f64>)>,
-    pub(super) verdict: Verdict,
-}
-
-impl Placed {
-    /// Correlation of the picture's edges with the model's, −1..=1.
-    pub(super) fn correlation(&self) -> f64 {
-        self.fit.iter().sum()
-    }
-}
-
 /// Finds the pose of every probe and view that has a picture. `progress` is told what is being done, how many pictures are done and how
 /// many there are. The result has the site's order, probes first.
 ///
 /// # Errors
 ///
-/// A picture that cannot be read, or a name in [`Settings::only`] that nothing has.
+/// A picture that cannot be read, or a name in [`RegisterSettings::only`] that nothing has.
 pub fn register(
     site: &Site,
     scene: &Scene,
-    settings: &Settings,
+    settings: &RegisterSettings,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Vec<Registered>, RegisterError> {
     let eyes = eyes(site, scene, settings)?;
@@ -113,7 +75,7 @@ pub fn register(
 }
 
 /// Reads the pictures.
-pub(super) fn eyes(site: &Site, scene: &Scene, settings: &Settings) -> Result<Vec<Eye>, RegisterError> {
+pub(super) fn eyes(site: &Site, scene: &Scene, settings: &RegisterSettings) -> Result<Vec<Eye>, RegisterError> {
     let file = || site.file.display().to_string();
     let lighting = settings.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
     let wanted = |name: &str| settings.only.is_empty() || settings.only.iter().any(|n| n == name);
@@ -152,19 +114,11 @@ fn local(scene: &Scene, pose: &Pose) -> LocalPose {
     LocalPose { origin: scene.local(pose.position), rotation: pose.rotation.as_mat3() }
 }
 
-/// The level that is so many times finer by two than the coarsest, or the finest there is.
-pub(super) fn level(levels: &[Level], finer: usize) -> &Level {
-    &levels[(levels.len() - 1).saturating_sub(finer)]
-}
-
 pub(super) fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64> {
     agreement(level, &GeometryBuffer::cast(scene, &level.raster, pose))
 }
 
-/// Levels, counted from the coarsest: where places and headings are searched, where fits are judged and rivals compared, and
-/// down to where a pose is followed before pictures speak for each other.
-pub(super) const SEARCHED: usize = 0;
-pub(super) const JUDGED: usize = 1;
+/// The level down to which a pose is followed before pictures speak for each other.
 const FOLLOWED_TO: usize = 2;
 
 fn as_given(scene: &Scene, eye: &Eye) -> Placed {
@@ -173,7 +127,7 @@ fn as_given(scene: &Scene, eye: &Eye) -> Placed {
 }
 
 /// Searches places, headings and tilts around the pose given, and follows the best candidates from coarse to fine.
-fn find(scene: &Scene, eye: &Eye, settings: &Settings) -> Placed {
+fn find(scene: &Scene, eye: &Eye, settings: &RegisterSettings) -> Placed {
     let places = ball(eye.given.origin, settings.within_m);
     let searched = level(&eye.levels, SEARCHED);
     let headings = Headings::new(searched.raster.full);
@@ -251,16 +205,6 @@ pub(super) fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
         axis.clone().flat_map(move |y| axis.clone().map(move |z| Vec3::new(x as f32, y as f32, z as f32) * STEP_M))
     });
     all.filter(|p| p.length() <= radius + 0.5 * STEP_M).map(|p| middle + p).collect()
-}
-
-/// Rotations from the picture's axes to level ones, about the one given but for its heading.
-pub(super) fn tilts(given: &Mat3, most_deg: f32) -> Vec<Mat3> {
-    let forward = *given * Vec3::Y;
-    let level = Mat3::from_rotation_z(forward.x.atan2(forward.y)) * *given;
-    let n = (most_deg / STEP_DEG).ceil() as i32;
-    let turn = |k: i32| (k as f32 * STEP_DEG).to_radians();
-    let steps = (-n..=n).flat_map(|a| (-n..=n).map(move |b| (a, b))).filter(|(a, b)| a * a + b * b <= n * n);
-    steps.map(|(a, b)| Mat3::from_rotation_x(turn(a)) * Mat3::from_rotation_y(turn(b)) * level).collect()
 }
 
 pub(super) fn apart(a: &LocalPose, b: &LocalPose, (metres, degrees): (f32, f32)) -> bool {

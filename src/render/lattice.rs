@@ -16,14 +16,14 @@ const ALIKE: f32 = 0.03;
 
 /// A point of the surface that a pixel shows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct ShadingPoint {
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
     /// How far off its plane another point of the same surface may lie, metres.
     pub(super) near_m: f32,
 }
 
-impl Spot {
+impl ShadingPoint {
     /// Whether another point lies on this one's surface.
     #[inline]
     pub(super) fn shares(&self, position: Vec3, normal: Vec3) -> bool {
@@ -37,21 +37,21 @@ impl Spot {
 }
 
 /// A pixel's column and row.
-type Place = (usize, usize);
+type LatticePoint = (usize, usize);
 
 /// A tile of pixels, rows from the top.
 pub(super) struct Lattice<'a, F> {
     pub(super) wide: usize,
     pub(super) tall: usize,
     /// What each pixel shows; `None` for the sky.
-    pub(super) spots: &'a [Option<Spot>],
+    pub(super) spots: &'a [Option<ShadingPoint>],
     /// Filled in for every pixel that shows a surface.
     pub(super) lits: &'a mut [Option<Lit>],
     /// Tells the light on a spot.
     pub(super) ask: F,
 }
 
-impl<F: FnMut(&Spot) -> Lit> Lattice<'_, F> {
+impl<F: FnMut(&ShadingPoint) -> Lit> Lattice<'_, F> {
     /// Finds the light on all spots.
     pub(super) fn fill(&mut self) {
         let (columns, rows) = (stops(self.wide), stops(self.tall));
@@ -107,7 +107,7 @@ impl<F: FnMut(&Spot) -> Lit> Lattice<'_, F> {
         let (Some(a), Some(b), Some(c), Some(d)) = (known(x0, y0), known(x1, y0), known(x0, y1), known(x1, y1)) else {
             return false;
         };
-        let same = |p: &(Spot, Lit), q: &(Spot, Lit)| p.0.joins(&q.0) && alike(&p.1, &q.1);
+        let same = |p: &(ShadingPoint, Lit), q: &(ShadingPoint, Lit)| p.0.joins(&q.0) && alike(&p.1, &q.1);
         if !(same(&a, &b) && same(&a, &c) && same(&a, &d) && same(&b, &c)) {
             return false;
         }
@@ -130,7 +130,7 @@ impl<F: FnMut(&Spot) -> Lit> Lattice<'_, F> {
     }
 
     /// Finds the light half way between pixels: from the first pair that lies on its surface and is lit alike.
-    fn between(&mut self, (x, y): Place, pairs: &[[Place; 2]]) {
+    fn between(&mut self, (x, y): LatticePoint, pairs: &[[LatticePoint; 2]]) {
         let i = y * self.wide + x;
         let (Some(spot), None) = (&self.spots[i], &self.lits[i]) else { return };
         let (mut next, mut torn) = (None, false);
@@ -178,11 +178,11 @@ fn halves([a, b]: [usize; 2], middle: usize, split: bool) -> impl Iterator<Item 
 /// Whether one can interpolate between two lights.
 fn alike(a: &Lit, b: &Lit) -> bool {
     let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= 0.5 * ALIKE * (a + b).max_element();
-    a.asks == b.asks
+    a.needs_shadow_ray == b.needs_shadow_ray
         && a.source == b.source
         && a.shade_source == b.shade_source
         && near(a.shade, b.shade)
-        && (!a.asks || near(a.sun, b.sun))
+        && (!a.needs_shadow_ray || near(a.sun, b.sun))
 }
 
 #[inline]
@@ -206,12 +206,12 @@ mod tests {
         let spot = |i: usize| {
             let (x, y) = (i % wide, i / wide);
             let depth = if x < edge { 0.0 } else { 1.0 };
-            Spot { position: Vec3::new(x as f32, y as f32, depth), normal: Vec3::NEG_Z, near_m: 0.01 }
+            ShadingPoint { position: Vec3::new(x as f32, y as f32, depth), normal: Vec3::NEG_Z, near_m: 0.01 }
         };
         let spots: Vec<_> = (0..wide * tall).map(|i| Some(spot(i))).collect();
         let mut lits = vec![None; spots.len()];
         let mut asked = 0;
-        let ask = |s: &Spot| {
+        let ask = |s: &ShadingPoint| {
             asked += 1;
             Lit::known(Vec3::splat(light(s.position.x, s.position.y)), Source::Record, 1.0)
         };

@@ -35,7 +35,7 @@ pub struct Lit {
     /// Irradiance if it does.
     pub sun: Vec3,
     /// Whether only a shadow ray tells which; otherwise both are the same.
-    pub asks: bool,
+    pub needs_shadow_ray: bool,
     /// Where the irradiance came from.
     pub source: Source,
     /// Where [`Lit::shade`] came from.
@@ -47,7 +47,7 @@ pub struct Lit {
 impl Lit {
     /// Irradiance that does not hang on the sun.
     pub fn known(irradiance: Vec3, source: Source, agreement: f32) -> Self {
-        Self { shade: irradiance, sun: irradiance, asks: false, source, shade_source: source, agreement }
+        Self { shade: irradiance, sun: irradiance, needs_shadow_ray: false, source, shade_source: source, agreement }
     }
 }
 
@@ -84,7 +84,7 @@ impl Irradiance for Relit<'_> {
                     return Lit {
                         shade,
                         sun: light.resolve(&o, true, cos).unwrap_or_default(),
-                        asks: true,
+                        needs_shadow_ray: true,
                         source: Source::Record,
                         shade_source,
                         agreement,
@@ -93,13 +93,17 @@ impl Irradiance for Relit<'_> {
             }
         }
         if self.volume.is_none()
-            && let Some(e) = light.glimpse(scene, point, normal)
+            && let Some(e) = light.observe_untrusted(scene, point, normal)
         {
             return Lit::known(e, Source::Record, agreement);
         }
         let (indirect, source) = self.unseen(point, normal, scratch);
         let direct = light.unshadowed_sun(normal);
-        Lit { sun: indirect + direct, asks: direct != Vec3::ZERO, ..Lit::known(indirect, source, agreement) }
+        Lit {
+            sun: indirect + direct,
+            needs_shadow_ray: direct != Vec3::ZERO,
+            ..Lit::known(indirect, source, agreement)
+        }
     }
 
     fn in_sun(&self, point: Vec3, normal: Vec3) -> bool {
@@ -117,13 +121,13 @@ impl Relit<'_> {
         let (scene, light) = (self.scene, self.light);
         let neighbour = |e: Vec3| (e, Source::Neighbour);
         let Some(volume) = self.volume else {
-            let found = light.glimpse(scene, point, normal).or_else(|| light.neighbour(scene, point, normal));
+            let found = light.observe_untrusted(scene, point, normal).or_else(|| light.neighbour(scene, point, normal));
             return found.map_or((Vec3::ZERO, Source::None), neighbour);
         };
         let near = volume.irradiance(scene, point, normal, scratch);
         // what records measured here or beside is better than a guess of what lies beyond
         if near.is_none_or(|n| n.is_guess())
-            && let Some(e) = light.glimpse(scene, point, normal).filter(|_| light.sun.is_none())
+            && let Some(e) = light.observe_untrusted(scene, point, normal).filter(|_| light.sun.is_none())
         {
             return neighbour(e);
         }

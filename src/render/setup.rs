@@ -22,7 +22,7 @@ pub struct Options {
     /// Use the sun's direction, where the site gives it, to keep shadow edges sharp.
     pub sun: bool,
     /// How finely to fill what no probe sees.
-    pub volume: volume::Settings,
+    pub volume: volume::VolumeSettings,
     /// Build the volume even where nothing needs it.
     pub all_stages: bool,
     /// Build the volume for all points that the cameras show, not only for those that no probe sees.
@@ -37,7 +37,7 @@ impl Options {
             lightings: site.lightings(),
             probes: site.probes.len(),
             sun: true,
-            volume: volume::Settings::default(),
+            volume: volume::VolumeSettings::default(),
             all_stages: false,
             volume_for_all: false,
         }

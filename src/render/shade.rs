@@ -5,7 +5,7 @@ use glam::Vec3;
 use std::f32::consts::PI;
 
 use super::frame::Pixel;
-use super::lattice::{Lattice, Spot};
+use super::lattice::{Lattice, ShadingPoint};
 use super::{Irradiance, Lit, PrimaryRays, Source};
 use crate::scene::{Face, Hit, Paint, Ray, Scene, Surface, Texture};
 use crate::site::Camera;
@@ -34,7 +34,7 @@ pub(super) struct Shader<'a> {
     /// The samples of fragments that are not all of a pixel.
     members: Vec<u32>,
     /// Per pixel its first fragment, and what that shows.
-    spots: Vec<Option<Spot>>,
+    spots: Vec<Option<ShadingPoint>>,
     firsts: Vec<u32>,
     lits: Vec<Option<Lit>>,
     near: Nearby,
@@ -43,7 +43,7 @@ pub(super) struct Shader<'a> {
 /// Samples of one pixel on one surface.
 #[derive(Clone, Copy)]
 struct Fragment {
-    spot: Spot,
+    spot: ShadingPoint,
     /// Number of samples.
     count: u32,
     /// Place of the first in [`Shader::members`]; [`ALL`] for all samples of the pixel.
@@ -108,7 +108,7 @@ impl<'a> Shader<'a> {
         let mut near = std::mem::take(&mut self.near);
         near.clear();
         let relit = self.relit;
-        let mut ask = |spot: &Spot| relit.lit(spot.position, spot.normal, &mut near);
+        let mut ask = |spot: &ShadingPoint| relit.lit(spot.position, spot.normal, &mut near);
         if self.shares {
             Lattice { wide, tall, spots: &self.spots, lits: &mut self.lits, ask: &mut ask }.fill();
         }
@@ -136,7 +136,7 @@ impl<'a> Shader<'a> {
     }
 
     /// The light that a neighbouring pixel has on the same surface.
-    fn beside(&self, spot: &Spot, (x, y): (usize, usize), (wide, tall): (usize, usize)) -> Option<Lit> {
+    fn beside(&self, spot: &ShadingPoint, (x, y): (usize, usize), (wide, tall): (usize, usize)) -> Option<Lit> {
         if !self.shares {
             return None;
         }
@@ -176,7 +176,7 @@ impl<'a> Shader<'a> {
         let distance = face.meet(&ray).max(least).min(most);
         let surface = face.surface(&ray, distance);
         let albedo = paint.patch(face, surface.barycentric, face.covered(direction, sides, distance), Texture::APART);
-        let spot = Spot { position: surface.position, normal: surface.normal, near_m: NEAR * distance };
+        let spot = ShadingPoint { position: surface.position, normal: surface.normal, near_m: NEAR * distance };
         self.fragments.push(Fragment { spot, count: hits.len() as u32, first: ALL, albedo, distance });
     }
 
@@ -188,7 +188,7 @@ impl<'a> Shader<'a> {
             let Some(hit) = hit else { continue };
             let ray = Ray { origin: self.origin, direction: self.rays.direction(x, y, i) };
             let surface = self.faces.get(hit.triangle).0.surface(&ray, hit.t);
-            let spot = Spot { position: surface.position, normal: surface.normal, near_m: NEAR * hit.t };
+            let spot = ShadingPoint { position: surface.position, normal: surface.normal, near_m: NEAR * hit.t };
             let mine = &self.fragments[start..];
             let known = mine.iter().position(|f| self.shares && f.spot.shares(surface.position, surface.normal));
             let fragment = known.unwrap_or_else(|| {
@@ -259,7 +259,7 @@ impl<'a> Shader<'a> {
 
     /// Adds a fragment's light to its pixel; sums, not means.
     fn add(&self, pixel: &mut Pixel, f: &Fragment, lit: &Lit, hits: &[Option<Hit>], at: (usize, usize)) {
-        let sun = if lit.asks { self.sun_share(f, hits, at) } else { 1.0 };
+        let sun = if lit.needs_shadow_ray { self.sun_share(f, hits, at) } else { 1.0 };
         let e = if sun < 1.0 { lit.shade.lerp(lit.sun, sun) } else { lit.sun };
         let count = f.count as f32;
         pixel.radiance += f.albedo * e * (count / PI);

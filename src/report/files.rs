@@ -8,7 +8,7 @@ use super::draw::pdf::pdf;
 use super::draw::png::png;
 use super::draw::svg::Svg;
 use super::error::ReportError;
-use crate::whole::write_whole;
+use crate::atomic_write::write_atomically;
 
 /// Dots per inch of the PNG that goes with a sheet.
 pub const DPI: f32 = 150.0;
@@ -22,7 +22,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(io)?;
     }
-    write_whole(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
+    write_atomically(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
 }
 
 /// Writes a value as JSON for people to read, with a line's end; gives the text.

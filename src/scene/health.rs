@@ -224,7 +224,7 @@ fn areas(mesh: &Mesh, materials: &[Material]) -> Vec<MaterialArea> {
 
 /// Counts how triangles meet. Takes about 30 bytes a triangle for a while and O(n log n).
 pub fn edges(mesh: &Mesh) -> Edges {
-    let corner = welded(mesh);
+    let corner = mesh.welded();
     // the two corners, lesser first, and whether they were swapped
     let mut edges: Vec<(u32, u32, bool)> = mesh
         .triangles
@@ -247,18 +247,11 @@ pub fn edges(mesh: &Mesh) -> Edges {
     counts
 }
 
-/// For each vertex the first vertex at the same position.
-fn welded(mesh: &Mesh) -> Vec<u32> {
-    let place = |i: u32| bits(mesh.positions[i as usize]);
-    let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-    order.par_sort_unstable_by_key(|&i| (place(i), i));
-    let mut first = vec![0; order.len()];
-    for same in order.chunk_by(|&a, &b| place(a) == place(b)) {
-        for &i in same {
-            first[i as usize] = same[0];
-        }
+impl Edges {
+    /// Whether the mesh is wound well enough for fronts and backs to mean something.
+    pub(crate) fn winding_is_meaningful(&self) -> bool {
+        self.inverted * 20 <= self.total
     }
-    first
 }
 
 #[cfg(test)]

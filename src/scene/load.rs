@@ -6,87 +6,15 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::error::SceneError;
 use super::health::{self, Health};
-use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO};
-use super::pictures::{self, Decoded};
+use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO};
+use super::pictures::{self, Decoded, Spared};
 use super::texture::cutout::{self, Mask};
 use super::{Material, Mesh, Scene, Tracer, e57, gltf, mtl, obj, ply};
-use crate::memory::OverLimit;
 use crate::panorama::srgb_to_linear;
 use crate::site::files::{find_loosely, foreign_model};
 use crate::site::{Frame, Site, Up, VertexColours};
-
-/// Why a model could not be loaded.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// A file could not be read.
-    #[error("{}: {why}. Check the name and your right to read it", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What happened.
-        why: String,
-    },
-    /// A line of the model makes no sense.
-    #[error("{}{}: {problem}. Export the model again, or correct it", path.display(), if *line > 0 { format!(":{line}") } else { String::new() })]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1; 0 where the file has no lines.
-        line: usize,
-        /// What was found and what was expected.
-        problem: String,
-    },
-    /// The file is not a model this program reads.
-    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {found}. Export it as glTF (.glb), as PLY, or as OBJ with its MTL file", path.display())]
-    NotAModel {
-        /// The file.
-        path: PathBuf,
-        /// What it seems to be.
-        found: String,
-    },
-    /// The file is a model of a format that is not read here.
-    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {what}. {cure}", path.display())]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-        /// What it is.
-        what: &'static str,
-        /// How to make one of it that is read.
-        cure: &'static str,
-    },
-    /// The model has no triangle that could be used.
-    #[error("{}: the model has no usable triangle ({why}). Export its faces", path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-        /// What became of what it holds.
-        why: String,
-    },
-    /// A texture is broken or too large.
-    #[error("{}: the picture cannot be used: {why}. Save it again as PNG, JPEG or TIFF of at most {} pixels a side", path.display(), super::texture::MAX_SIDE)]
-    Texture {
-        /// The file.
-        path: PathBuf,
-        /// What happened.
-        why: String,
-    },
-    /// A texture would take more memory than it may.
-    #[error("{}: {over}", path.display())]
-    Memory {
-        /// The file.
-        path: PathBuf,
-        /// How much, and how much it may.
-        over: OverLimit,
-    },
-}
-
-impl SceneError {
-    pub(super) fn io(path: &Path, error: &std::io::Error) -> Self {
-        Self::Unreadable { path: path.to_owned(), why: error.to_string() }
-    }
-}
 
 /// Loads a site's model: geometry in local metres, materials, textures, and the ray caster over them. `health` gets
 /// what was odd. Colours of vertices are decoded as the site has them.
@@ -97,19 +25,6 @@ impl SceneError {
 /// are warnings.
 pub fn load(site: &Site, health: &mut Health) -> Result<Scene, SceneError> {
     load_without(site, health, |_, _| None).map(|(scene, _)| scene)
-}
-
-/// What was left out of a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Spared {
-    /// Triangles that are in the mesh, so that indices and bounds stay, but not in the ray caster.
-    pub triangles: usize,
-    /// Pictures that only these triangles have; they were not decoded.
-    pub textures: usize,
-    /// About what this saved, by what the rest took: seconds.
-    pub seconds: f64,
-    /// About what this saved, bytes.
-    pub bytes: u64,
 }
 
 /// [`load`], without what nobody can see: `marks` is given the clean mesh and its origin, and marks triangles to leave
@@ -195,7 +110,7 @@ pub fn load_without(
 /// As [`load`].
 pub fn mesh_of(path: &Path) -> Result<(Mesh, DVec3), SceneError> {
     let own = Frame { metres_per_unit: 1.0, up: Up::Z, north_deg: 0.0 };
-    let Model { origin, positions, uvs, colours, triangles, materials, .. } = read(path, &own)?;
+    let ImportedModel { origin, positions, uvs, colours, triangles, materials, .. } = read(path, &own)?;
     let mut mesh = Mesh { positions, uvs, colours, triangles, materials };
     let mut health = Health::default();
     health::clean(&mut mesh, &mut health);
@@ -235,7 +150,7 @@ impl ModelFormat {
 }
 
 /// Reads a model file, whatever its format.
-fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
     match ModelFormat::of(path) {
         Some(ModelFormat::Ply) => ply::read(path, frame),
         Some(ModelFormat::Gltf) => gltf::read(path, frame),
@@ -248,7 +163,7 @@ fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
     }
 }
 
-fn warn_of_oddities(model: &Model, health: &mut Health) {
+fn warn_of_oddities(model: &ImportedModel, health: &mut Health) {
     let o = &model.oddities;
     health.warnings.extend(o.others.iter().cloned());
     let mut warn = |count: u64, what: &str| {
@@ -269,7 +184,12 @@ fn warn_of_oddities(model: &Model, health: &mut Health) {
 }
 
 /// All materials of all MTL files the model names, by name.
-fn library(model_file: &Path, folder: &Path, model: &Model, health: &mut Health) -> BTreeMap<String, ModelMaterial> {
+fn library(
+    model_file: &Path,
+    folder: &Path,
+    model: &ImportedModel,
+    health: &mut Health,
+) -> BTreeMap<String, ModelMaterial> {
     let mut all: BTreeMap<_, _> = model.own.iter().map(|m| (m.name.clone(), m.clone())).collect();
     for path in library_files(model_file, folder, model, health) {
         match std::fs::read(&path) {
@@ -291,7 +211,7 @@ fn library(model_file: &Path, folder: &Path, model: &Model, health: &mut Health)
 }
 
 /// The MTL files that exist, in order, each once.
-fn library_files(model_file: &Path, folder: &Path, model: &Model, health: &mut Health) -> Vec<PathBuf> {
+fn library_files(model_file: &Path, folder: &Path, model: &ImportedModel, health: &mut Health) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for names in &model.libraries {
         let (found, missing) = split_names(folder, names);
@@ -380,7 +300,7 @@ fn cut_out(
 
 /// The materials in the model's order; and which picture each wants.
 fn materials(
-    model: &Model,
+    model: &ImportedModel,
     used: &[bool],
     library: &BTreeMap<String, ModelMaterial>,
     health: &mut Health,

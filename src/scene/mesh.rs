@@ -1,6 +1,11 @@
 //! Triangles and what they are made of.
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
+use crate::components::components;
+use crate::lists::Lists;
 
 /// An indexed triangle mesh in local metres, z up. Clean: finite, no zero-area and no duplicate triangles.
 #[derive(Clone, Debug, Default)]
@@ -64,6 +69,39 @@ impl Mesh {
         }
         let [a, b, c] = self.triangles[triangle as usize].map(|i| self.colours[i as usize]);
         Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
+    }
+
+    /// For each vertex the first vertex at the same position, to the last bit.
+    pub(crate) fn welded(&self) -> Vec<u32> {
+        // −0 is 0
+        let place = |i: u32| (self.positions[i as usize] + 0.0).to_array().map(f32::to_bits);
+        let mut order: Vec<u32> = (0..self.positions.len() as u32).collect();
+        order.par_sort_unstable_by_key(|&i| (place(i), i));
+        let mut first = vec![0; order.len()];
+        for same in order.chunk_by(|&a, &b| place(a) == place(b)) {
+            same.iter().for_each(|i| first[*i as usize] = same[0]);
+        }
+        first
+    }
+
+    /// Per triangle the number of its component, from 0 in the order of their first triangles: triangles that hang
+    /// together by their [welded](Self::welded) corners, such as a bench or a column.
+    pub(crate) fn components(&self) -> Vec<u32> {
+        let (welded, count) = (self.welded(), self.triangles.len());
+        let corners = |t: usize| self.triangles[t].map(|i| welded[i as usize]);
+        let around = Lists::of(welded.len(), || (0..count).flat_map(|t| corners(t).map(|corner| (corner, t as u32))));
+        // corners are things too, after the triangles, so that a fan of n triangles has n links and not n²
+        let linked = |thing: usize| -> SmallVec<[usize; 8]> {
+            if thing < count {
+                corners(thing).into_iter().map(|corner| count + corner as usize).collect()
+            } else {
+                around.get(thing - count).iter().map(|t| *t as usize).collect()
+            }
+        };
+        let mut labels =
+            components(count + welded.len(), |thing| thing < count || !around.get(thing - count).is_empty(), linked);
+        labels.truncate(count);
+        labels
     }
 
     /// The least and greatest corner of the box around all triangles; zeros where there is none.

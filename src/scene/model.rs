@@ -12,7 +12,7 @@ pub(super) const UNKNOWN_ALBEDO: f32 = 0.5;
 
 /// A model file's triangles, not yet cleaned.
 #[derive(Default)]
-pub(super) struct Model {
+pub(super) struct ImportedModel {
     /// What positions are relative to: metres in the program's axes.
     pub(super) origin: DVec3,
     /// Metres in the program's axes; not finite where the file's numbers are not.
@@ -114,7 +114,7 @@ pub(super) struct Map {
     pub(super) wrap: [Wrap; 2],
 }
 
-impl Model {
+impl ImportedModel {
     /// Adds vertices, in the file's axes and units; gives the index of the first.
     ///
     /// # Errors

@@ -9,8 +9,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use super::load::SceneError;
-use super::model::{Map, Model, ModelMaterial, UNKNOWN_ALBEDO, centre};
+use super::error::SceneError;
+use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO, centre};
 use super::polygon;
 use crate::site::Frame;
 
@@ -111,7 +111,7 @@ impl PropertyAccess for Ignored {
 /// # Errors
 ///
 /// A file that cannot be read, is damaged, or has points but no faces.
-pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
     let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
     let fault = |e: ParseError| SceneError::Malformed {
         path: path.to_owned(),
@@ -163,12 +163,13 @@ fn elements<E: PropertyAccess>(
 }
 
 /// Cuts faces into triangles. Texture coordinates of a face give its corners vertices of their own.
-fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Model, String> {
-    let mut model = Model { origin: centre(vertices.iter().map(|v| v.position), frame), ..Model::default() };
+fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<ImportedModel, String> {
+    let mut model =
+        ImportedModel { origin: centre(vertices.iter().map(|v| v.position), frame), ..ImportedModel::default() };
     let mapped = faces.iter().any(|f| !f.uvs.is_empty());
     let some_uv = mapped || vertices.iter().any(|v| v.uv.is_finite());
     let some_colour = vertices.iter().any(|v| v.colour.is_finite());
-    let add = |model: &mut Model, vertex: &Vertex, uv: Vec2| -> Result<u32, String> {
+    let add = |model: &mut ImportedModel, vertex: &Vertex, uv: Vec2| -> Result<u32, String> {
         let index = model.add_vertices(std::iter::once(vertex.position), frame)?;
         if some_uv {
             model.uvs.push(uv);
@@ -221,7 +222,7 @@ fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Model, S
 }
 
 /// A material for each picture that a comment `TextureFile` names, or none.
-fn name_materials(model: &mut Model, path: &Path, header: &Header) {
+fn name_materials(model: &mut ImportedModel, path: &Path, header: &Header) {
     let pictures = header.comments.iter().filter_map(|c| c.trim().strip_prefix("TextureFile").map(str::trim));
     for name in pictures {
         let plain_albedo = Vec3::splat(UNKNOWN_ALBEDO);

@@ -22,10 +22,18 @@ const LEAST_SHARE: f32 = 0.1;
 /// So many have to say something.
 const FEWEST: usize = 16;
 
+impl Light {
+    /// Radiance from where the model has nothing and nobody tells, such as the open top of a scan: what the light on
+    /// records asks for.
+    pub fn beyond(&self, scene: &Scene) -> Vec3 {
+        *self.beyond.get_or_init(|| radiance(scene, self))
+    }
+}
+
 /// What lies beyond, as radiance that is the same from all such directions: per channel the median over records of what
 /// they have above what known surfaces and the known sky send them. Black where too few records see any of it: from a closed room nothing
 /// tells of what is outside.
-pub(super) fn radiance(scene: &Scene, light: &Light) -> Vec3 {
+fn radiance(scene: &Scene, light: &Light) -> Vec3 {
     let mean = light.mean_radiance();
     let asked: Vec<(Vec3, Vec3, Vec3)> = places(&light.records);
     let told: Vec<Option<Vec3>> =

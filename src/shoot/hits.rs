@@ -4,7 +4,6 @@ use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Chart;
-use super::sunlight::{self, Sunlit};
 use crate::scene::{Face, Paint, Ray, Scene, Surface};
 use std::sync::{Arc, OnceLock};
 
@@ -37,7 +36,19 @@ pub struct Hits {
     pub chart: Chart,
     pub(super) cells: Vec<CellHit>,
     /// A direction towards the sun, and which cells it shines on: all lightings of a site share one.
-    sunlit: OnceLock<(Vec3, Arc<[Sunlit]>)>,
+    pub(super) sunlit: OnceLock<(Vec3, Arc<[Sunlit]>)>,
+}
+
+/// Whether the sun shines on a cell's surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Sunlit {
+    /// In shade.
+    No,
+    /// In direct sun.
+    Yes,
+    /// The edge of a shadow runs through the cell.
+    Partly,
 }
 
 /// What one cell sees; 16 bytes.
@@ -179,13 +190,6 @@ impl Hits {
         let length = from.distance(to);
         length < TOGETHER * lift
             || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
-    }
-
-    /// Which cells the sun shines on. Casts rays for the first direction asked for only.
-    pub(super) fn sunlit(&self, scene: &Scene, sun: Vec3) -> Arc<[Sunlit]> {
-        let find = || sunlight::sunlit(scene, self, sun).into();
-        let (first, sunlit) = self.sunlit.get_or_init(|| (sun, find()));
-        if *first == sun { sunlit.clone() } else { find() }
     }
 
     /// Bytes held.

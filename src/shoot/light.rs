@@ -5,9 +5,9 @@ use smallvec::SmallVec;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
+use super::hits::Sunlit;
 use super::neighbours::Neighbours;
-use super::sunlight::Sunlit;
-use super::{Hits, Observation, Records, beyond, sunlight};
+use super::{Hits, Observation, Records, sunlight};
 use crate::panorama::{Panorama, Picture, Radiometry, luminance};
 use crate::scene::Scene;
 use crate::site::Sun;
@@ -21,7 +21,7 @@ pub struct Light {
     pub sun: Option<Sun>,
     /// What is behind the windows where no probe tells.
     outside: Option<Outside>,
-    beyond: OnceLock<Vec3>,
+    pub(super) beyond: OnceLock<Vec3>,
     neighbours: OnceLock<Neighbours>,
 }
 
@@ -88,16 +88,16 @@ impl Light {
         self.observe_above(scene, point, normal, LEAST_WEIGHT, |_, _| ())
     }
 
-    /// [`Light::observe`], or with `least` weight zero [`Light::glimpse`]'s records; `tell` hears of each record that
+    /// [`Light::observe`], or with `least` weight zero [`Light::observe_untrusted`]'s records; `tell` hears of each record that
     /// counts: its probe, its cell, whether the sun shines on it, and its weight.
     pub(crate) fn weigh(
         &self,
         scene: &Scene,
         (point, normal): (Vec3, Vec3),
-        glimpse: bool,
+        untrusted: bool,
         mut tell: impl FnMut(u32, u32, Sunlit, f32),
     ) -> Option<Observation> {
-        let least = if glimpse { 0.0 } else { LEAST_WEIGHT };
+        let least = if untrusted { 0.0 } else { LEAST_WEIGHT };
         let mut asked: SmallVec<[(usize, f32); 8]> = SmallVec::new();
         let o = self.observe_above(scene, point, normal, least, |probe, share| asked.push((probe, share)));
         for (probe, share) in asked {
@@ -123,7 +123,7 @@ impl Light {
 
     /// Irradiance by whatever records there are, however little they can be trusted: better than nothing where there is
     /// no volume.
-    pub fn glimpse(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
+    pub fn observe_untrusted(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
         self.observe_above(scene, point, normal, 0.0, |_, _| ()).map(|o| o.value())
     }
 
@@ -288,12 +288,6 @@ impl Light {
     /// and at least what clipped probes saw; else black.
     pub fn sky(&self, direction: Vec3) -> Vec3 {
         self.told_sky(direction).unwrap_or_default()
-    }
-
-    /// Radiance from where the model has nothing and nobody tells, such as the open top of a scan: what the light on
-    /// records asks for.
-    pub fn beyond(&self, scene: &Scene) -> Vec3 {
-        *self.beyond.get_or_init(|| beyond::radiance(scene, self))
     }
 
     /// Radiance of the sky in a direction, as probes or the site tell.

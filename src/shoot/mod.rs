@@ -26,12 +26,13 @@
 
 mod beyond;
 mod chart;
-mod hits;
+pub(crate) mod hits;
 mod kdtree;
 mod light;
 mod neighbours;
 mod observation;
 mod picture;
+mod record_transfer;
 mod records;
 pub mod sunlight;
 #[cfg(test)]
@@ -44,4 +45,5 @@ pub(crate) use light::Choice;
 pub use light::{Light, Outside};
 pub use observation::{Mean, Observation};
 pub use picture::{charted, read_light};
-pub use records::{RecordTransfer, Records};
+pub use record_transfer::RecordTransfer;
+pub use records::Records;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
+use super::hits::Sunlit;
 use super::hits::{CellHit, Hits, hides, unpack_normal};
-use super::sunlight::Sunlit;
 use super::{Chart, Mean, Observation};
 use crate::panorama::{Picture, Radiometry, radius2};
 use crate::scene::{Ray, Scene};
@@ -18,25 +18,25 @@ use crate::scene::{Ray, Scene};
 /// E = π Σ w ρL / Σ w ρ² over the cells next to it that see the same surface under the same sun: dark texels count for
 /// little, cells that straddle an edge for next to nothing, and nothing is ever divided by a texel.
 pub struct Records {
-    hits: Arc<Hits>,
-    records: Vec<Record>,
+    pub(super) hits: Arc<Hits>,
+    pub(super) records: Vec<Record>,
 }
 
 /// One cell's record; 24 bytes.
 #[derive(Clone, Copy, Debug)]
-struct Record {
+pub(super) struct Record {
     /// Surface normal towards the probe, octahedral.
-    normal: u32,
+    pub(super) normal: u32,
     /// normal · (point − probe), metres; infinite where there is no surface, `light` then is the sky's radiance.
-    plane: f32,
+    pub(super) plane: f32,
     /// Irradiance.
-    light: [f32; 3],
+    pub(super) light: [f32; 3],
     /// How far to trust it, 0..=1 in 65535 steps.
-    trust: u16,
+    pub(super) trust: u16,
     /// Whether the sun shines on the surface.
-    sunlit: Sunlit,
+    pub(super) sunlit: Sunlit,
     /// Whether the cell shows a clipped pixel: the light was at least that.
-    clipped: bool,
+    pub(super) clipped: bool,
 }
 
 impl Records {
@@ -261,37 +261,37 @@ fn similarity(a: f32, b: f32) -> f32 {
 }
 
 /// A rough irradiance/π, summed over channels, to compare neighbours by; dark albedos are floored.
-fn brightness(hit: &CellHit, measured: Option<Measured>) -> f32 {
+pub(super) fn brightness(hit: &CellHit, measured: Option<Measured>) -> f32 {
     measured.map_or(0.0, |m| m.radiance.element_sum()) / hit.albedo().element_sum().max(0.03)
 }
 
 /// What a cell measured.
 #[derive(Clone, Copy, Debug)]
-struct Measured {
-    radiance: Vec3,
+pub(super) struct Measured {
+    pub(super) radiance: Vec3,
     /// Whether a clipped pixel has part in it.
-    clipped: bool,
+    pub(super) clipped: bool,
 }
 
 /// What the irradiance of a record is estimated from.
-struct Estimate<'a> {
-    hits: &'a Hits,
+pub(super) struct Estimate<'a> {
+    pub(super) hits: &'a Hits,
     /// What each cell measured; `None` for bad pixels.
-    measured: &'a [Option<Measured>],
+    pub(super) measured: &'a [Option<Measured>],
     /// [`brightness`] of each cell.
-    brightness: &'a [f32],
-    sunlit: Option<&'a [Sunlit]>,
+    pub(super) brightness: &'a [f32],
+    pub(super) sunlit: Option<&'a [Sunlit]>,
 }
 
 impl Estimate<'_> {
-    fn sunlit(&self, cell: usize) -> Sunlit {
+    pub(super) fn sunlit(&self, cell: usize) -> Sunlit {
         self.sunlit.map_or(Sunlit::No, |s| s[cell])
     }
 
     /// The record of cell `x` of a row, which looks along `middle`: least squares over the 3 × 3 cells around it under a
     /// tent kernel. `tell` hears which cells count, and how much.
     #[inline]
-    fn record(&self, row: usize, x: usize, middle: Vec3, mut tell: impl FnMut(usize, f32)) -> Record {
+    pub(super) fn record(&self, row: usize, x: usize, middle: Vec3, mut tell: impl FnMut(usize, f32)) -> Record {
         let chart = &self.hits.chart;
         let cell = chart.row(row).start + x;
         let hit = &self.hits.cells[cell];
@@ -343,7 +343,7 @@ fn irradiance(rho_l: Vec3, rho2: Vec3) -> [f32; 3] {
 }
 
 /// What each cell of a chart measured, from a picture in the chart's own projection.
-fn measured(chart: &Chart, picture: &Picture, radiometry: &Radiometry) -> Vec<Option<Measured>> {
+pub(super) fn measured(chart: &Chart, picture: &Picture, radiometry: &Radiometry) -> Vec<Option<Measured>> {
     let row = |row: usize| {
         let n = chart.row(row).len();
         (0..n).map(move |x| row_average(picture, radiometry, row, x, n))
@@ -383,9 +383,6 @@ impl CellHit {
         if self.purity == u16::MAX { 1.0 } else { (f32::from(self.purity) / 65535.0).powi(4).max(1e-3) }
     }
 }
-
-mod transfer;
-pub use transfer::RecordTransfer;
 
 #[cfg(test)]
 mod equivalence;

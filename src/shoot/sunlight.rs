@@ -5,21 +5,10 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
-use super::hits::{Hits, unpack_normal};
+use super::hits::{Hits, Sunlit, unpack_normal};
 use crate::scene::{Occluder, Ray, Scene};
-
-/// Whether the sun shines on a cell's surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Sunlit {
-    /// In shade.
-    No,
-    /// In direct sun.
-    Yes,
-    /// The edge of a shadow runs through the cell.
-    Partly,
-}
 
 /// Whether the sun (unit direction towards it) reaches a point of a surface with this normal (on either side).
 pub fn reaches(scene: &Scene, point: Vec3, normal: Vec3, sun: Vec3) -> bool {
@@ -33,8 +22,17 @@ fn reaches_past(last: &mut Occluder, scene: &Scene, point: Vec3, normal: Vec3, s
     normal.dot(sun) > 0.0 && !scene.tracer.occluded_again(&ray, 1e-4, f32::INFINITY, last)
 }
 
+impl Hits {
+    /// Which cells the sun shines on. Casts rays for the first direction asked for only.
+    pub(super) fn sunlit(&self, scene: &Scene, sun: Vec3) -> Arc<[Sunlit]> {
+        let find = || sunlit(scene, self, sun).into();
+        let (first, sunlit) = self.sunlit.get_or_init(|| (sun, find()));
+        if *first == sun { sunlit.clone() } else { find() }
+    }
+}
+
 /// The sun's reach for each cell.
-pub(super) fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
+fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
     let chart = &hits.chart;
     let to_world = hits.to_probe.transpose();
     let reaches_along = |last: &mut Occluder, i: usize, d: Vec3| {

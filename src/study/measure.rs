@@ -5,14 +5,15 @@ use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::blocks::Block;
 use super::clock::{Clock, Seconds};
+use super::conclusions::compare::compare;
+use super::metrics::blocks::Block;
 use super::sweep::{Base, Method, Parameter, Setting};
 use super::truth::TruthView;
-use super::{Comparison, Ranked, StudyError, compare};
+use super::{Comparison, Ranked, StudyError};
 use crate::panorama::{self, Layer, Panorama, Picture, Projection, convert, write_exr};
 use crate::paper::{self, Plain, PlainRelit, ProbeLight};
-use crate::reference::{Estimate, Eye, Lights, Settings, add_samples};
+use crate::reference::{Estimate, Eye, Lights, ReferenceSettings, add_samples};
 use crate::render::{Irradiance, Options, Relit, prepare, render};
 use crate::scene::Scene;
 use crate::shoot::read_light;
@@ -92,7 +93,7 @@ impl Bench<'_> {
         let cameras: Vec<_> = self.truth.iter().map(|t| t.camera).collect();
         let options = Options {
             probes: site.probes.len(),
-            volume: volume::Settings { cells: value(Parameter::Cells), rays: value(Parameter::Rays) },
+            volume: volume::VolumeSettings { cells: value(Parameter::Cells), rays: value(Parameter::Rays) },
             ..self.options()
         };
         let clock = Clock::start();
@@ -130,7 +131,7 @@ impl Bench<'_> {
         };
         let factor = if setting.parameter == Parameter::Radius { setting.value } else { 1.0 };
         let radius = radius_m.filter(|_| factor != 1.0).map(|r| (r * factor) as f32);
-        let settings = paper::Settings { radius_m: radius, cells, ..paper::Settings::default() };
+        let settings = paper::PaperSettings { radius_m: radius, cells, ..paper::PaperSettings::default() };
         let clock = Clock::start();
         let mut pictures = Vec::new();
         for probe in &self.site.probes {
@@ -185,7 +186,7 @@ impl Bench<'_> {
             lightings: vec![self.lighting.to_owned()],
             probes: self.site.probes.len(),
             sun: true,
-            volume: volume::Settings::default(),
+            volume: volume::VolumeSettings::default(),
             all_stages: false,
             volume_for_all: false,
         }
@@ -247,7 +248,7 @@ pub(super) fn trace(
 ) -> Option<Vec<Estimate>> {
     let one = |(i, camera): (usize, crate::site::Camera)| {
         let mut estimate = Estimate::new(camera.width as usize, camera.height as usize);
-        let settings = Settings { samples, seed: seed + ((i as u64) << 20), ..Settings::default() };
+        let settings = ReferenceSettings { samples, seed: seed + ((i as u64) << 20), ..ReferenceSettings::default() };
         let tell = |_, _| if go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
         add_samples(scene, lights, &Eye::Camera(camera), &settings, &mut estimate, &tell).ok()?;
         Some(estimate)
@@ -263,7 +264,7 @@ pub(super) fn base(site: &Site, lighting: &str) -> Result<Base, StudyError> {
             width = width.max(panorama::dimensions(&lit.path)?.0 as u32);
         }
     }
-    let volume::Settings { cells, rays } = volume::Settings::default();
+    let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
     Ok(Base { width, probes: site.probes.len() as u32, cells, rays, samples: 4 })
 }
 

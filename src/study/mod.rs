@@ -15,37 +15,35 @@
 //! assert!((relmse(&render, &truth) - 0.01 / 1.01).abs() < 1e-6); // (x − t)² / (t² + 0.01 · mean²)
 //! ```
 
-mod blocks;
 mod clock;
-mod compare;
+mod conclusions;
 mod curve;
 mod error;
-mod flip;
 mod measure;
 mod metrics;
+mod options;
 mod order;
 mod outside;
 mod run;
 mod state;
-mod summary;
 mod sweep;
 mod truth;
-mod truths;
-mod verdict;
 
-pub use blocks::{Block, Interval, Metric, Resamples};
 pub use clock::{Seconds, has_processor_time};
-pub use compare::{Comparison, Errors, compare, compare_parts, hidden};
+pub use conclusions::compare::{Comparison, Errors, compare, compare_parts, hidden};
+pub use conclusions::result::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary};
+pub use conclusions::summary::summary;
+pub use conclusions::verdict::rounded;
 pub use curve::{Curve, How, order, pareto};
 pub use error::StudyError;
-pub use flip::{flip, flip_ldr, flip_map};
 pub use measure::{Run, ViewRun};
+pub use metrics::blocks::{Block, Interval, Metric, Resamples};
+pub use metrics::flip::{flip, flip_ldr, flip_map};
 pub use metrics::{exposure, mean_where, median, median_relative_error, relmse, relmse_where, rmse, ssim};
+pub use options::Options;
 pub use order::{Ranked, order_said, plan_order};
 pub use outside::{Outside, OutsidePoint, read as read_outside};
-pub use run::{Options, Progress, study};
+pub use run::{Progress, study};
 pub use state::{Study, TruthNote};
-pub use summary::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary, summary};
 pub use sweep::{Base, Method, Parameter, Setting};
 pub use truth::{Tile, TruthNoise, TruthView, tiles};
-pub use verdict::rounded;

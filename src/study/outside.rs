@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::StudyError;
-use super::blocks::Metric;
+use super::metrics::blocks::Metric;
 
 /// Another program's curve: (seconds a frame on the wall, of all processors; errors), in order of time.
 #[derive(Clone, Debug, PartialEq)]

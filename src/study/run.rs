@@ -1,5 +1,6 @@
 //! A study from start to end: bounded in time, and taken up again where it stopped.
 
+use crate::study::options::Options;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,50 +10,11 @@ use super::order::plan_order;
 use super::state::{Study, begun, fingerprint};
 use super::sweep::{Method, Setting, ladder, paper_sweep};
 use super::truth::TruthView;
-use super::truths::{note, photographed, referenced};
+use super::truth::views::{note, photographed, referenced};
 use super::{Curve, How, Metric, StudyError};
 use crate::reference::{LightError, Lights};
 use crate::scene::{self, Health};
 use crate::site::{Site, View};
-
-/// What to study and for how long.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The lighting; `None` for the site's first.
-    pub lighting: Option<String>,
-    /// The views, by name; empty for all.
-    pub views: Vec<String>,
-    /// Nothing is begun that would probably end later than so many seconds after the start.
-    pub budget_s: f64,
-    /// The share of each picture in which error is measured, above 0 and up to 1.
-    pub share: f64,
-    /// Make a reference even where there are photographs.
-    pub reference: bool,
-    /// Samples a pixel of the reference.
-    pub reference_samples: u32,
-    /// The most samples a pixel that path tracing is tried with.
-    pub most_samples: u32,
-    /// Another seed, other noise.
-    pub seed: u64,
-    /// Start anew even where a study has been begun.
-    pub fresh: bool,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            lighting: None,
-            views: vec![],
-            budget_s: 300.0,
-            share: 1.0,
-            reference: false,
-            reference_samples: 1024,
-            most_samples: 1 << 16,
-            seed: 0,
-            fresh: false,
-        }
-    }
-}
 
 /// How far a study is.
 #[derive(Clone, Debug)]
@@ -294,7 +256,6 @@ impl Driver<'_> {
 }
 
 fn lighting(site: &Site, options: &Options) -> Result<String, String> {
-    let known = site.lightings();
     if site.probes.is_empty() {
         return Err(
             "the site has no probe, so there is nothing to study. Add a [[probe]]; `clerestory simulate` makes \
@@ -302,11 +263,7 @@ fn lighting(site: &Site, options: &Options) -> Result<String, String> {
                 .to_owned(),
         );
     }
-    match &options.lighting {
-        None => Ok(known.first().cloned().unwrap_or_default()),
-        Some(name) if known.contains(name) => Ok(name.clone()),
-        Some(name) => Err(format!("there is no lighting “{name}”. The site's lightings: {}", known.join(", "))),
-    }
+    site.lighting(options.lighting.as_deref()).map_err(|e| e.to_string())
 }
 
 fn views<'a>(site: &'a Site, options: &Options) -> Result<Vec<&'a View>, String> {

@@ -6,13 +6,13 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::StudyError;
+use super::conclusions::result::Summary;
 use super::measure::Run;
+use super::options::Options;
 use super::order::Ranked;
-use super::run::Options;
-use super::summary::Summary;
 use super::sweep::Base;
+use crate::atomic_write::write_atomically;
 use crate::site::{Environment, Site, View};
-use crate::whole::write_whole;
 
 /// Changes with how runs are made, so that figures of two ways never stand in one study.
 const METHOD: &str = "probes in plan order";
@@ -80,7 +80,7 @@ impl Study {
     /// If the file system refuses.
     pub fn save(&self, file: &Path) -> Result<(), StudyError> {
         let io = |source| StudyError::Io { path: file.to_owned(), source };
-        write_whole(file, io, |out| {
+        write_atomically(file, io, |out| {
             serde_json::to_writer(&mut *out, self).map_err(|e| io(e.into()))?;
             writeln!(out).map_err(io)
         })

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use super::ViewerError;
+use super::error::ViewerError;
 use crate::scene::{Ray, Scene};
 use crate::site::{Site, View};
 

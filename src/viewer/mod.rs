@@ -3,9 +3,12 @@
 //! What lies in `page` is the page; here its data are packed. Positions have 16 bits along each side
 //! of the model's box, light one exponent a colour, all deflated and in base64; the browser inflates them itself.
 
+mod error;
 mod findings;
 mod pack;
 mod shot;
+
+pub use error::ViewerError;
 
 use base64::Engine;
 use glam::Vec3;
@@ -13,13 +16,13 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use crate::atomic_write::write_atomically;
 use crate::bake::{BakeError, Baked};
-use crate::panorama::{PanoramaError, linear_to_srgb};
-use crate::photograph::PhotographError;
+use crate::panorama::linear_to_srgb;
 use crate::scene::{Scene, Wrap};
 use crate::site::Site;
-use crate::whole::write_whole;
 use findings::{Mark, Shown};
+use pack::Block;
 use shot::{Shot, shot};
 
 /// What a page shows beside the model.
@@ -31,31 +34,6 @@ pub struct Extras {
     pub plan: Option<PathBuf>,
     /// The command that made the page.
     pub command: String,
-}
-
-/// Why no page can be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ViewerError {
-    /// A photograph cannot be used.
-    #[error(transparent)]
-    Photograph(#[from] PhotographError),
-    /// A picture cannot be used.
-    #[error(transparent)]
-    Picture(#[from] PanoramaError),
-    /// A texture cannot be used, or the page cannot be written.
-    #[error(transparent)]
-    Bake(#[from] BakeError),
-    /// Findings or a plan cannot be read.
-    #[error("{}: {why}. Expected what `{from}` writes", path.display())]
-    Unusable {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        why: String,
-        /// The verb that makes such a file.
-        from: String,
-    },
 }
 
 /// What the page's script needs to know; lengths in local metres, program's axes.
@@ -107,12 +85,6 @@ struct Range {
     /// The box around them: least and greatest corner.
     low: [f32; 3],
     high: [f32; 3],
-}
-
-/// A part of the page's data.
-struct Block {
-    kind: &'static str,
-    bytes: Vec<u8>,
 }
 
 const STYLE: &str = include_str!("page/viewer.css");
@@ -201,7 +173,7 @@ pub fn write_viewer(
         findings: extras.findings.as_ref().map_or(Ok(Vec::new()), |folder| findings::findings(site, scene, folder))?,
     };
     let head = head(&about, &blocks);
-    write_whole(path, io, |file| {
+    write_atomically(path, io, |file| {
         file.write_all(head.as_bytes()).map_err(io)?;
         for (i, block) in blocks.iter().enumerate() {
             let text = base64::engine::general_purpose::STANDARD.encode(&block.bytes);

@@ -74,6 +74,12 @@ pub(super) fn shared_exponent(c: Vec3) -> [u8; 4] {
     [code(c.x), code(c.y), code(c.z), (exponent + 128) as u8]
 }
 
+/// A part of the page's data.
+pub(super) struct Block {
+    pub(super) kind: &'static str,
+    pub(super) bytes: Vec<u8>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{Block, ViewerError};
+use super::error::ViewerError;
+use super::pack::Block;
 use crate::bake::BakeError;
 use crate::panorama::{Exposure, Picture, pinhole_of, undistorted};
 use crate::photograph;

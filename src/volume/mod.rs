@@ -8,7 +8,7 @@
 //! cells around it, as far as no wall stands between.
 //!
 //! ```
-//! use clerestory::volume::{Nearby, Settings, Transport, Volume};
+//! use clerestory::volume::{Nearby, VolumeSettings, Transport, Volume};
 //! # use clerestory::glam::{Mat3, Vec3};
 //! # use clerestory::panorama::{Picture, Projection, Radiometry};
 //! # use clerestory::shoot::{Hits, Light, charted};
@@ -24,14 +24,16 @@
 //! # let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
 //! // irradiance at a point of the floor, gathered from what the probe saw of the other walls
 //! let point = (Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
-//! let settings = Settings { cells: 8, rays: 512 };
+//! let settings = VolumeSettings { cells: 8, rays: 512 };
 //! let transport = Transport::cast(&scene, &[point], &[&light], &settings);
 //! let volume = Volume::new(&scene, &transport, &light);
 //! let filled = volume.irradiance(&scene, point.0, point.1, &mut Nearby::default()).expect("was asked for");
 //! assert!((filled.irradiance / (std::f32::consts::PI * 0.2) - 1.0).abs().max_element() < 0.05);
 //! ```
 
-mod anchors;
+mod cache_points;
+mod filled;
+mod gathered;
 mod grid;
 mod guide;
 mod nearby;
@@ -41,13 +43,14 @@ mod tests;
 mod transfer;
 mod transport;
 
-pub use anchors::{Anchor, Anchors, Weighted};
+pub use cache_points::{CachePoint, CachePoints, Weighted};
+pub use filled::Filled;
 pub use grid::Grid;
 pub use guide::{Guide, Lobes};
 pub use nearby::Nearby;
 pub use transfer::VolumeTransfer;
 pub(crate) use transfer::of_place;
-pub use transport::{Settings, Transport};
+pub use transport::{Transport, VolumeSettings};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -56,43 +59,24 @@ use std::f32::consts::PI;
 use crate::panorama::luminance;
 use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
-use nearby::Seen;
+use filled::irradiance;
+use nearby::VisiblePoints;
 use smooth::evened;
 
-/// Irradiance at anchors on unseen surfaces, without the sun that falls on them directly.
+/// Irradiance at cache points on unseen surfaces, without the sun that falls on them directly.
 pub struct Volume<'a> {
-    anchors: &'a Anchors,
-    /// Per anchor the vector irradiance of each channel, E(n) = n · vector; `None` where not gathered.
+    cache_points: &'a CachePoints,
+    /// Per cache point the vector irradiance of each channel, E(n) = n · vector; `None` where not gathered.
     vectors: Vec<Option<[Vec3; 3]>>,
-    /// Per anchor the share of its hemisphere from where somebody tells what light comes.
+    /// Per cache point the share of its hemisphere from where somebody tells what light comes.
     told: Vec<f32>,
     open: bool,
     /// How its places were evened out.
     shares: Vec<Vec<(u32, f32)>>,
 }
 
-/// What a volume says of a point.
-#[derive(Clone, Copy, Debug)]
-pub struct Filled {
-    /// Irradiance without direct sun.
-    pub irradiance: Vec3,
-    /// The share of what the point sees from where somebody tells what light comes, 0..=1; the rest is guessed to be as
-    /// [`Light::beyond`].
-    pub told: f32,
-}
-
-impl Filled {
-    /// From this share on what is told makes the value; below, it is mostly a guess.
-    const TOLD: f32 = 0.9;
-
-    /// Whether the value is mostly a guess of what lies beyond.
-    pub fn is_guess(&self) -> bool {
-        self.told < Self::TOLD
-    }
-}
-
 /// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
-const EXCHANGES: usize = 100;
+const BOUNCES: usize = 100;
 
 /// An exchange that changes the light by less than this share is the last.
 const SETTLED: f64 = 1e-4;
@@ -100,7 +84,7 @@ const SETTLED: f64 = 1e-4;
 impl<'a> Volume<'a> {
     /// Sends a lighting along the rays of a transport.
     pub fn new(scene: &Scene, transport: &'a Transport, light: &Light) -> Self {
-        let Transport { anchors, gathered, .. } = transport;
+        let Transport { cache_points, gathered, .. } = transport;
         let same_sun = light.sun.map(|s| s.direction) == transport.sun;
         // what arrives from seen surfaces, the sky, and unseen surfaces in direct sun
         let (first, sums): (Vec<[Vec3; 3]>, Vec<[f32; 2]>) = gathered
@@ -108,7 +92,7 @@ impl<'a> Volume<'a> {
             .map(|g| {
                 let mut vectors = [Vec3::ZERO; 3];
                 let (mut squares, mut all, mut untold) = (0.0, 0.0, 0.0);
-                let normal = anchors.list[g.anchor as usize].normal;
+                let normal = cache_points.list[g.cache_point as usize].normal;
                 let mut add = |weight: Vec3, radiance: Vec3| {
                     add(&mut vectors, weight, radiance);
                     squares += (weight.dot(normal) * luminance(radiance)).powi(2);
@@ -128,20 +112,20 @@ impl<'a> Volume<'a> {
                         Some(_) if !same_sun => light.direct_sun(scene, u.position, u.normal),
                         _ => Vec3::ZERO,
                     };
-                    let e = if u.linked { None } else { light.glimpse(scene, u.position, u.normal) };
+                    let e = if u.linked { None } else { light.observe_untrusted(scene, u.position, u.normal) };
                     add(u.weight, u.rho * e.unwrap_or_else(direct));
                 }
                 (vectors, [squares, if all > 0.0 { 1.0 - untold / all } else { 1.0 }])
             })
             .unzip();
         let (squares, told): (Vec<f32>, Vec<f32>) = sums.into_iter().map(|[squares, told]| (squares, told)).unzip();
-        let last = exchanged(transport, first);
-        let shares = transport.beside.shares(anchors, gathered, &last, &squares);
+        let last = bounced(transport, first);
+        let shares = transport.beside.shares(cache_points, gathered, &last, &squares);
         let last = evened(&last, &shares);
         let vectors = transport.places.iter().map(|&place| last.get(place as usize).copied()).collect();
         let open = told.iter().any(|t| *t < Filled::TOLD);
         let told = transport.places.iter().map(|&place| told.get(place as usize).copied().unwrap_or(0.0)).collect();
-        Self { anchors, vectors, told, open, shares }
+        Self { cache_points, vectors, told, open, shares }
     }
 
     /// Whether some of its places see much of what nobody tells of, as in an open scan.
@@ -173,22 +157,22 @@ impl<'a> Volume<'a> {
         (total > 0.0).then(|| Filled { irradiance: sum / total, told: told / total })
     }
 
-    /// Tells the anchors that a point takes its value from, with their weights.
+    /// Tells the cache points that a point takes its value from, with their weights.
     #[inline]
     fn take(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby, mut tell: impl FnMut(u32, f32)) {
         /// How far from a point, in cells, what it sees counts as seen.
         const CLOSE: f32 = 0.15;
-        let close = CLOSE * self.anchors.grid.cell_m;
+        let close = CLOSE * self.cache_points.grid.cell_m;
         let seen = near.seen.get(point, normal, close).unwrap_or_else(|| {
-            self.anchors.around(point, normal, &mut near.around);
+            self.cache_points.around(point, normal, &mut near.around);
             near.around.retain(|f| self.vectors[f.1 as usize].is_some());
-            let mut seen = Seen::default();
-            self.anchors.taken(scene, point, normal, &near.around, |_, index| seen.push(index));
+            let mut seen = VisiblePoints::default();
+            self.cache_points.taken(scene, point, normal, &near.around, |_, index| seen.push(index));
             near.seen.put(point, normal, close, seen);
             seen
         });
         for index in seen.iter() {
-            tell(index, self.anchors.weight(index, point, normal));
+            tell(index, self.cache_points.weight(index, point, normal));
         }
     }
 
@@ -198,15 +182,15 @@ impl<'a> Volume<'a> {
         const RAYS: u32 = 32;
         /// How far from a point, in cells, what was gathered for it is taken over.
         const CLOSE: f32 = 0.25;
-        let close = CLOSE * self.anchors.grid.cell_m;
+        let close = CLOSE * self.cache_points.grid.cell_m;
         if let Some(known) = near.gathered.get(point, normal, close) {
             return known;
         }
-        let origin = point + normal * self.anchors.lift();
+        let origin = point + normal * self.cache_points.lift();
         let lobes = Guide::default().from(origin, normal);
         let (mut sum, mut untold) = (Vec3::ZERO, 0);
         for k in 0..RAYS {
-            let Some((direction, _)) = lobes.sample(0.5, anchors::plastic(u64::from(k))) else { continue };
+            let Some((direction, _)) = lobes.sample(0.5, cache_points::plastic(u64::from(k))) else { continue };
             let ray = Ray { origin, direction };
             sum += match scene.tracer.closest(&ray, 1e-4) {
                 None => light.told_sky(direction).unwrap_or_else(|| {
@@ -220,7 +204,7 @@ impl<'a> Volume<'a> {
                         Some(e) => e,
                         None => match self.irradiance(scene, s.position, s.normal, near) {
                             Some(filled) => filled.irradiance + direct(),
-                            None => light.glimpse(scene, s.position, s.normal).unwrap_or_else(direct),
+                            None => light.observe_untrusted(scene, s.position, s.normal).unwrap_or_else(direct),
                         },
                     };
                     scene.filtered_albedo(s.triangle, s.barycentric, 0.3 * hit.t) * e / PI
@@ -235,12 +219,12 @@ impl<'a> Volume<'a> {
 
 /// What unseen places have when they have sent each other light until it settles, from what first arrives at them: Jacobi
 /// steps of E = first + K E, each of which reads only the last one's values.
-fn exchanged(transport: &Transport, first: Vec<[Vec3; 3]>) -> Vec<[Vec3; 3]> {
-    let Transport { anchors, gathered, .. } = transport;
+fn bounced(transport: &Transport, first: Vec<[Vec3; 3]>) -> Vec<[Vec3; 3]> {
+    let Transport { cache_points, gathered, .. } = transport;
     let mut last = first.clone();
-    for _ in 0..EXCHANGES {
+    for _ in 0..BOUNCES {
         let e: Vec<Vec3> = (last.iter().zip(gathered))
-            .map(|(vectors, g)| irradiance(vectors, anchors.list[g.anchor as usize].normal))
+            .map(|(vectors, g)| irradiance(vectors, cache_points.list[g.cache_point as usize].normal))
             .collect();
         let next: Vec<[Vec3; 3]> = gathered
             .par_iter()
@@ -267,11 +251,6 @@ fn exchanged(transport: &Transport, first: Vec<[Vec3; 3]>) -> Vec<[Vec3; 3]> {
         }
     }
     last
-}
-
-/// E(n) = n · vector, per channel.
-fn irradiance(vectors: &[Vec3; 3], normal: Vec3) -> Vec3 {
-    Vec3::new(vectors[0].dot(normal), vectors[1].dot(normal), vectors[2].dot(normal)).max(Vec3::ZERO)
 }
 
 fn add(vectors: &mut [Vec3; 3], weight: Vec3, radiance: Vec3) {

@@ -2,16 +2,14 @@
 
 use glam::Vec3;
 
-use super::{Filled, Weighted};
-
-/// The most anchors that a point takes its value from.
-pub(super) const ENOUGH: usize = 8;
+use super::cache_points::{ENOUGH, Weighted};
+use super::filled::Filled;
 
 /// Scratch space for look-ups, and what the last of them found: points close by mostly see the same.
 #[derive(Clone, Debug, Default)]
 pub struct Nearby {
     pub(super) around: Vec<Weighted>,
-    pub(super) seen: Recent<Seen>,
+    pub(super) seen: Recent<VisiblePoints>,
     pub(super) gathered: Recent<Filled>,
 }
 
@@ -23,21 +21,21 @@ impl Nearby {
     }
 }
 
-/// The anchors that a point takes its value from.
+/// The cache points that a point takes its value from.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
-    anchors: [u32; ENOUGH],
+pub(super) struct VisiblePoints {
+    cache_points: [u32; ENOUGH],
     count: u8,
 }
 
-impl Seen {
-    pub(super) fn push(&mut self, anchor: u32) {
-        self.anchors[usize::from(self.count)] = anchor;
+impl VisiblePoints {
+    pub(super) fn push(&mut self, cache_point: u32) {
+        self.cache_points[usize::from(self.count)] = cache_point;
         self.count += 1;
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = u32> {
-        self.anchors.into_iter().take(usize::from(self.count))
+        self.cache_points.into_iter().take(usize::from(self.count))
     }
 }
 

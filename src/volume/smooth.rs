@@ -7,34 +7,36 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::transport::Gathered;
-use super::{Anchors, irradiance};
+use super::cache_points::CachePoints;
+use super::filled::irradiance;
+use super::gathered::Gathered;
 use crate::panorama::luminance;
 use crate::scene::Scene;
 
 /// Per gathered place the others beside it: index among the gathered, and how much each counts if lit alike.
 #[derive(Default)]
-pub(super) struct Beside(Vec<Vec<(u32, f32)>>);
+pub(super) struct Neighbours(Vec<Vec<(u32, f32)>>);
 
-impl Beside {
-    /// Finds for each gathered place the gathered places beside it that it sees; `places` holds for each anchor the index
+impl Neighbours {
+    /// Finds for each gathered place the gathered places beside it that it sees; `places` holds for each cache point the index
     /// of the gathered place that stands for it.
-    pub(super) fn find(scene: &Scene, anchors: &Anchors, gathered: &[Gathered], places: &[u32]) -> Self {
+    pub(super) fn find(scene: &Scene, cache_points: &CachePoints, gathered: &[Gathered], places: &[u32]) -> Self {
         /// So many neighbours are enough.
         const ENOUGH: usize = 12;
         /// Cosine between normals from which on a place's vector irradiance, gathered over its own hemisphere, may speak
         /// for another.
         const FACING: f32 = 0.9;
-        // an anchor that is gathered stands for itself
-        let is_gathered =
-            |anchor: u32| gathered.get(places[anchor as usize] as usize).is_some_and(|g| g.anchor == anchor);
+        // a cache point that is gathered stands for itself
+        let is_gathered = |cache_point: u32| {
+            gathered.get(places[cache_point as usize] as usize).is_some_and(|g| g.cache_point == cache_point)
+        };
         let beside = |found: &mut Vec<_>, g: &Gathered| -> Vec<(u32, f32)> {
-            let here = anchors.list[g.anchor as usize];
-            anchors.around(here.position, here.normal, found);
-            let alike = |other: u32| anchors.list[other as usize].normal.dot(here.normal) > FACING;
-            let others = found.iter().filter(|f| f.1 != g.anchor && is_gathered(f.1) && alike(f.1));
-            let seen = others.filter(|f| anchors.sees(scene, f.1, here.position, here.normal)).take(ENOUGH);
-            seen.map(|f| (places[f.1 as usize], (f.0 / Anchors::FULL_WEIGHT).sqrt())).collect()
+            let here = cache_points.list[g.cache_point as usize];
+            cache_points.around(here.position, here.normal, found);
+            let alike = |other: u32| cache_points.list[other as usize].normal.dot(here.normal) > FACING;
+            let others = found.iter().filter(|f| f.1 != g.cache_point && is_gathered(f.1) && alike(f.1));
+            let seen = others.filter(|f| cache_points.sees(scene, f.1, here.position, here.normal)).take(ENOUGH);
+            seen.map(|f| (places[f.1 as usize], (f.0 / CachePoints::FULL_WEIGHT).sqrt())).collect()
         };
         Self(gathered.par_iter().map_init(Vec::new, beside).collect())
     }
@@ -43,7 +45,7 @@ impl Beside {
     /// `squares` is for each place the sum of the squares of what its rays add to its irradiance (luminance).
     pub(super) fn shares(
         &self,
-        anchors: &Anchors,
+        cache_points: &CachePoints,
         gathered: &[Gathered],
         vectors: &[[Vec3; 3]],
         squares: &[f32],
@@ -52,12 +54,12 @@ impl Beside {
         const SURE: f32 = 2.0;
         let variance = |place: usize| {
             let (g, vectors) = (&gathered[place], &vectors[place]);
-            let e = luminance(irradiance(vectors, anchors.list[g.anchor as usize].normal));
+            let e = luminance(irradiance(vectors, cache_points.list[g.cache_point as usize].normal));
             (squares[place] - e * e / g.rays as f32).max(0.0)
         };
         let variance: Vec<f32> = (0..gathered.len()).map(variance).collect();
         let mean = |(i, others): (usize, &Vec<(u32, f32)>)| {
-            let normal = anchors.list[gathered[i].anchor as usize].normal;
+            let normal = cache_points.list[gathered[i].cache_point as usize].normal;
             let bright = |place: usize| luminance(irradiance(&vectors[place], normal));
             let here = bright(i);
             let weight = |&(other, share): &(u32, f32)| {
@@ -75,7 +77,7 @@ impl Beside {
     }
 }
 
-/// The vector irradiances evened out by [shares](Beside::shares).
+/// The vector irradiances evened out by [shares](Neighbours::shares).
 pub(super) fn evened(vectors: &[[Vec3; 3]], shares: &[Vec<(u32, f32)>]) -> Vec<[Vec3; 3]> {
     let mean = |shares: &Vec<(u32, f32)>| {
         shares.iter().fold([Vec3::ZERO; 3], |mut sum, &(place, share)| {

@@ -1,6 +1,6 @@
-//! Grid, anchors, guided rays, and the fill in a furnace.
+//! Grid, cache points, guided rays, and the fill in a furnace.
 
-use super::{Anchors, Grid, Guide, Nearby, Settings, Transport, Volume};
+use super::{CachePoints, Grid, Guide, Nearby, Transport, Volume, VolumeSettings};
 use crate::panorama::{Picture, Radiometry};
 use crate::scene::{Material, Mesh, Scene};
 use crate::shoot::{Chart, Hits, Light};
@@ -47,7 +47,7 @@ proptest! {
         prop_assert!(grid.index(IVec3::new(-1, 0, 0)).is_none() && grid.index(grid.size).is_none());
     }
 
-    /// Every surface point has an anchor beside it, on its own side.
+    /// Every surface point has a cache point beside it, on its own side.
     #[test]
     fn every_surface_point_has_an_anchor_near(
         size in prop::array::uniform3(1.0f32..20.0), along in 4u32..40, wall in 0usize..6, at in prop::array::uniform2(0.0f32..1.0), back: bool,
@@ -55,15 +55,15 @@ proptest! {
         let quads = sides(Vec3::from(size));
         let scene = scene(&quads, 0.5);
         let (low, high) = scene.mesh.bounds();
-        let anchors = Anchors::over(&scene, Grid::over(low, high, along));
+        let cache_points = CachePoints::over(&scene, Grid::over(low, high, along));
         let (corner, u, v) = quads[wall];
         let normal = u.cross(v).normalize() * if back { -1.0 } else { 1.0 };
         let mut found = Vec::new();
-        anchors.around(corner + u * at[0] + v * at[1], normal, &mut found);
+        cache_points.around(corner + u * at[0] + v * at[1], normal, &mut found);
         prop_assert!(!found.is_empty());
-        let best = &anchors.list[found[0].1 as usize];
+        let best = &cache_points.list[found[0].1 as usize];
         prop_assert!(best.normal.dot(normal) > 0.99);
-        prop_assert!(best.position.distance(corner + u * at[0] + v * at[1]) < 1.75 * anchors.grid.cell_m);
+        prop_assert!(best.position.distance(corner + u * at[0] + v * at[1]) < 1.75 * cache_points.grid.cell_m);
         prop_assert!(found.windows(2).all(|w| w[0].0 >= w[1].0), "best first");
     }
 }
@@ -100,7 +100,7 @@ fn guided_rays_have_the_density_they_claim() {
         // per bin how many fell in, and 1/pdf summed: an estimate of the bin's solid angle
         let mut bins = vec![(0u32, 0.0f64); ROWS * COLUMNS];
         for k in 0..N {
-            let u = super::anchors::plastic(u64::from(k) + 1);
+            let u = super::cache_points::plastic(u64::from(k) + 1);
             let pick = (f64::from(k) * 0.618_033_988_749_895).fract() as f32;
             let Some((d, pdf)) = lobes.sample(pick, u) else { continue };
             assert!(pdf > 0.0 && pdf.is_finite() && (d.length() - 1.0).abs() < 1e-4 && d.z > 0.0);
@@ -144,7 +144,7 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
         .map(|u| (Vec3::new(2.8, 0.8 + u.x, 0.6 + u.y), Vec3::X))
         .collect();
     assert!(points.iter().all(|&(p, n)| light.observe(&scene, p, n).is_none()));
-    let transport = Transport::cast(&scene, &points, &[&light], &Settings { cells: 32, rays: 96 });
+    let transport = Transport::cast(&scene, &points, &[&light], &VolumeSettings { cells: 32, rays: 96 });
     let volume = Volume::new(&scene, &transport, &light);
     assert!(!volume.is_empty());
     let mut mean = 0.0;
@@ -162,28 +162,28 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
 
 #[test]
 fn the_bottom_of_a_cup_that_hides_from_all_anchors_gets_one_of_its_own() {
-    // a room of 4 m, and a cup of 6 cm on its floor, between the lines of the lattice that anchors lie on
+    // a room of 4 m, and a cup of 6 cm on its floor, between the lines of the lattice that cache points lie on
     let mut quads = sides(Vec3::splat(4.0));
     let (low, size) = (Vec3::new(1.635, 1.635, 0.02), 0.06);
     let cup = sides(Vec3::splat(size)).into_iter().enumerate().filter(|&(i, _)| i != 1);
     quads.extend(cup.map(|(_, (corner, u, v))| (low + corner, u, v)));
     let scene = scene(&quads, 0.5);
     let (min, max) = scene.mesh.bounds();
-    let mut anchors = Anchors::over(&scene, Grid::over(min, max, 8));
-    let before = anchors.list.len();
+    let mut cache_points = CachePoints::over(&scene, Grid::over(min, max, 8));
+    let before = cache_points.list.len();
     let points: Vec<(Vec3, Vec3)> = (0..25)
         .map(|i| (low + Vec3::new(0.2 * (i % 5) as f32 + 0.1, 0.2 * (i / 5) as f32 + 0.1, 0.0) * size, Vec3::Z))
         .collect();
-    let lonely = |anchors: &Anchors| {
+    let lonely = |cache_points: &CachePoints| {
         let mut found = Vec::new();
         let sees = |&&(point, normal): &&(Vec3, Vec3)| {
-            anchors.around(point, normal, &mut found);
-            !found.iter().any(|f| anchors.sees(&scene, f.1, point, normal))
+            cache_points.around(point, normal, &mut found);
+            !found.iter().any(|f| cache_points.sees(&scene, f.1, point, normal))
         };
         points.iter().filter(sees).count()
     };
-    assert_eq!(lonely(&anchors), points.len(), "the cup must hide from the room");
-    anchors.complete(&scene, &points);
-    assert_eq!(lonely(&anchors), 0);
-    assert!((1..=4).contains(&(anchors.list.len() - before)), "{}", anchors.list.len() - before);
+    assert_eq!(lonely(&cache_points), points.len(), "the cup must hide from the room");
+    cache_points.complete(&scene, &points);
+    assert_eq!(lonely(&cache_points), 0);
+    assert!((1..=4).contains(&(cache_points.list.len() - before)), "{}", cache_points.list.len() - before);
 }

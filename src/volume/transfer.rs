@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::smooth::evened;
-use super::{Nearby, Transport, Volume, add, exchanged, irradiance};
+use super::{Nearby, Transport, Volume, add, bounced, irradiance};
 use crate::scene::Scene;
 use crate::shoot::Light;
 
@@ -33,7 +33,7 @@ struct Term {
 
 /// A place's terms while they are found.
 #[derive(Default)]
-struct Place {
+struct PlaceTransfer {
     /// Probe and cell of a record, and its part.
     terms: Vec<(u32, u32, Vec3, Vec3)>,
     fixed: [[Vec3; 3]; 2],
@@ -50,11 +50,11 @@ impl<'a> VolumeTransfer<'a> {
         mut number: impl FnMut(u32, u32) -> u32,
     ) -> Self {
         let same_sun = light.sun.map(|s| s.direction) == transport.sun;
-        let found: Vec<Place> = transport
+        let found: Vec<PlaceTransfer> = transport
             .gathered
             .par_iter()
             .map(|g| {
-                let mut place = Place::default();
+                let mut place = PlaceTransfer::default();
                 for s in &g.sky {
                     match light.sky_cells(s.direction) {
                         Some((probe, cells)) => {
@@ -126,7 +126,7 @@ impl<'a> VolumeTransfer<'a> {
             vectors
         };
         let first = self.starts.par_windows(2).enumerate().map(first).collect();
-        evened(&exchanged(self.transport, first), self.shares)
+        evened(&bounced(self.transport, first), self.shares)
     }
 }
 
@@ -139,9 +139,9 @@ impl Volume<'_> {
         near: &mut Nearby,
     ) -> Vec<(u32, f32)> {
         let mut places = Vec::new();
-        self.take(scene, point, normal, near, |anchor, weight| {
-            if self.vectors[anchor as usize].is_some() {
-                places.push((transport.places[anchor as usize], weight));
+        self.take(scene, point, normal, near, |cache_point, weight| {
+            if self.vectors[cache_point as usize].is_some() {
+                places.push((transport.places[cache_point as usize], weight));
             }
         });
         let total: f32 = places.iter().map(|p| p.1).sum();

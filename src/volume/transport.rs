@@ -1,4 +1,4 @@
-//! Which surfaces light the unseen ones: rays cast from the volume's anchors. Holds no light, so that many lightings
+//! Which surfaces light the unseen ones: rays cast from the volume's cache points. Holds no light, so that many lightings
 //! share it.
 
 use glam::{Vec2, Vec3};
@@ -6,87 +6,40 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
 
-use super::anchors::plastic;
-use super::smooth::Beside;
-use super::{Anchor, Anchors, Grid, Guide};
+use super::cache_points::plastic;
+use super::gathered::{Gathered, Link, SeenRay, SkyRay, UnseenRay};
+use super::smooth::Neighbours;
+use super::{CachePoint, CachePoints, Grid, Guide};
 use crate::scene::{Ray, Scene, Surface};
 use crate::shoot::{Light, sunlight};
 
 /// How finely to gather.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub struct VolumeSettings {
     /// Cells along the scene's longest side.
     pub cells: u32,
-    /// Rays from each wanted anchor, on average: those that light more of what is shown get more.
+    /// Rays from each wanted cache point, on average: those that light more of what is shown get more.
     pub rays: u32,
 }
 
-impl Default for Settings {
+impl Default for VolumeSettings {
     fn default() -> Self {
         Self { cells: 64, rays: 96 }
     }
 }
 
-/// Rays from anchors to what lights them.
+/// Rays from cache points to what lights them.
 pub struct Transport {
     /// Where the volume's values are.
-    pub anchors: Anchors,
-    /// The direction towards the sun that [`Unseen::sunlit`] was found for.
+    pub cache_points: CachePoints,
+    /// The direction towards the sun that [`UnseenRay::sunlit`] was found for.
     pub(super) sun: Option<Vec3>,
-    /// What each gathered anchor sees.
+    /// What each gathered cache point sees.
     pub(super) gathered: Vec<Gathered>,
-    /// For each anchor the index of the gathered place that stands for it, or [`NONE`].
+    /// For each cache point the index of the gathered place that stands for it, or [`NONE`].
     pub(super) places: Vec<u32>,
     /// Which gathered places lie beside each other.
-    pub(super) beside: Beside,
-}
-
-/// What the rays from one anchor found. A ray's weight is its direction × its share of the hemisphere: Σ over rays of
-/// weight × radiance is the vector irradiance of a channel.
-pub(super) struct Gathered {
-    pub(super) anchor: u32,
-    /// Number of rays cast.
-    pub(super) rays: u32,
-    pub(super) sky: Vec<Sky>,
-    pub(super) seen: Vec<Seen>,
-    pub(super) unseen: Vec<Unseen>,
-    /// The unseen surfaces for which another gathered place stands, added up by place, in order.
-    pub(super) links: Vec<Link>,
-}
-
-/// A ray into the sky.
-pub(super) struct Sky {
-    pub(super) weight: Vec3,
-    pub(super) direction: Vec3,
-}
-
-/// A ray to a surface that a probe's cell sees, with its albedo/π.
-pub(super) struct Seen {
-    pub(super) weight: Vec3,
-    pub(super) rho: Vec3,
-    pub(super) probe: u32,
-    pub(super) cell: u32,
-}
-
-/// A ray to a surface that no probe sees, with its albedo/π.
-pub(super) struct Unseen {
-    pub(super) weight: Vec3,
-    pub(super) rho: Vec3,
-    pub(super) position: Vec3,
-    pub(super) normal: Vec3,
-    /// Whether the sun reaches it.
-    pub(super) sunlit: bool,
-    /// The anchor that speaks for it, and whether that is linked: then it holds all but direct sun.
-    anchor: Option<u32>,
-    pub(super) linked: bool,
-}
-
-/// Light from another gathered place.
-pub(super) struct Link {
-    /// Index of the other among the gathered.
-    pub(super) other: u32,
-    /// Per channel Σ weight × albedo/π: times the other's irradiance this is vector irradiance.
-    pub(super) weights: [Vec3; 3],
+    pub(super) beside: Neighbours,
 }
 
 /// A ray follows one of at most so many of the guide's spheres.
@@ -99,24 +52,24 @@ const NONE: u32 = u32::MAX;
 const FEWER: u32 = 6;
 
 impl Transport {
-    /// Casts rays from the anchors around `wanted` unseen points (position, normal), then fewer from the unseen places
+    /// Casts rays from the cache points around `wanted` unseen points (position, normal), then fewer from the unseen places
     /// that those rays find. `lights` guide the rays to bright places, and the first tells where the sun stands.
-    pub fn cast(scene: &Scene, wanted: &[(Vec3, Vec3)], lights: &[&Light], settings: &Settings) -> Self {
+    pub fn cast(scene: &Scene, wanted: &[(Vec3, Vec3)], lights: &[&Light], settings: &VolumeSettings) -> Self {
         let (low, high) = scene.mesh.bounds();
-        let mut anchors = Anchors::over(scene, Grid::over(low, high, settings.cells));
-        anchors.complete(scene, wanted);
+        let mut cache_points = CachePoints::over(scene, Grid::over(low, high, settings.cells));
+        cache_points.complete(scene, wanted);
         let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
         let Some(&light) = lights.first() else {
-            let places = vec![NONE; anchors.list.len()];
-            return Self { anchors, sun, gathered: Vec::new(), places, beside: Beside::default() };
+            let places = vec![NONE; cache_points.list.len()];
+            return Self { cache_points, sun, gathered: Vec::new(), places, beside: Neighbours::default() };
         };
-        let near = anchors.near(scene, wanted);
+        let near = cache_points.near(scene, wanted);
         let first: Vec<u32> = near.iter().map(|n| n.0).collect();
         let rays = shared_out(settings.rays, &near);
-        let guide = guide(scene, &anchors, &first, lights);
-        let caster = Caster { scene, anchors: &anchors, light, guide: &guide, sun };
+        let guide = guide(scene, &cache_points, &first, lights);
+        let caster = Caster { scene, cache_points: &cache_points, light, guide: &guide, sun };
         let mut gathered = caster.wave(&first, &rays);
-        let mut places = vec![NONE; anchors.list.len()];
+        let mut places = vec![NONE; cache_points.list.len()];
         for (i, &a) in first.iter().enumerate() {
             places[a as usize] = i as u32;
         }
@@ -124,19 +77,19 @@ impl Transport {
         let few = vec![settings.rays.div_ceil(FEWER); second.len()];
         gathered.extend(caster.wave(&second, &few));
         caster.link(&mut gathered, &mut places);
-        let beside = Beside::find(scene, &anchors, &gathered, &places);
-        Self { anchors, sun, gathered, places, beside }
+        let beside = Neighbours::find(scene, &cache_points, &gathered, &places);
+        Self { cache_points, sun, gathered, places, beside }
     }
 }
 
-/// Rays for each anchor, about `mean` on average. An error is seen as often as the anchor counts, and falls with the root of
-/// the number of rays: the sum of its squares is least for rays as the root of what an anchor counts (Neyman, *On the
+/// Rays for each cache point, about `mean` on average. An error is seen as often as the cache point counts, and falls with the root of
+/// the number of rays: the sum of its squares is least for rays as the root of what a cache point counts (Neyman, *On the
 /// two different aspects of the representative method*, 1934, with the same spread everywhere).
 fn shared_out(mean: u32, near: &[(u32, f32)]) -> Vec<u32> {
     /// Least and most rays, of the mean.
     const LEAST: f32 = 0.2;
     const MOST: f32 = 3.0;
-    /// Rays come in such lots, so that a point more or less seldom turns an anchor's rays another way.
+    /// Rays come in such lots, so that a point more or less seldom turns a cache point's rays another way.
     const LOT: f32 = 12.0;
     let mean = mean as f32;
     let per_root = mean * near.len() as f32 / near.iter().map(|n| n.1.sqrt()).sum::<f32>();
@@ -146,26 +99,26 @@ fn shared_out(mean: u32, near: &[(u32, f32)]) -> Vec<u32> {
 
 struct Caster<'a> {
     scene: &'a Scene,
-    anchors: &'a Anchors,
+    cache_points: &'a CachePoints,
     light: &'a Light,
     guide: &'a Guide,
     sun: Option<Vec3>,
 }
 
 impl Caster<'_> {
-    /// Gathers for anchors with so many rays for each. Anchors close together share what they know of the guide's spheres:
+    /// Gathers for cache points with so many rays for each. Cache points close together share what they know of the guide's spheres:
     /// which of them they see.
     fn wave(&self, wave: &[u32], rays: &[u32]) -> Vec<Gathered> {
         let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
-        for (i, &anchor) in wave.iter().enumerate() {
-            groups.entry(self.anchors.neighbourhood(anchor)).or_default().push(i as u32);
+        for (i, &cache_point) in wave.iter().enumerate() {
+            groups.entry(self.cache_points.neighbourhood(cache_point)).or_default().push(i as u32);
         }
         let groups: Vec<Vec<u32>> = groups.into_values().collect();
         let mut cast: Vec<(u32, Gathered)> = groups
             .par_iter()
             .flat_map_iter(|group| {
-                let first = self.anchors.list[wave[group[0] as usize] as usize];
-                let origin = first.position + first.normal * self.anchors.lift();
+                let first = self.cache_points.list[wave[group[0] as usize] as usize];
+                let origin = first.position + first.normal * self.cache_points.lift();
                 let most = MOST_SPHERES.min(rays[group[0] as usize] as usize / 2);
                 let spheres = self.guide.clear(self.scene, origin, first.normal, most);
                 group.iter().map(move |&i| (i, self.cast_from(wave[i as usize], &spheres, rays[i as usize])))
@@ -176,12 +129,12 @@ impl Caster<'_> {
     }
 
     fn cast_from(&self, index: u32, spheres: &[(u32, f32)], rays: u32) -> Gathered {
-        let anchor = self.anchors.list[index as usize];
-        let origin = anchor.position + anchor.normal * self.anchors.lift();
-        let lobes = self.guide.of(origin, anchor.normal, spheres);
-        let turn = plastic(self.anchors.seed(index) * 7919 + 1);
+        let cache_point = self.cache_points.list[index as usize];
+        let origin = cache_point.position + cache_point.normal * self.cache_points.lift();
+        let lobes = self.guide.of(origin, cache_point.normal, spheres);
+        let turn = plastic(self.cache_points.seed(index) * 7919 + 1);
         let share = 1.0 / rays as f32;
-        let mut all = Gathered { anchor: index, rays, sky: vec![], seen: vec![], unseen: vec![], links: vec![] };
+        let mut all = Gathered { cache_point: index, rays, sky: vec![], seen: vec![], unseen: vec![], links: vec![] };
         for k in 0..rays {
             let u = (plastic(u64::from(k)) + turn).fract();
             let Some((direction, density)) = lobes.sample((k as f32 + 0.5) * share, u) else { continue };
@@ -195,71 +148,71 @@ impl Caster<'_> {
     /// Adds what a ray finds; `spread` is its width per metre.
     fn look(&self, ray: &Ray, spread: f32, weight: Vec3, all: &mut Gathered) {
         let Some(hit) = self.scene.tracer.closest(ray, 1e-4) else {
-            all.sky.push(Sky { weight, direction: ray.direction });
+            all.sky.push(SkyRay { weight, direction: ray.direction });
             return;
         };
         let face = self.scene.face(hit.triangle);
         let s = face.surface(ray, hit.t);
         let rho = self.scene.paint(&face, true).rough_albedo(s.barycentric, hit.t * spread) / PI;
         if let Some((probe, cell)) = self.light.finest(self.scene, s.position, s.normal) {
-            all.seen.push(Seen { weight, rho, probe, cell });
+            all.seen.push(SeenRay { weight, rho, probe, cell });
             return;
         }
         let Surface { position, normal, .. } = s;
         let sunlit = self.sun.is_some_and(|sun| sunlight::reaches(self.scene, position, normal, sun));
-        let anchor = self.anchors.speaker(self.scene, position, normal);
-        all.unseen.push(Unseen { weight, rho, position, normal, sunlit, anchor, linked: false });
+        let cache_point = self.cache_points.nearest_visible(self.scene, position, normal);
+        all.unseen.push(UnseenRay { weight, rho, position, normal, sunlit, cache_point, linked: false });
     }
 
-    /// Which anchors to gather for besides: of those that the rays found, most often first, the ones that no gathered
-    /// place stands in for. `places` holds for each anchor the index of the gathered place that stands for it.
+    /// Which cache points to gather for besides: of those that the rays found, most often first, the ones that no gathered
+    /// place stands in for. `places` holds for each cache point the index of the gathered place that stands for it.
     fn second(&self, gathered: &[Gathered], places: &mut [u32]) -> Vec<u32> {
         let mut calls = vec![0u32; places.len()];
-        for anchor in gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.anchor) {
-            calls[anchor as usize] += 1;
+        for cache_point in gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.cache_point) {
+            calls[cache_point as usize] += 1;
         }
         let mut called: Vec<u32> =
             (0..places.len() as u32).filter(|&a| calls[a as usize] > 0 && places[a as usize] == NONE).collect();
         called.sort_by_key(|&a| std::cmp::Reverse(calls[a as usize]));
         let mut second = Vec::new();
         let mut found = Vec::new();
-        for anchor in called {
-            places[anchor as usize] = self.stand_in(anchor, places, &mut found).unwrap_or_else(|| {
-                second.push(anchor);
+        for cache_point in called {
+            places[cache_point as usize] = self.stand_in(cache_point, places, &mut found).unwrap_or_else(|| {
+                second.push(cache_point);
                 (gathered.len() + second.len() - 1) as u32
             });
         }
         second
     }
 
-    /// The gathered place that stands in for an anchor that was not gathered.
-    fn stand_in(&self, anchor: u32, places: &[u32], found: &mut Vec<super::Weighted>) -> Option<u32> {
+    /// The gathered place that stands in for a cache point that was not gathered.
+    fn stand_in(&self, cache_point: u32, places: &[u32], found: &mut Vec<super::Weighted>) -> Option<u32> {
         const ASKED: usize = 2;
         /// Of the weight at no distance.
         const LEAST_WEIGHT: f32 = 3.0;
-        let Anchor { position, normal } = self.anchors.list[anchor as usize];
-        self.anchors.around(position, normal, found);
-        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && places[f.1 as usize] != NONE && f.1 != anchor);
-        let seen = near.take(ASKED).find(|f| self.anchors.sees(self.scene, f.1, position, normal));
+        let CachePoint { position, normal } = self.cache_points.list[cache_point as usize];
+        self.cache_points.around(position, normal, found);
+        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && places[f.1 as usize] != NONE && f.1 != cache_point);
+        let seen = near.take(ASKED).find(|f| self.cache_points.sees(self.scene, f.1, position, normal));
         seen.map(|f| places[f.1 as usize])
     }
 
     /// Links the gathered places by the rays that found unseen surfaces.
     fn link(&self, gathered: &mut [Gathered], places: &mut [u32]) {
-        let mut open: Vec<u32> = gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.anchor).collect();
+        let mut open: Vec<u32> = gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.cache_point).collect();
         open.sort_unstable();
         open.dedup();
         open.retain(|&a| places[a as usize] == NONE);
         let stand_ins: Vec<_> =
             open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, found)).collect();
-        for (&anchor, place) in open.iter().zip(&stand_ins) {
-            places[anchor as usize] = place.unwrap_or(NONE);
+        for (&cache_point, place) in open.iter().zip(&stand_ins) {
+            places[cache_point as usize] = place.unwrap_or(NONE);
         }
         let places = &*places;
         gathered.par_iter_mut().for_each(|g| {
             let mut links: BTreeMap<u32, [Vec3; 3]> = BTreeMap::new();
             for u in &mut g.unseen {
-                let Some(other) = u.anchor.map(|a| places[a as usize]).filter(|&p| p != NONE) else { continue };
+                let Some(other) = u.cache_point.map(|a| places[a as usize]).filter(|&p| p != NONE) else { continue };
                 u.linked = true;
                 let weights = links.entry(other).or_default();
                 for (sum, rho) in weights.iter_mut().zip(u.rho.to_array()) {
@@ -277,40 +230,40 @@ const LEAST_DENSITY: f32 = 0.02;
 /// A thing is bright if its radiance is so many times the mean.
 const BRIGHT: f32 = 3.0;
 
-/// Where rays should go: to what probes saw bright, and what a few blind rays from the anchors find bright.
-fn guide(scene: &Scene, anchors: &Anchors, wanted: &[u32], lights: &[&Light]) -> Guide {
+/// Where rays should go: to what probes saw bright, and what a few blind rays from the cache points find bright.
+fn guide(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], lights: &[&Light]) -> Guide {
     let mut places = Vec::new();
     for light in lights {
         let threshold = BRIGHT * light.mean_radiance().max_element();
         for records in &light.records {
             places.extend(records.bright_places(threshold));
         }
-        places.extend(scout(scene, anchors, wanted, light, threshold));
+        places.extend(scout(scene, cache_points, wanted, light, threshold));
     }
-    Guide::new(&anchors.grid, places.into_iter())
+    Guide::new(&cache_points.grid, places.into_iter())
 }
 
-/// What a few blind rays from about every fourth anchor find bright: places and their radiance × area.
-fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Light, threshold: f32) -> Vec<(Vec3, f32)> {
+/// What a few blind rays from about every fourth cache point find bright: places and their radiance × area.
+fn scout(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], light: &Light, threshold: f32) -> Vec<(Vec3, f32)> {
     const RAYS: u32 = 32;
     const EVERY: u64 = 4;
-    // chosen by their places, so that one anchor more or less does not change all others
-    let chosen = |a: &u32| (anchors.seed(*a).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32).is_multiple_of(EVERY);
+    // chosen by their places, so that one cache point more or less does not change all others
+    let chosen = |a: &u32| (cache_points.seed(*a).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32).is_multiple_of(EVERY);
     let wanted: Vec<u32> = wanted.iter().copied().filter(chosen).collect();
-    // an anchor sees a small part of the scene: a thing found by few is as bright as one that a probe saw
+    // a cache point sees a small part of the scene: a thing found by few is as bright as one that a probe saw
     let scale = 8.0 / wanted.len().max(1) as f32;
-    struct Seen {
+    struct Sighting {
         direction: Vec3,
         solid_angle: f32,
         distance: Option<f32>,
         radiance: Vec3,
     }
     let look = |index: u32| -> Vec<(Vec3, f32)> {
-        let anchor = anchors.list[index as usize];
-        let origin = anchor.position + anchor.normal * anchors.lift();
-        let lobes = Guide::default().from(origin, anchor.normal);
-        let turn = plastic(anchors.seed(index) * 104_729 + 1);
-        let seen: Vec<Seen> = (0..RAYS)
+        let cache_point = cache_points.list[index as usize];
+        let origin = cache_point.position + cache_point.normal * cache_points.lift();
+        let lobes = Guide::default().from(origin, cache_point.normal);
+        let turn = plastic(cache_points.seed(index) * 104_729 + 1);
+        let seen: Vec<Sighting> = (0..RAYS)
             .filter_map(|k| {
                 let u: Vec2 = (plastic(u64::from(k)) + turn).fract();
                 let (direction, density) = lobes.sample(0.5, u)?;
@@ -326,7 +279,7 @@ fn scout(scene: &Scene, anchors: &Anchors, wanted: &[u32], light: &Light, thresh
                     }
                 };
                 let solid_angle = 1.0 / (density * RAYS as f32);
-                Some(Seen { direction, solid_angle, distance: hit.map(|h| h.t), radiance })
+                Some(Sighting { direction, solid_angle, distance: hit.map(|h| h.t), radiance })
             })
             .collect();
         seen.iter()

@@ -2,7 +2,7 @@
 
 use clerestory::panorama::{EnvironmentSampler, Exposure, Panorama, Picture, Projection};
 use clerestory::paper;
-use clerestory::reference::{Lights, Settings, Sky, irradiance};
+use clerestory::reference::{Lights, ReferenceSettings, Sky, irradiance};
 use clerestory::scene::{Material, Mesh, Scene};
 use clerestory::shoot::KdTree;
 use clerestory::study::{flip, relmse, rmse, ssim};
@@ -41,7 +41,7 @@ fn closed_room() -> Row {
     let of = |albedo: f32| {
         let scene = scene(&quads, albedo, 1.0);
         let lights = Lights::new(&scene, None, None);
-        let settings = Settings { samples: 1024, max_bounces: 1 << 14, ..Settings::default() };
+        let settings = ReferenceSettings { samples: 1024, max_bounces: 1 << 14, ..ReferenceSettings::default() };
         let (e, _) = irradiance(&scene, &lights, Vec3::new(1.3, 1.1, 0.0), Vec3::Z, &settings);
         f64::from(e.x)
     };
@@ -153,7 +153,7 @@ fn one_bright_sky_pixel() -> Vec<Row> {
         expected += f64::from(panorama.radiance(d.as_vec3()).x) * d.z * cell;
     }
     let scene = scene(&[[Vec3::new(-0.5, -0.5, -1.0), Vec3::X, Vec3::Y]], 0.5, 0.0);
-    let settings = Settings { samples: 1 << 14, ..Settings::default() };
+    let settings = ReferenceSettings { samples: 1 << 14, ..ReferenceSettings::default() };
     let under = |panorama| {
         let sky = Sky::Image(Box::new(EnvironmentSampler::new(panorama)));
         let lights = Lights::new(&scene, Some(sky), None);

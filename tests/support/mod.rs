@@ -166,7 +166,7 @@ pub(crate) fn options(cells: u32) -> Options {
         lightings: vec![String::new()],
         probes: usize::MAX,
         sun: true,
-        volume: volume::Settings { cells, ..volume::Settings::default() },
+        volume: volume::VolumeSettings { cells, ..volume::VolumeSettings::default() },
         all_stages: false,
         volume_for_all: false,
     }
@@ -224,7 +224,7 @@ impl Built {
     /// Path-traces every probe.
     pub(crate) fn trace(self, plan: &Plan, samples: u32) -> Self {
         let lights = self.lights();
-        let settings = reference::Settings { samples, ..Default::default() };
+        let settings = reference::ReferenceSettings { samples, ..Default::default() };
         for (i, &(_, width)) in plan.probes.iter().enumerate() {
             let size = (width, width / 2);
             let pose = &self.site.probes[i].pose;
@@ -268,7 +268,7 @@ impl Built {
 /// Irradiance that a relit scene has at a point.
 pub(crate) fn irradiance(relit: &Relit, point: Vec3, normal: Vec3) -> Vec3 {
     let lit = relit.lit(point, normal, &mut Default::default());
-    if lit.asks && relit.in_sun(point, normal) { lit.sun } else { lit.shade }
+    if lit.needs_shadow_ray && relit.in_sun(point, normal) { lit.sun } else { lit.shade }
 }
 
 /// No NaN, no infinity but the sky's depth, no negative light, albedo and agreement within 0..=1.

@@ -107,7 +107,7 @@ impl<'a> Gloss<'a> {
         }
         let s = scene.surface(&ray, &hit);
         let lit = relit.lit(s.position, s.normal, scratch);
-        let e = if lit.asks && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
+        let e = if lit.needs_shadow_ray && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
         let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE[0] * hit.t) * e / std::f32::consts::PI;
         if Picture::valid(light) { light } else { Vec3::ZERO }
     }

@@ -1,5 +1,7 @@
 //! Stations that can be registered with each other: neighbours must see enough in common.
 
+use crate::components::components;
+
 /// What stations see, as rising lists of witnesses with their weights.
 pub(crate) struct Overlap<'a> {
     /// Weight of each witness.
@@ -30,33 +32,17 @@ impl Overlap<'_> {
     }
 
     /// For each sight the number of the group it is linked with, groups numbered by their first.
-    pub(crate) fn groups(&self, sights: &[&[u32]]) -> Vec<usize> {
-        let mut group = vec![usize::MAX; sights.len()];
-        let mut count = 0;
-        for start in 0..sights.len() {
-            if group[start] != usize::MAX {
-                continue;
-            }
-            group[start] = count;
-            let mut queue = vec![start];
-            while let Some(at) = queue.pop() {
-                for other in 0..sights.len() {
-                    if group[other] == usize::MAX && self.of(sights[at], sights[other]) >= self.share {
-                        group[other] = count;
-                        queue.push(other);
-                    }
-                }
-            }
-            count += 1;
-        }
-        group
+    pub(crate) fn groups(&self, sights: &[&[u32]]) -> Vec<u32> {
+        let linked =
+            |at: usize| (0..sights.len()).filter(move |other| self.of(sights[at], sights[*other]) >= self.share);
+        components(sights.len(), |_| true, linked)
     }
 
     /// The candidate that links most groups of `sights`, at least two; the one that sees most among equals.
     pub(crate) fn link(&self, sights: &[&[u32]], candidates: &[Vec<u32>]) -> Option<usize> {
         let groups = self.groups(sights);
         let links = |candidate: &[u32]| {
-            let mut linked: Vec<usize> =
+            let mut linked: Vec<u32> =
                 (0..sights.len()).filter(|i| self.of(sights[*i], candidate) >= self.share).map(|i| groups[i]).collect();
             linked.sort_unstable();
             linked.dedup();

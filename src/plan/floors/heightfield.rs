@@ -8,6 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::raster::Grid;
+use crate::lists::Lists;
 use crate::scene::Mesh;
 
 /// Spans of one column nearer than this are one, metres.
@@ -18,7 +19,7 @@ const TOP_M: f32 = 0.05;
 const CHUNK: usize = 512;
 
 /// Solid heights in one column.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Span {
     /// Lowest point, local metres.
     pub(crate) low: f32,
@@ -29,9 +30,10 @@ pub(crate) struct Span {
 }
 
 /// How steep a surface is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Top {
     /// Steeper than 45°.
+    #[default]
     Steep,
     /// A ramp.
     Sloped,
@@ -52,9 +54,7 @@ impl Top {
 /// All columns.
 pub(crate) struct Heightfield {
     pub(crate) grid: Grid,
-    /// Where each column's spans start; one more than there are columns.
-    starts: Vec<u32>,
-    spans: Vec<Span>,
+    columns: Lists<Span>,
 }
 
 impl Heightfield {
@@ -69,36 +69,16 @@ impl Heightfield {
                 out
             })
             .collect();
-        let mut counts = vec![0u32; grid.len() + 1];
-        pieces.iter().flatten().for_each(|(cell, _)| counts[*cell as usize + 1] += 1);
-        for i in 1..counts.len() {
-            counts[i] += counts[i - 1];
-        }
-        let total = counts.last().copied().unwrap_or(0) as usize;
-        let mut all = vec![Span { low: 0.0, high: 0.0, top: Top::Steep }; total];
-        let mut next = counts.clone();
-        for (cell, span) in pieces.into_iter().flatten() {
-            let slot = &mut next[cell as usize];
-            all[*slot as usize] = span;
-            *slot += 1;
-        }
-        let merged: Vec<Vec<Span>> = (0..grid.len())
-            .into_par_iter()
-            .map(|cell| merge(&all[counts[cell] as usize..counts[cell + 1] as usize]))
-            .collect();
-        let mut starts = Vec::with_capacity(grid.len() + 1);
-        let mut spans = Vec::new();
-        for column in merged {
-            starts.push(spans.len() as u32);
-            spans.extend(column);
-        }
-        starts.push(spans.len() as u32);
-        Self { grid, starts, spans }
+        let all = Lists::of(grid.len(), || pieces.iter().flatten().copied());
+        let merged: Vec<Vec<Span>> = (0..grid.len()).into_par_iter().map(|cell| merge(all.get(cell))).collect();
+        let mut columns = Lists::default();
+        merged.iter().for_each(|column| columns.push(column));
+        Self { grid, columns }
     }
 
     /// A column's spans from below, apart from each other.
     pub(crate) fn column(&self, cell: usize) -> &[Span] {
-        &self.spans[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+        self.columns.get(cell)
     }
 
     /// Whether anything solid lies between two heights of a column.

@@ -162,7 +162,7 @@ fn back_share(core: &[usize], places: &WalkableSpans, columns: &Heightfield, sce
     for i in core.iter().step_by((core.len() / 24).max(1)) {
         let place = places.list[*i];
         let origin = columns.grid.middle(place.cell as usize).as_vec2().extend(place.z + 1.2);
-        for direction in crate::check::sphere(48) {
+        for direction in crate::sphere::sphere(48) {
             let Some(hit) = scene.tracer.closest(&Ray { origin, direction }, 1e-3) else { continue };
             let normal = scene.mesh.normal(hit.triangle);
             // floor and ceiling run on through walls

@@ -2,6 +2,8 @@
 
 use glam::{DVec2, Vec2};
 
+use crate::components::{components, members};
+
 /// Square cells over the model in plan: local metres, x east, y north.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
@@ -186,29 +188,9 @@ impl Map {
         closed
     }
 
-    /// The connected parts (cells that share a side), each as a list of cells, in the order of their first cells.
+    /// The connected parts (cells that share a side), each as a rising list of cells, in the order of their first cells.
     pub fn parts(&self) -> Vec<Vec<usize>> {
-        let mut seen = vec![false; self.on.len()];
-        let mut parts = Vec::new();
-        for start in self.cells() {
-            if seen[start] {
-                continue;
-            }
-            seen[start] = true;
-            let mut part = vec![start];
-            let mut next = 0;
-            while let Some(&cell) = part.get(next) {
-                next += 1;
-                for n in self.grid.neighbours(cell) {
-                    if self.on[n] && !seen[n] {
-                        seen[n] = true;
-                        part.push(n);
-                    }
-                }
-            }
-            parts.push(part);
-        }
-        parts
+        members(&components(self.on.len(), |c| self.on[c], |c| self.grid.neighbours(c)))
     }
 
     /// The parts of this map that hold a cell of `seeds`.

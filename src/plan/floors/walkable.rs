@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use super::heightfield::{Heightfield, Top};
-use crate::check::winding_means_something;
+use crate::components::components;
 use crate::scene::{Ray, Scene, edges};
 
 /// The highest step a person with a tripod takes, metres.
@@ -61,29 +61,13 @@ impl WalkableSpans {
 
     /// Numbers the connected parts by their first place.
     fn join(&mut self, columns: &Heightfield) {
-        const NONE: u32 = u32::MAX;
-        let mut part = vec![NONE; self.list.len()];
-        let mut count = 0;
-        let mut queue = Vec::new();
-        for start in 0..self.list.len() {
-            if part[start] != NONE {
-                continue;
-            }
-            part[start] = count;
-            queue.push(start);
-            while let Some(at) = queue.pop() {
-                let WalkableSpan { cell, z, .. } = self.list[at];
-                for beside in columns.grid.neighbours(cell as usize) {
-                    for other in self.column(beside) {
-                        if part[other] == NONE && (self.list[other].z - z).abs() <= STEP_M {
-                            part[other] = count;
-                            queue.push(other);
-                        }
-                    }
-                }
-            }
-            count += 1;
-        }
+        let spans = &*self;
+        let steps = |at: usize| {
+            let WalkableSpan { cell, z, .. } = spans.list[at];
+            let beside = columns.grid.neighbours(cell as usize).flat_map(move |c| spans.column(c));
+            beside.filter(move |other| (spans.list[*other].z - z).abs() <= STEP_M)
+        };
+        let part = components(self.list.len(), |_| true, steps);
         self.list.iter_mut().zip(part).for_each(|(place, part)| place.part = part);
     }
 
@@ -144,7 +128,7 @@ impl WalkableSpans {
                 (key, Enclosure::at(scene, at.extend(place.z + height_m)))
             })
             .collect();
-        let side = if winding_means_something(&edges(&scene.mesh)) {
+        let side = if edges(&scene.mesh).winding_is_meaningful() {
             let closed = || told.iter().map(|(_, e)| e).filter(|e| e.closed());
             let fronts = closed().filter(|e| e.backs < 0.5).count();
             if 2 * fronts >= closed().count() { Side::Front } else { Side::Back }

@@ -248,7 +248,7 @@ pub(crate) fn link(problem: &FloorProblem, plan: &Plan, mut left: usize, chosen:
             .map(|(_, s)| s.as_slice())
             .chain(chosen.stations.iter().map(|c| problem.sights[*c].as_slice()))
             .collect();
-        chosen.groups = overlap.groups(&sights).into_iter().max().map_or(0, |g| g + 1);
+        chosen.groups = overlap.groups(&sights).into_iter().max().map_or(0, |g| g as usize + 1);
         if chosen.groups < 2 || left == 0 {
             return;
         }

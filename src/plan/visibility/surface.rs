@@ -5,10 +5,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::patches::Patches;
-use crate::check::sphere;
 use crate::plan::floors::raster::Map;
 use crate::scene::{Ray, Scene};
 use crate::site::Plan;
+use crate::sphere::sphere;
 
 /// Rays from one candidate, to learn what can be seen at all.
 const RAYS: usize = 2048;

@@ -3,8 +3,6 @@
 //! The colours are Okabe and Ito's (*Color Universal Design*, 2008), told apart by colour-blind people; whatever they
 //! say is said by a hatch too, so that a sheet may be printed in black and white.
 
-use super::svg::number;
-
 /// Black, for lines and letters.
 pub const BLACK: &str = "#000000";
 /// White, for paper.
@@ -143,4 +141,12 @@ impl Style {
     pub const fn opacity(self, fill_opacity: f64) -> Self {
         Self { fill_opacity, ..self }
     }
+}
+
+/// A number with at most three decimals; what is not finite becomes 0, since an SVG must not hold it.
+pub(in crate::report) fn number(x: f64) -> String {
+    let x = if x.is_finite() { x } else { 0.0 };
+    let text = format!("{x:.3}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
 }

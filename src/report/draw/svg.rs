@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use base64::Engine;
 
-use super::style::{Fill, Hatch, Style};
+use super::style::{Fill, Hatch, Style, number};
 
 /// A point on the sheet: millimetres from its left and its top edge.
 pub type Point = [f64; 2];
@@ -264,14 +264,6 @@ fn path(points: &[Point], closed: bool) -> String {
         out.push('Z');
     }
     out
-}
-
-/// A number with at most three decimals; what is not finite becomes 0, since an SVG must not hold it.
-pub(in crate::report) fn number(x: f64) -> String {
-    let x = if x.is_finite() { x } else { 0.0 };
-    let text = format!("{x:.3}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
 }
 
 /// Text as it may stand in XML and HTML, in an element or an attribute; characters that XML forbids are dropped.

@@ -3,6 +3,9 @@
 //! Neighbours on one surface differ little in range, unless the surface is seen at a glancing angle; then the inverse of the
 //! range still changes evenly from point to point, as it does along any plane. Where neither holds there is a jump.
 
+use glam::DMat3;
+use glam::DVec3;
+
 use glam::Vec3;
 
 /// A point in the scanner's own axes, metres, and where in its raster it was taken.
@@ -169,6 +172,13 @@ impl Grid {
             _ => false,
         }
     }
+}
+
+/// Where a scanner or camera stood: from its own axes to the file's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    pub(super) position: DVec3,
+    pub(super) rotation: DMat3,
 }
 
 #[cfg(test)]

@@ -18,22 +18,15 @@ use std::io::BufReader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use super::load::SceneError;
-use super::model::{Model, centre};
+use super::error::SceneError;
+use super::model::{ImportedModel, centre};
 use crate::site::Frame;
-use grid::Grid;
+use grid::{Grid, Placement};
 
 type Reader = E57Reader<BufReader<File>>;
 
 /// All setups together keep about so many points; of more, rows and columns are left out evenly.
 const MOST_POINTS: u64 = 3_000_000;
-
-/// Where a scanner or camera stood: from its own axes to the file's.
-#[derive(Clone, Copy, Debug)]
-struct Placement {
-    position: DVec3,
-    rotation: DMat3,
-}
 
 /// Where a scanner stood.
 #[derive(Clone, Copy, Debug)]
@@ -49,14 +42,14 @@ fn opened<T>(path: &Path, work: impl FnOnce(&mut Reader) -> Result<T, SceneError
     let damaged = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
     File::open(path).map_err(|e| SceneError::io(path, &e))?;
     let done = catch_unwind(AssertUnwindSafe(|| {
-        let mut reader = E57Reader::from_file(path).map_err(|e| damaged(told(&e)))?;
+        let mut reader = E57Reader::from_file(path).map_err(|e| damaged(decode_error(&e)))?;
         work(&mut reader)
     }));
     done.unwrap_or_else(|_| Err(damaged("the file is damaged: its parts contradict each other".to_owned())))
 }
 
 /// The crate's error.
-fn told(error: &e57::Error) -> String {
+fn decode_error(error: &e57::Error) -> String {
     format!("the file is no valid E57: {error}")
 }
 
@@ -88,7 +81,7 @@ pub fn setups(path: &Path) -> Result<Vec<Setup>, SceneError> {
 /// # Errors
 ///
 /// A file that cannot be read or is damaged, and one without a structured setup.
-pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
     let size = std::fs::metadata(path).map_err(|e| SceneError::io(path, &e))?.len();
     opened(path, |reader| {
         let clouds = reader.pointclouds();
@@ -153,11 +146,11 @@ fn unstructured(path: &Path, loose: &[&PointCloud], pictures: usize) -> SceneErr
 
 /// The points of a setup by row and column, in the scanner's own axes; every `step`th of both.
 fn grid(reader: &mut Reader, cloud: &PointCloud, step: i64) -> Result<Grid, String> {
-    let mut simple = reader.pointcloud_simple(cloud).map_err(|e| told(&e))?;
+    let mut simple = reader.pointcloud_simple(cloud).map_err(|e| decode_error(&e))?;
     simple.apply_pose(false);
     let mut kept = Vec::new();
     for point in simple {
-        let point = point.map_err(|e| told(&e))?;
+        let point = point.map_err(|e| decode_error(&e))?;
         if point.row % step != 0 || point.column % step != 0 {
             continue;
         }
@@ -173,11 +166,11 @@ fn grid(reader: &mut Reader, cloud: &PointCloud, step: i64) -> Result<Grid, Stri
 }
 
 /// All setups as one model.
-fn joined(grids: &[(Grid, Placement)], frame: &Frame) -> Result<Model, String> {
+fn joined(grids: &[(Grid, Placement)], frame: &Frame) -> Result<ImportedModel, String> {
     let placed = |grid: &Grid, at: &Placement| -> Vec<DVec3> {
         grid.points().map(|p| at.rotation * p.as_dvec3() + at.position).collect()
     };
-    let mut model = Model { material_names: vec![None], ..Model::default() };
+    let mut model = ImportedModel { material_names: vec![None], ..ImportedModel::default() };
     model.origin = centre(grids.iter().flat_map(|(grid, at)| placed(grid, at)), frame);
     for ((grid, at), triangles) in grids.iter().zip(overlap::finest(grids)) {
         let first = model.add_vertices(placed(grid, at).into_iter(), frame)?;

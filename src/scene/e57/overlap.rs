@@ -5,8 +5,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
-use super::Placement;
-use super::grid::Grid;
+use super::grid::{Grid, Placement};
 
 /// How far two setups' places of one surface may be apart: metres, and a share of the distance.
 const APART: [f32; 2] = [0.01, 0.002];

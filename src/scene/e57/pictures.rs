@@ -5,7 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
 use super::distortion::{Calibrated, distortions};
-use super::{opened, placement, told};
+use super::{decode_error, opened, placement};
 use crate::scene::SceneError;
 
 /// A picture in an E57 file.
@@ -118,7 +118,8 @@ impl ScanPictures {
     fn bytes(&self, blob: &Blob) -> Result<Vec<u8>, SceneError> {
         opened(&self.path, |reader| {
             let mut bytes = Vec::new();
-            let damaged = |e: e57::Error| SceneError::Malformed { path: self.path.clone(), line: 0, problem: told(&e) };
+            let damaged =
+                |e: e57::Error| SceneError::Malformed { path: self.path.clone(), line: 0, problem: decode_error(&e) };
             reader.blob(blob, &mut bytes).map_err(damaged)?;
             Ok(bytes)
         })

@@ -1,9 +1,11 @@
 //! The document of a glTF file, checked as far as it is used.
 
+use base64::Engine;
 use gltf::Document;
 use gltf::json::Root;
 use gltf::json::validation::{Error as Fault, Validate};
 use serde_json::Value;
+use std::path::{Path, PathBuf};
 
 /// Extensions that a file may not be read without, and that are known here.
 pub(super) const KNOWN: [&str; 4] =
@@ -68,4 +70,23 @@ fn forgiving(json: &[u8]) -> Option<Root> {
     value.as_object_mut()?.remove("animations");
     whole(&mut value);
     serde_json::from_value(value).ok()
+}
+
+/// A file with its buffers.
+pub(super) struct File<'a> {
+    pub(super) path: &'a Path,
+    pub(super) document: Document,
+    pub(super) buffers: Vec<Vec<u8>>,
+    pub(super) files: Vec<PathBuf>,
+}
+
+/// The bytes of an address that holds them (RFC 2397).
+pub(super) fn embedded(uri: &str) -> Result<Vec<u8>, String> {
+    let (_, text) = uri.split_once(";base64,").ok_or("an address “data:” that is not base64")?;
+    base64::engine::general_purpose::STANDARD.decode(text).map_err(|e| format!("broken base64 ({e})"))
+}
+
+/// An address's `%20` and the like as the characters they stand for.
+pub(super) fn unescaped(uri: &str) -> String {
+    percent_encoding::percent_decode_str(uri).decode_utf8_lossy().into_owned()
 }

@@ -5,7 +5,7 @@ use gltf::material::AlphaMode;
 use gltf::texture::WrappingMode;
 use std::sync::Arc;
 
-use super::{File, embedded, unescaped};
+use super::document::{File, embedded, unescaped};
 use crate::scene::Wrap;
 use crate::scene::model::{Channel, Cutout, Map, ModelMaterial, UNKNOWN_ALBEDO};
 

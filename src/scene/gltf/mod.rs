@@ -8,7 +8,6 @@
 mod document;
 mod materials;
 
-use base64::Engine;
 use glam::{DMat4, DVec3, Mat4, Vec2, Vec3, Vec4};
 use gltf::accessor::{DataType, Item};
 use gltf::material::AlphaMode;
@@ -19,11 +18,11 @@ use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use super::load::SceneError;
-use super::model::{Model, centre};
+use super::error::SceneError;
+use super::model::{ImportedModel, centre};
 use crate::site::Frame;
 use crate::site::files::find_loosely;
-use document::{KNOWN, document};
+use document::{File, KNOWN, document, embedded, unescaped};
 use materials::{UvTransform, uv_set};
 
 /// Reads a glTF file and its buffers, brings it into metres and the program's axes, and centres it.
@@ -31,7 +30,7 @@ use materials::{UvTransform, uv_set};
 /// # Errors
 ///
 /// A file that cannot be read, is not valid glTF 2.0, or needs an extension that is not known here.
-pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
     let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
     let bytes = std::fs::read(path).map_err(|e| SceneError::io(path, &e))?;
     // the crate checks most, but not all that a damaged file may hold
@@ -54,14 +53,6 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
 
 /// The most vectors that an accessor without data may stand for.
 const ZEROS: usize = 1 << 16;
-
-/// A file with its buffers.
-struct File<'a> {
-    path: &'a Path,
-    document: Document,
-    buffers: Vec<Vec<u8>>,
-    files: Vec<PathBuf>,
-}
 
 /// A primitive where a node puts it.
 struct Placed<'a> {
@@ -94,8 +85,8 @@ impl<'a> File<'a> {
         Ok(Self { path, document, buffers, files })
     }
 
-    fn model(self, frame: &Frame) -> Result<Model, String> {
-        let mut model = Model::default();
+    fn model(self, frame: &Frame) -> Result<ImportedModel, String> {
+        let mut model = ImportedModel::default();
         let placed = self.placed();
         let points = placed.iter().map(|p| self.points(p)).collect::<Result<Vec<_>, String>>()?;
         model.origin = centre(points.iter().flatten().copied(), frame);
@@ -210,7 +201,7 @@ impl<'a> File<'a> {
     /// Adds a primitive's triangles.
     fn add(
         &self,
-        model: &mut Model,
+        model: &mut ImportedModel,
         placed: &Placed,
         points: Vec<DVec3>,
         frame: &Frame,
@@ -276,15 +267,4 @@ fn fetched(path: &Path, uri: &str, files: &mut Vec<PathBuf>) -> Result<Vec<u8>, 
     let bytes = std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
     files.push(file);
     Ok(bytes)
-}
-
-/// The bytes of an address that holds them (RFC 2397).
-fn embedded(uri: &str) -> Result<Vec<u8>, String> {
-    let (_, text) = uri.split_once(";base64,").ok_or("an address “data:” that is not base64")?;
-    base64::engine::general_purpose::STANDARD.decode(text).map_err(|e| format!("broken base64 ({e})"))
-}
-
-/// An address's `%20` and the like as the characters they stand for.
-fn unescaped(uri: &str) -> String {
-    percent_encoding::percent_decode_str(uri).decode_utf8_lossy().into_owned()
 }

@@ -1,33 +1,33 @@
 //! Geometry from OBJ files: the one door to tobj.
 //!
-//! tobj parses numbers and unites equal corners; [`cure`] feeds it only lines that it gets right. Each run of faces
+//! tobj parses numbers and unites equal corners; [`sanitise`] feeds it only lines that it gets right. Each run of faces
 //! becomes a tobj model whose name carries the run's material, so that runs stay short and memory small.
 
-mod cure;
+mod sanitise;
 
 use glam::{DVec3, Vec2};
 use std::fs::File;
 use std::path::Path;
 
-use super::load::SceneError;
-use super::model::{Model, centre};
+use super::error::SceneError;
+use super::model::{ImportedModel, centre};
 use super::polygon;
 use crate::site::Frame;
-use cure::Cure;
+use sanitise::Sanitised;
 
 /// Reads an OBJ file, brings it into metres and the program's axes, and centres it.
-pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
-    let (models, cure) = match parse(path, false)? {
+pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
+    let (models, sanitised) = match parse(path, false)? {
         Some(done) => done,
         // tobj keeps colours in step with vertices only if all have one
         None => parse(path, true)?.ok_or_else(|| malformed(path, 0, "vertex colours cannot be told".to_owned()))?,
     };
-    let mut model = Model {
+    let mut model = ImportedModel {
         origin: centre(models.iter().flat_map(|m| m.mesh.positions.chunks_exact(3)).map(DVec3::from_slice), frame),
-        material_names: cure.materials,
-        libraries: cure.libraries,
-        oddities: cure.oddities,
-        ..Model::default()
+        material_names: sanitised.materials,
+        libraries: sanitised.libraries,
+        oddities: sanitised.oddities,
+        ..ImportedModel::default()
     };
     reserve(&mut model, &models);
     for part in models {
@@ -38,21 +38,21 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<Model, SceneError> {
 }
 
 /// What tobj made of the file, and what the reader before it kept.
-type Parsed = (Vec<tobj::Model>, Cure<File>);
+type Parsed = (Vec<tobj::Model>, Sanitised<File>);
 
-/// Lets tobj parse the cured text; `None` where `colours` is needed and was not asked for.
+/// Lets tobj parse the sanitised text; `None` where `colours` is needed and was not asked for.
 fn parse(path: &Path, colours: bool) -> Result<Option<Parsed>, SceneError> {
     let file = File::open(path).map_err(|e| SceneError::io(path, &e))?;
-    let mut cure = Cure::new(file, colours);
+    let mut sanitised = Sanitised::new(file, colours);
     let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
     let no_materials = |_: &Path| Ok((Vec::new(), Default::default()));
-    match (tobj::load_obj_buf(&mut cure, &options, no_materials), cure.fault.take()) {
-        (_, Some(cure::Fault::NeedsColours)) => Ok(None),
-        (_, Some(cure::Fault::Io(e))) => Err(SceneError::io(path, &e)),
-        (_, Some(cure::Fault::NotObj(found))) => Err(SceneError::NotAModel { path: path.to_owned(), found }),
-        (_, Some(cure::Fault::Line(problem))) => Err(malformed(path, cure.line, problem)),
-        (Ok((models, _)), None) => Ok(Some((models, cure))),
-        (Err(error), None) => Err(malformed(path, cure.line, explain(&error, &cure.statement()))),
+    match (tobj::load_obj_buf(&mut sanitised, &options, no_materials), sanitised.fault.take()) {
+        (_, Some(sanitise::Fault::NeedsColours)) => Ok(None),
+        (_, Some(sanitise::Fault::Io(e))) => Err(SceneError::io(path, &e)),
+        (_, Some(sanitise::Fault::NotObj(found))) => Err(SceneError::NotAModel { path: path.to_owned(), found }),
+        (_, Some(sanitise::Fault::Line(problem))) => Err(malformed(path, sanitised.line, problem)),
+        (Ok((models, _)), None) => Ok(Some((models, sanitised))),
+        (Err(error), None) => Err(malformed(path, sanitised.line, explain(&error, &sanitised.statement()))),
     }
 }
 
@@ -70,7 +70,7 @@ fn explain(error: &tobj::LoadError, statement: &str) -> String {
     format!("{expected}, found “{statement}”")
 }
 
-fn reserve(model: &mut Model, parts: &[tobj::Model]) {
+fn reserve(model: &mut ImportedModel, parts: &[tobj::Model]) {
     let count = |f: fn(&tobj::Mesh) -> usize| parts.iter().map(|p| f(&p.mesh)).sum::<usize>();
     let vertices = count(|m| m.positions.len() / 3);
     model.positions.reserve_exact(vertices);
@@ -86,9 +86,9 @@ fn reserve(model: &mut Model, parts: &[tobj::Model]) {
 }
 
 /// Adds one run of faces.
-fn append(model: &mut Model, frame: &Frame, part: tobj::Model) -> Result<(), String> {
+fn append(model: &mut ImportedModel, frame: &Frame, part: tobj::Model) -> Result<(), String> {
     let mesh = part.mesh;
-    // the name is ours: see `cure`
+    // the name is ours: see `sanitise`
     let material = part.name.parse().unwrap_or(0);
     let vertices = || mesh.positions.chunks_exact(3).map(DVec3::from_slice);
     let base = model.add_vertices(vertices(), frame)?;

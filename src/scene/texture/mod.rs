@@ -16,10 +16,7 @@ mod wrap;
 
 pub use wrap::Wrap;
 
-use super::load::SceneError;
-
-/// The most pixels a texture may have along a side.
-pub(super) const MAX_SIDE: u32 = 32_768;
+use super::error::{MAX_SIDE, SceneError};
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
 static LINEAR: LazyLock<Arc<[f32; 256]>> =

@@ -3,16 +3,17 @@
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::Bvh2 as Built;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 
-use super::pairs::Pairs;
-use super::quads::Quads;
+use super::bvh2::Bvh2;
+use super::bvh4::Bvh4;
+use super::hit::Triangles;
 use super::triangle::Corners;
-use super::{Mesh, Tracer, Triangles};
+use crate::scene::mesh::Mesh;
 
 /// obvhs recurses as deep as the tree, which coincident triangles make very deep.
 const STACK_BYTES: usize = 256 << 20;
@@ -28,7 +29,10 @@ const STRAY: f32 = 64.0;
 /// On Šibenik cathedral the slower presets, which split triangles, gain nothing worth their memory.
 const PRESET: BvhBuildParams = BvhBuildParams::medium_build();
 
-pub(super) fn build(mesh: &Mesh) -> Tracer {
+/// The triangles in the order of the leaves, and both trees over them.
+type Trees = (Triangles, Bvh2, Bvh4);
+
+pub(super) fn build(mesh: &Mesh) -> Trees {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads())
         .stack_size(STACK_BYTES)
@@ -40,16 +44,17 @@ pub(super) fn build(mesh: &Mesh) -> Tracer {
     }
 }
 
-fn plant(mesh: &Mesh) -> Tracer {
+fn plant(mesh: &Mesh) -> Trees {
     let mut tree = sown(mesh);
     let mut optimizer = ReinsertionOptimizer::default();
     optimizer.run(&mut tree, PRESET.reinsertion_batch_ratio, None);
     collapse(&mut tree, PRESET.max_prims_per_leaf, PRESET.collapse_traversal_cost);
     let again = PRESET.reinsertion_batch_ratio * PRESET.post_collapse_reinsertion_batch_ratio_multiplier;
     optimizer.run(&mut tree, again, None);
-    let (pairs, ids) = Pairs::new(&tree);
+    let (bvh2, ids) = Bvh2::new(&tree);
     let corners = ids.par_iter().map(|&i| Corners::new(mesh.corners(i))).collect();
-    Tracer { triangles: Triangles { corners, ids }, quads: Quads::new(&pairs), pairs }
+    let bvh4 = Bvh4::new(&bvh2);
+    (Triangles { corners, ids }, bvh2, bvh4)
 }
 
 /// A triangle's largest coordinate.
@@ -66,7 +71,7 @@ fn usual_reach(mesh: &Mesh) -> f32 {
 }
 
 /// A tree with one triangle a leaf.
-fn sown(mesh: &Mesh) -> Bvh2 {
+fn sown(mesh: &Mesh) -> Built {
     let usual = usual_reach(mesh);
     let boxes: Vec<Aabb> = (0..mesh.triangles.len() as u32)
         .into_par_iter()

@@ -1,40 +1,25 @@
 //! Ray casting: the one door to obvhs.
 //!
 //! obvhs builds the tree; laid out anew it carries packets of rays that start at one point ([`packet`]), and with four
-//! children a node single rays ([`quads`]). Both end in one triangle test ([`triangle`]), so a ray gets the same hit, to
+//! children a node single rays ([`bvh4`]). Both end in one triangle test ([`triangle`]), so a ray gets the same hit, to
 //! the bit, whichever way it goes.
 
 mod build;
+mod bvh2;
+mod bvh4;
+mod hit;
 mod packet;
-mod pairs;
-mod quads;
 mod triangle;
 
-use glam::{Vec3, Vec4};
+pub use hit::{Hit, Ray};
 
-use super::Mesh;
-use packet::{Beam, PACKET};
-use pairs::Pairs;
-use quads::Quads;
-use triangle::Corners;
+use glam::Vec3;
 
-/// A half line.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray {
-    /// Start, local metres.
-    pub origin: Vec3,
-    /// Unit direction.
-    pub direction: Vec3,
-}
-
-/// The nearest triangle along a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Distance in metres.
-    pub t: f32,
-    /// Triangle index in the mesh.
-    pub triangle: u32,
-}
+use super::mesh::Mesh;
+use bvh2::Bvh2;
+use bvh4::Bvh4;
+use hit::Triangles;
+use packet::{PACKET, RayPacket};
 
 /// Finds the nearest hit or any hit. Watertight: no ray slips between two triangles that share an edge. Where triangles
 /// lie in one another (are hit at distances that share all but their last 7 of 24 bits: up to 0.15 mm apart at 10 m), one
@@ -42,77 +27,20 @@ pub struct Hit {
 /// rounding says.
 pub struct Tracer {
     triangles: Triangles,
-    pairs: Pairs,
-    quads: Quads,
-}
-
-/// The triangles in the order of the tree's leaves; a place in that order is a slot.
-#[derive(Default)]
-struct Triangles {
-    corners: Vec<Corners>,
-    /// Index in the mesh of each slot.
-    ids: Vec<u32>,
+    bvh2: Bvh2,
+    bvh4: Bvh4,
 }
 
 /// What stood in the way of a ray: nothing so far, or a triangle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Occluder(Option<usize>);
 
-/// The best hit so far.
-#[derive(Clone, Copy)]
-struct Best {
-    hit: Hit,
-    /// Whether the triangle's winding faces away from the ray.
-    away: bool,
-}
-
-impl Best {
-    /// Before any hit.
-    const NONE: Self = Self { hit: Hit { t: f32::MAX, triangle: u32::MAX }, away: true };
-
-    /// Last bits of a distance that tell no two surfaces apart.
-    const ALIKE: u32 = 7;
-
-    /// Whether this hit counts and not the other one.
-    #[inline(always)]
-    fn before(&self, other: &Self) -> bool {
-        let key = |best: &Self| (best.hit.t.to_bits() >> Self::ALIKE, best.away, best.hit.triangle);
-        key(self) < key(other)
-    }
-
-    /// The farthest that another hit may lie and count as equally far.
-    #[inline(always)]
-    fn reach(&self) -> f32 {
-        f32::from_bits(self.hit.t.to_bits() | ((1 << Self::ALIKE) - 1))
-    }
-
-    fn found(self) -> Option<Hit> {
-        (self.hit.triangle != u32::MAX).then_some(self.hit)
-    }
-}
-
-impl Triangles {
-    /// A hit of the triangle in a slot.
-    #[inline(always)]
-    fn hit(&self, slot: usize, direction: Vec3, t: f32) -> Best {
-        let away = self.corners[slot].normal().dot(direction) > 0.0;
-        Best { hit: Hit { t, triangle: self.ids[slot] }, away }
-    }
-
-    /// Whether the triangle in a slot stands on a ray between two distances.
-    #[inline(always)]
-    fn stops(&self, slot: usize, ray: &Ray, t_min: f32, t_max: f32) -> bool {
-        let origin = ray.origin.to_array().map(Vec4::splat);
-        let meets = self.corners[slot].seen_from(&origin).meet(ray.direction);
-        meets.is_some_and(|t| t > t_min && t < t_max && t.is_finite())
-    }
-}
-
 impl Tracer {
     /// Builds the trees over all triangles of a clean mesh, on as many threads as the current rayon pool has. The
     /// trees do not depend on how many these are.
     pub fn new(mesh: &Mesh) -> Self {
-        build::build(mesh)
+        let (triangles, bvh2, bvh4) = build::build(mesh);
+        Self { triangles, bvh2, bvh4 }
     }
 
     /// The same over the triangles that `keep` marks only; hits keep the whole mesh's indices.
@@ -123,7 +51,7 @@ impl Tracer {
             triangles: kept.iter().map(|&t| mesh.triangles[t as usize]).collect(),
             ..Mesh::default()
         };
-        let mut tracer = build::build(&part);
+        let mut tracer = Self::new(&part);
         for id in &mut tracer.triangles.ids {
             *id = kept[*id as usize];
         }
@@ -132,12 +60,12 @@ impl Tracer {
 
     /// The nearest hit farther than `t_min` metres.
     pub fn closest(&self, ray: &Ray, t_min: f32) -> Option<Hit> {
-        self.quads.closest(&self.triangles, ray, t_min)
+        self.bvh4.closest(&self.triangles, ray, t_min)
     }
 
     /// Whether anything stands on the ray farther than `t_min` and nearer than `t_max` metres.
     pub fn occluded(&self, ray: &Ray, t_min: f32, t_max: f32) -> bool {
-        self.quads.occluder(&self.triangles, ray, t_min, t_max).is_some()
+        self.bvh4.occluder(&self.triangles, ray, t_min, t_max).is_some()
     }
 
     /// [`Tracer::occluded`], asking first what stood in the way of another ray: rays that follow each other are mostly
@@ -145,7 +73,7 @@ impl Tracer {
     pub fn occluded_again(&self, ray: &Ray, t_min: f32, t_max: f32, last: &mut Occluder) -> bool {
         let again = last.0.is_some_and(|slot| self.triangles.stops(slot, ray, t_min, t_max));
         if !again {
-            let found = self.quads.occluder(&self.triangles, ray, t_min, t_max);
+            let found = self.bvh4.occluder(&self.triangles, ray, t_min, t_max);
             last.0 = found.or(last.0);
             return found.is_some();
         }
@@ -158,8 +86,8 @@ impl Tracer {
     /// one. Directions have unit length; `hits` must be as long as `directions` (what is longer is left as it is).
     pub fn closest_packet(&self, origin: Vec3, directions: &[Vec3], t_min: f32, hits: &mut [Option<Hit>]) {
         for (directions, hits) in directions.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-            match Beam::new(origin, directions) {
-                Some(beam) => beam.closest(&self.pairs, &self.triangles, t_min, hits),
+            match RayPacket::new(origin, directions) {
+                Some(packet) => packet.closest(&self.bvh2, &self.triangles, t_min, hits),
                 None => {
                     for (&direction, hit) in directions.iter().zip(hits) {
                         *hit = self.closest(&Ray { origin, direction }, t_min);
@@ -171,8 +99,8 @@ impl Tracer {
 
     /// Bytes that the trees and the triangles in them take.
     pub fn bytes(&self) -> usize {
-        self.pairs.bytes()
-            + self.quads.bytes()
+        self.bvh2.bytes()
+            + self.bvh4.bytes()
             + size_of_val(self.triangles.corners.as_slice())
             + size_of_val(self.triangles.ids.as_slice())
     }

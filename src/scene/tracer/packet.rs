@@ -8,9 +8,9 @@
 
 use glam::{BVec4A, Mat4, Vec3, Vec4, Vec4Swizzles};
 
-use super::pairs::{Kind, Pair, Pairs, Stack, Waiting};
+use super::bvh2::{Bvh2, Kind, Pair, Stack, Waiting};
+use super::hit::{Best, Hit, Triangles};
 use super::triangle::Corners;
-use super::{Best, Hit, Triangles};
 
 /// Most rays in one packet.
 pub(super) const PACKET: usize = 64;
@@ -26,7 +26,7 @@ const LEAST_ALONG: f32 = 0.1;
 const SLACK: f32 = 2e-6;
 
 /// Rays from one point that stay close together.
-pub(super) struct Beam {
+pub(super) struct RayPacket {
     origin: [Vec4; 3],
     /// Main axis, and the two others.
     axes: [usize; 3],
@@ -57,7 +57,7 @@ struct Nearest {
     depth: f32,
 }
 
-impl Beam {
+impl RayPacket {
     /// Nothing where the rays spread too far to be cast together.
     pub(super) fn new(origin: Vec3, rays: &[Vec3]) -> Option<Self> {
         let last = *rays.last()?;
@@ -111,7 +111,7 @@ impl Beam {
     }
 
     /// Finds the nearest hits farther than `t_min`.
-    pub(super) fn closest(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, hits: &mut [Option<Hit>]) {
+    pub(super) fn closest(&self, tree: &Bvh2, triangles: &Triangles, t_min: f32, hits: &mut [Option<Hit>]) {
         let mut best = Nearest { hits: [[Best::NONE; 4]; GROUPS], reach: [Vec4::MAX; GROUPS], depth: f32::MAX };
         self.traverse(tree, triangles, t_min, &mut best);
         for (i, hit) in hits.iter_mut().enumerate() {
@@ -119,7 +119,7 @@ impl Beam {
         }
     }
 
-    fn traverse(&self, tree: &Pairs, triangles: &Triangles, t_min: f32, best: &mut Nearest) {
+    fn traverse(&self, tree: &Bvh2, triangles: &Triangles, t_min: f32, best: &mut Nearest) {
         let Some(mut pair) = tree.pairs.first() else { return };
         let mut waiting: Stack<Waiting> = Stack::new();
         loop {

@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera};
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera};
 use crate::panorama::{Distortion, Lens};
 
 /// The models' names, by number, and how many parameters each has.
@@ -49,7 +49,7 @@ fn text(path: &Path) -> Result<String> {
 fn text_cameras(path: &Path, text: &str) -> Result<Cameras> {
     let mut cameras = Cameras::new();
     for (i, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#')) {
-        let at = Place::line(path, i);
+        let at = FilePlace::line(path, i);
         let words: Vec<&str> = line.split_whitespace().collect();
         let [id, model, width, height, parameters @ ..] = &words[..] else {
             return Err(at.damaged("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS"));
@@ -68,7 +68,7 @@ fn text_images(path: &Path, text: &str, cameras: &Cameras) -> Result<Vec<SolvedC
         if line.trim().is_empty() || line.starts_with('#') {
             continue;
         }
-        let at = Place::line(path, i);
+        let at = FilePlace::line(path, i);
         let words: Vec<&str> = line.split_whitespace().collect();
         if words.len() < 10 {
             return Err(at.damaged("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"));
@@ -84,7 +84,7 @@ fn text_images(path: &Path, text: &str, cameras: &Cameras) -> Result<Vec<SolvedC
         if let Some((j, points)) = lines.next() {
             let tenth = points.split_whitespace().nth(9);
             if tenth.is_some_and(|w| w.parse::<f64>().is_err()) {
-                let at = Place::line(path, j);
+                let at = FilePlace::line(path, j);
                 return Err(at.damaged("expected the image's line of points (it may be empty), found another image"));
             }
         }
@@ -129,7 +129,7 @@ fn binary_images(bytes: &mut Bytes, cameras: &Cameras) -> Result<Vec<SolvedCamer
 }
 
 /// A camera from quaternion and translation.
-fn camera(at: &Place, v: [f64; 7], id: u32, photo: String, cameras: &Cameras) -> Result<SolvedCamera> {
+fn camera(at: &FilePlace, v: [f64; 7], id: u32, photo: String, cameras: &Cameras) -> Result<SolvedCamera> {
     let [w, x, y, z, ..] = v;
     let q = DQuat::from_xyzw(x, y, z, w);
     let t = DVec3::new(v[4], v[5], v[6]);
@@ -144,7 +144,7 @@ fn camera(at: &Place, v: [f64; 7], id: u32, photo: String, cameras: &Cameras) ->
 }
 
 /// A lens from a model's parameters, in the order of COLMAP's `models.h`.
-fn intrinsics(at: &Place, model: &str, size: [u32; 2], p: &[f64]) -> Result<Intrinsics> {
+fn intrinsics(at: &FilePlace, model: &str, size: [u32; 2], p: &[f64]) -> Result<Intrinsics> {
     let Some((_, count)) = MODELS.iter().find(|(name, _)| *name == model) else {
         return Err(at.damaged(&format!("camera model {model} is not known")));
     };
@@ -180,12 +180,12 @@ fn intrinsics(at: &Place, model: &str, size: [u32; 2], p: &[f64]) -> Result<Intr
 }
 
 /// Where in a file something is.
-struct Place {
+struct FilePlace {
     path: PathBuf,
     place: String,
 }
 
-impl Place {
+impl FilePlace {
     fn line(path: &Path, index: usize) -> Self {
         Self { path: path.into(), place: format!("line {}", index + 1) }
     }
@@ -217,8 +217,8 @@ impl Bytes {
         Ok(Self { path: path.into(), bytes, at: 0 })
     }
 
-    fn place(&self) -> Place {
-        Place { path: self.path.clone(), place: format!("byte {}", self.at) }
+    fn place(&self) -> FilePlace {
+        FilePlace { path: self.path.clone(), place: format!("byte {}", self.at) }
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N]> {

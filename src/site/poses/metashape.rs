@@ -10,8 +10,8 @@ use roxmltree::Node;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
 use super::xml::{child, damaged, number, numbers, parse, text, value};
-use super::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
 use crate::panorama::{Distortion, Lens};
 
 pub(super) fn read(path: &Path) -> Result<PoseFile> {

@@ -8,8 +8,8 @@
 use glam::{DMat3, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
 use super::xml::{damaged, number, numbers, parse, text, value};
-use super::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
 use crate::panorama::{Distortion, Lens};
 
 pub(super) fn read(files: &[PathBuf]) -> Result<PoseFile> {

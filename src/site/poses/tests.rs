@@ -1,7 +1,10 @@
 //! One camera, in each program's words: at (1, 2, 3), looking along +x with +z up. A point at (5, 1, 4) lies 4 m ahead,
 //! 1 m to the right (−y) and 1 m up: at ideal (0.25, −0.25) with y down.
 
+use super::solved::SolvedCamera;
 use super::*;
+use crate::panorama::{Distortion, Lens};
+use glam::{DMat3, DVec2, DVec3};
 use std::fs;
 use tempfile::TempDir;
 

@@ -3,7 +3,7 @@
 use roxmltree::{Document, Node};
 use std::path::Path;
 
-use super::{PoseFileError, Result};
+use super::solved::{PoseFileError, Result};
 
 /// An XML file's text.
 pub(super) fn text(path: &Path) -> Result<String> {

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Resection, ResectionError};
+use super::result::{Resection, ResectionError};
 use crate::cholesky::Cholesky;
 use crate::site::{Camera, Match};
 

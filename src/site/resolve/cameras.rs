@@ -27,7 +27,7 @@ struct Similarity {
 
 /// What a camera of a pose file becomes.
 #[derive(Clone, Copy)]
-struct Part {
+struct PoseUse {
     is_view: bool,
     is_probe: bool,
 }
@@ -59,7 +59,7 @@ impl Resolver<'_> {
         let parts = self.parts(t, &file.cameras)?;
         let mut wanted = parts.iter().map(|part| part.is_view || part.is_probe);
         file.cameras.retain(|_| wanted.next().unwrap_or(false));
-        let parts: Vec<Part> = parts.into_iter().filter(|part| part.is_view || part.is_probe).collect();
+        let parts: Vec<PoseUse> = parts.into_iter().filter(|part| part.is_view || part.is_probe).collect();
         if file.cameras.is_empty() {
             return Err(fault(
                 "the pose file holds no solved camera".to_owned(),
@@ -165,7 +165,7 @@ impl Resolver<'_> {
     }
 
     /// What each camera is: by default a view; a probe where `probes` lists it, and then a view only if `only` does, too.
-    fn parts(&self, t: &CamerasTable, cameras: &[SolvedCamera]) -> Result<Vec<Part>, SiteError> {
+    fn parts(&self, t: &CamerasTable, cameras: &[SolvedCamera]) -> Result<Vec<PoseUse>, SiteError> {
         let is = |camera: &SolvedCamera, name: &str| camera.photo == name || view_name(&camera.photo) == name;
         let listed_probes = match t.probes.as_ref().map(Spanned::get_ref) {
             Some(ProbesKey::These(names)) => names.as_slice(),
@@ -187,7 +187,7 @@ impl Resolver<'_> {
                 Some(only) => only.iter().any(|name| is(camera, name.get_ref())),
                 None => !is_probe,
             };
-            Part { is_view, is_probe }
+            PoseUse { is_view, is_probe }
         };
         if let (Some(lighting), None) = (&t.lighting, &t.probes) {
             return Err(self.source.fault(

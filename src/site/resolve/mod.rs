@@ -8,16 +8,18 @@ mod picture;
 mod plan;
 mod probe;
 mod project;
+mod resolver;
 mod view;
 
-use std::path::{Path, PathBuf};
-use toml::Spanned;
+use resolver::Resolver;
+
+use std::path::Path;
 
 use super::fault::{Faults, SiteError, Source};
 use super::file::SiteFile;
 use super::frame::{Frame, Up};
 use super::pose::finite_number;
-use super::{Pictures, Places, Site};
+use super::site::{Pictures, Places, Site};
 use names::unique;
 use probe::{with_exif_gains, with_lighting_warnings};
 
@@ -108,27 +110,4 @@ fn frame(source: &Source, file: &SiteFile, warnings: &mut Vec<String>) -> Result
     };
     let north_deg = file.site.north.as_ref().map_or(Ok(0.0), |n| finite_number(source, n))?;
     Ok(Frame { metres_per_unit, up, north_deg })
-}
-
-/// What every table is resolved against.
-struct Resolver<'a> {
-    source: Source<'a>,
-    folder: PathBuf,
-    frame: Frame,
-    pictures: Pictures,
-    places: Places,
-}
-
-impl Resolver<'_> {
-    fn field_of_view(&self, fov: &Spanned<f64>) -> Result<f64, SiteError> {
-        self.number(fov, |v| v > 0.0 && v < 180.0, "a field of view between 0 and 180 degrees")
-    }
-
-    fn number(&self, key: &Spanned<f64>, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, SiteError> {
-        let v = *key.get_ref();
-        if v.is_finite() && ok(v) {
-            return Ok(v);
-        }
-        Err(self.source.fault(key.span(), format!("expected {expected}, found {v}"), "Correct the number"))
-    }
 }

@@ -7,7 +7,7 @@ use toml::Spanned;
 use super::super::fault::SiteError;
 use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey};
 use super::super::pose::{Orientation, finite};
-use super::super::{LitPicture, Places, Probe, Site};
+use super::super::site::{LitPicture, Places, Probe, Site};
 use super::Resolver;
 use super::lens::{LensKeys, lens_keys};
 use super::names::{lighting_name, safe_name};

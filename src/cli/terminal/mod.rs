@@ -1,0 +1,6 @@
+//! What verbs share: where output goes, progress, and text made safe for a terminal.
+
+pub(crate) mod command;
+pub(crate) mod output;
+pub(crate) mod progress;
+pub(crate) mod visible;

@@ -1,0 +1,87 @@
+//! The folder that a verb writes into.
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueHint};
+use clerestory::atomic_write::folder_of;
+use clerestory::site::Site;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::progress::bar;
+
+/// Where a verb's results go, and what it prints.
+#[derive(Args, Debug, Default)]
+pub(crate) struct Output {
+    /// Folder for the results [default: reports/SITE]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl Output {
+    /// Into a folder, and nothing printed.
+    pub(crate) fn silent(folder: &Path) -> Self {
+        Self { out: Some(folder.to_owned()), json: false, quiet: true }
+    }
+
+    /// The folder for results, see [`folder`].
+    pub(crate) fn folder(&self, site: &Site) -> anyhow::Result<PathBuf> {
+        folder(self.out.as_deref(), site)
+    }
+
+    /// Whether a person is to be told how it goes.
+    pub(crate) fn talks(&self) -> bool {
+        !self.quiet && !self.json
+    }
+
+    /// A progress bar after indicatif's `template`, hidden where nobody is told.
+    pub(crate) fn bar(&self, template: &str) -> ProgressBar {
+        bar(self.talks(), template)
+    }
+}
+
+/// The folder asked for, else the site's own under `reports`; made where it is not there yet.
+///
+/// # Errors
+///
+/// A folder in which the site's model or pictures lie: a result may have the name of one.
+pub(crate) fn folder(asked: Option<&Path>, site: &Site) -> anyhow::Result<PathBuf> {
+    let folder = asked.map_or_else(|| by_default(site), Path::to_owned);
+    if let Ok(known) = folder.canonicalize()
+        && let Some(own) =
+            site.files().iter().find(|f| **f != site.file && folder_of(f).canonicalize().ok().as_ref() == Some(&known))
+    {
+        bail!(
+            "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another \
+             folder",
+            folder.display(),
+            own.display()
+        );
+    }
+    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    Ok(folder)
+}
+
+/// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.
+fn by_default(site: &Site) -> PathBuf {
+    let stem = site.file.file_stem().filter(|s| *s != "site").map(|s| s.to_owned());
+    let folder = site.file.canonicalize().ok().and_then(|f| Some(f.parent()?.file_name()?.to_owned()));
+    let folder = folder.unwrap_or_else(|| "site".into());
+    let name = match stem {
+        Some(stem) => PathBuf::from(format!("{}-{}", folder.to_string_lossy(), stem.to_string_lossy())),
+        None => PathBuf::from(folder),
+    };
+    Path::new("reports").join(name)
+}
+/// Tells a value as JSON, and ends the line.
+pub(crate) fn json(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, value)?;
+    writeln!(out)
+}

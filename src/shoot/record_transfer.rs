@@ -1,0 +1,99 @@
+//! Records as linear functions of what a probe's cells measure.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+use super::hits::Hits;
+use super::records::{Estimate, Measured, Records, brightness, measured};
+use crate::panorama::{Picture, Radiometry};
+
+/// Some records of one probe, each as E = s ∘ Σ w m over cells, where m is what a cell measured: albedo × radiance where it
+/// sees a surface, radiance where it sees the sky. The weights are those that one picture's [`Records`] have.
+pub struct RecordTransfer {
+    hits: Arc<Hits>,
+    radiometry: Radiometry,
+    /// Per record its first term, and one past the last.
+    starts: Vec<u32>,
+    /// Cell and weight.
+    terms: Vec<(u32, f32)>,
+    /// Per record s = π ÷ Σ w ρ²; infinite in a channel that the surface does not reflect.
+    scale: Vec<Vec3>,
+}
+
+impl RecordTransfer {
+    /// The records of some cells, as `picture` made them.
+    pub fn new(records: &Records, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>, cells: &[u32]) -> Self {
+        let hits = records.hits.clone();
+        let measured: Vec<Option<Measured>> = measured(&hits.chart, picture, &radiometry);
+        let brightness: Vec<f32> = hits.cells.par_iter().zip(&measured).map(|(hit, l)| brightness(hit, *l)).collect();
+        let sunlit = sun.map(|_| records.records.iter().map(|r| r.sunlit).collect::<Vec<_>>());
+        let estimate =
+            Estimate { hits: &hits, measured: &measured, brightness: &brightness, sunlit: sunlit.as_deref() };
+        let one = |&cell: &u32| -> (Vec<(u32, f32)>, Vec3) {
+            let mut terms = Vec::with_capacity(9);
+            if !hits.cells[cell as usize].is_hit() {
+                terms.push((cell, 1.0));
+                return (terms, Vec3::ONE);
+            }
+            let (row, x) = hits.chart.row_of(cell as usize);
+            let mut rho2 = Vec3::ZERO;
+            estimate.record(row, x, hits.chart.middle(row, x), |other, weight| {
+                let rho = hits.cells[other].albedo();
+                rho2 += rho * rho * weight;
+                terms.push((other as u32, weight));
+            });
+            (terms, rho2.map(|r| if r > 0.0 { PI / r } else { f32::INFINITY }))
+        };
+        let all: Vec<_> = cells.par_iter().map(one).collect();
+        let (mut starts, mut terms, mut scale) = (vec![0], Vec::new(), Vec::with_capacity(all.len()));
+        for (own, s) in all {
+            terms.extend(own);
+            starts.push(terms.len() as u32);
+            scale.push(s);
+        }
+        Self { hits, radiometry, starts, terms, scale }
+    }
+
+    /// Number of records.
+    pub fn len(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.scale.is_empty()
+    }
+
+    /// Number of terms of all records.
+    pub fn terms(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// What each cell measures in a picture of the same size: m of [`RecordTransfer`]; zero for bad pixels.
+    pub fn measure(&self, picture: &Picture) -> Vec<Vec3> {
+        let light = |(m, hit): (Option<Measured>, &super::hits::CellHit)| {
+            let l = m.map_or(Vec3::ZERO, |m| m.radiance);
+            if hit.is_hit() { hit.albedo() * l } else { l }
+        };
+        measured(&self.hits.chart, picture, &self.radiometry).into_par_iter().zip(&self.hits.cells).map(light).collect()
+    }
+
+    /// The records' irradiance (the sky's radiance), from what the cells measured.
+    pub fn light(&self, measured: &[Vec3]) -> Vec<Vec3> {
+        let one = |(ends, scale): (&[u32], &Vec3)| {
+            let terms = &self.terms[ends[0] as usize..ends[1] as usize];
+            let sum: Vec3 = terms.iter().map(|&(cell, weight)| measured[cell as usize] * weight).sum();
+            if scale.is_finite() {
+                return (sum * *scale).min(Vec3::splat(f32::MAX));
+            }
+            // as in a record: a channel that is not reflected is as the mean of the others
+            let known = |c: &usize| scale[*c].is_finite();
+            let count = (0..3).filter(known).count().max(1) as f32;
+            let mean = (0..3).filter(known).map(|c| (sum[c] * scale[c]).min(f32::MAX) / count).sum::<f32>();
+            Vec3::from([0, 1, 2].map(|c| if known(&c) { (sum[c] * scale[c]).min(f32::MAX) } else { mean }))
+        };
+        self.starts.par_windows(2).with_min_len(4096).zip(&self.scale).map(one).collect()
+    }
+}
