@@ -53,7 +53,7 @@ impl EdgeAware {
             [
                 self.right[i].then_some(i + 1),
                 self.down[i].then_some(i + self.width),
-                left.filter(|j| i % self.width > 0 && self.right[*j]),
+                left.filter(|j| !i.is_multiple_of(self.width) && self.right[*j]),
                 up.filter(|j| self.down[*j]),
             ]
             .into_iter()

@@ -3,6 +3,8 @@
 //! Names count as imported from the file that defines them, also where a `mod.rs` passes them on; imports of tests do
 //! not count.
 
+#![allow(clippy::unwrap_used, reason = "a test")]
+
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -42,7 +42,7 @@ pub struct Hits {
 /// Whether the sun shines on a cell's surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Sunlit {
+pub(crate) enum Sunlit {
     /// In shade.
     No,
     /// In direct sun.

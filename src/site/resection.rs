@@ -11,7 +11,6 @@ mod three_points;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::Camera;
-use result::pixels;
 pub use result::{Match, Resection, ResectionError};
 use solve::{Fit, refine};
 use three_points::poses;

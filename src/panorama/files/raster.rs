@@ -152,6 +152,7 @@ pub(crate) fn decode_error(path: &Path, error: image::ImageError) -> PanoramaErr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panorama::linear_to_srgb;
     use image::{ImageBuffer, Luma, Rgb, Rgba};
 
     #[test]

@@ -3,7 +3,6 @@
 
 use super::solved::SolvedCamera;
 use super::*;
-use crate::panorama::{Distortion, Lens};
 use glam::{DMat3, DVec2, DVec3};
 use std::fs;
 use tempfile::TempDir;

@@ -202,9 +202,10 @@ fn tail(points: &[(f64, f64)]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::curve::How;
     use crate::study::measure::ViewRun;
     use crate::study::state::TruthNote;
-    use crate::study::sweep::Base;
+    use crate::study::sweep::{Base, Setting};
 
     /// A run whose squared error is `e²` everywhere and whose FLIP is `e`.
     fn run(method: Method, parameter: Parameter, value: f64, seconds: f64, e: f32) -> Run {
