@@ -4,9 +4,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::audit::decide::false_alarms::Field;
-use crate::audit::decide::judged::{By, Judged};
-use crate::audit::decide::occlusion::{Eye, SAMPLES, Sightlines};
+use crate::audit::decide::assessed::{Assessed, Eye, Found, SAMPLES, Sightlines};
+use crate::audit::decide::judged::Judged;
 use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
@@ -16,26 +15,6 @@ use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::Picture;
 use crate::site::{Site, View};
 use crate::statistics::median;
-
-/// A view with its findings and doubts, before they have numbers.
-pub(crate) struct Assessed {
-    pub(crate) view: AuditedView,
-    pub(crate) field: Field,
-    pub(crate) eye: Eye,
-    pub(crate) found: Vec<Found>,
-}
-
-/// A finding or doubt, its mask, its pixels at the audit's size and what it stands out by.
-pub(crate) struct Found {
-    pub(crate) finding: Finding,
-    pub(crate) mask: Vec<bool>,
-    pub(crate) pixels: Vec<usize>,
-    /// Mean of the modelled surface's normals, of length 1.
-    pub(crate) normal: Vec3,
-    pub(crate) by: By,
-    /// Places all over it, with the probes that can tell of them.
-    pub(crate) sightlines: Vec<Sightlines>,
-}
 
 /// Judges a view and brings everything to the photograph's size.
 pub(crate) fn assess(

@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::audit::decide::assess::{Assessed, Found, note};
+use crate::audit::decide::assess::note;
+use crate::audit::decide::assessed::{Assessed, Found};
 use crate::audit::decide::decision;
 use crate::audit::decide::false_alarms::{Field, false_alarms};
 use crate::audit::decide::judged::By;

@@ -1,6 +1,7 @@
 //! Which regions are faults, how sure that is, and one finding for what several views show.
 
 pub(crate) mod assess;
+pub(crate) mod assessed;
 pub(crate) mod decision;
 pub(crate) mod false_alarms;
 pub(crate) mod judge;

@@ -5,13 +5,12 @@
 //! such a place nothing can be said: no probe saw it. Where the thing stands is known once two photographs show it: where what both
 //! have of it meets (Laurentini, *The visual hull concept for silhouette-based image understanding*, PAMI 1994).
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::audit::decide::assess::{Assessed, Found};
+use crate::audit::decide::assessed::{Assessed, Eye, Found, SAMPLES};
 use crate::audit::finding::{Kind, What};
 use crate::audit::verdict::{Reason, Verdict};
-use crate::site::Camera;
 
 /// A region is explained if at least this share of what tells of it is.
 const SHARE: f64 = 0.9;
@@ -21,41 +20,6 @@ const MEET: f64 = 0.3;
 
 /// Steps along a line of sight.
 const STEPS: usize = 48;
-
-/// More pixels of a region tell no more of where it is.
-pub(crate) const SAMPLES: usize = 300;
-
-/// A thing stands at least this share of the surface's distance before it.
-const BEFORE: f32 = 0.03;
-
-/// A place on a surface and the probes that its being wrong was told by, metres.
-pub(crate) struct Sightlines {
-    pub(crate) point: Vec3,
-    pub(crate) probes: Vec<Vec3>,
-}
-
-/// What of a view is needed to ask what lies before its surfaces.
-pub(crate) struct Eye {
-    pub(crate) camera: Camera,
-    /// Of the program's axes, as the model's own are.
-    pub(crate) origin: DVec3,
-    /// Each pixel's modelled place, and its distance, metres; infinite without a surface.
-    pub(crate) position: Vec<Vec3>,
-    pub(crate) distance: Vec<f32>,
-}
-
-impl Eye {
-    /// The pixel that shows a place, if the place is before what the model has there.
-    fn before(&self, point: Vec3) -> Option<usize> {
-        let place = point.as_dvec3() + self.origin;
-        let at = self.camera.project(place)?;
-        let (w, h) = (self.camera.width as usize, self.camera.height as usize);
-        let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < w as f64 && at.y < h as f64;
-        let i = inside.then(|| at.y as usize * w + at.x as usize)?;
-        let distance = place.distance(self.camera.pose.position) as f32;
-        (distance < (1.0 - BEFORE) * self.distance[i]).then_some(i)
-    }
-}
 
 /// A thing that the model lacks, as one photograph shows it.
 struct Silhouette<'a> {
@@ -136,24 +100,4 @@ fn stands_before(a: &Silhouette, b: &Silhouette, region: &Found) -> bool {
     let hides = |from: Vec3, to: Vec3| along(from, to).any(|p| a.holds(p) && b.holds(p));
     let hidden = region.sightlines.iter().filter(|s| s.probes.iter().all(|p| hides(s.point, *p))).count();
     hidden > 0 && hidden as f64 >= SHARE * region.sightlines.len() as f64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::site::Pose;
-
-    #[test]
-    fn a_place_before_a_surface_is_told_from_one_on_it() {
-        let pose = Pose::look_at(DVec3::ZERO, DVec3::Y);
-        let eye = Eye {
-            camera: Camera::with_fov(pose, 8, 8, 60.0),
-            origin: DVec3::ZERO,
-            position: vec![],
-            distance: vec![4.0; 64],
-        };
-        assert_eq!(eye.before(Vec3::new(0.05, 2.0, -0.05)), Some(36));
-        assert_eq!(eye.before(Vec3::new(0.05, 4.0, 0.0)), None);
-        assert_eq!(eye.before(Vec3::new(0.0, -2.0, 0.0)), None);
-    }
 }

@@ -1,0 +1,83 @@
+//! A view's findings and doubts, before they have numbers, and what is needed to compare them with other views'.
+
+use glam::{DVec3, Vec3};
+
+use crate::audit::decide::false_alarms::Field;
+use crate::audit::decide::judged::By;
+use crate::audit::finding::{AuditedView, Finding};
+use crate::site::Camera;
+
+/// More places of a region tell no more of where it is.
+pub(crate) const SAMPLES: usize = 300;
+
+/// A thing stands at least this share of the surface's distance before it.
+const BEFORE: f32 = 0.03;
+
+/// A view with its findings and doubts, before they have numbers.
+pub(crate) struct Assessed {
+    pub(crate) view: AuditedView,
+    pub(crate) field: Field,
+    pub(crate) eye: Eye,
+    pub(crate) found: Vec<Found>,
+}
+
+/// A finding or doubt, its mask, its pixels at the audit's size and what it stands out by.
+pub(crate) struct Found {
+    pub(crate) finding: Finding,
+    pub(crate) mask: Vec<bool>,
+    pub(crate) pixels: Vec<usize>,
+    /// Mean of the modelled surface's normals, of length 1.
+    pub(crate) normal: Vec3,
+    pub(crate) by: By,
+    /// Places all over it, with the probes that can tell of them.
+    pub(crate) sightlines: Vec<Sightlines>,
+}
+
+/// A place on a surface and the probes that its being wrong was told by, metres.
+pub(crate) struct Sightlines {
+    pub(crate) point: Vec3,
+    pub(crate) probes: Vec<Vec3>,
+}
+
+/// What of a view is needed to ask what lies before its surfaces.
+pub(crate) struct Eye {
+    pub(crate) camera: Camera,
+    /// Of the program's axes, as the model's own are.
+    pub(crate) origin: DVec3,
+    /// Each pixel's modelled place, and its distance, metres; infinite without a surface.
+    pub(crate) position: Vec<Vec3>,
+    pub(crate) distance: Vec<f32>,
+}
+
+impl Eye {
+    /// The pixel that shows a place, if the place is before what the model has there.
+    pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
+        let place = point.as_dvec3() + self.origin;
+        let at = self.camera.project(place)?;
+        let (w, h) = (self.camera.width as usize, self.camera.height as usize);
+        let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < w as f64 && at.y < h as f64;
+        let i = inside.then(|| at.y as usize * w + at.x as usize)?;
+        let distance = place.distance(self.camera.pose.position) as f32;
+        (distance < (1.0 - BEFORE) * self.distance[i]).then_some(i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::site::Pose;
+
+    #[test]
+    fn a_place_before_a_surface_is_told_from_one_on_it() {
+        let pose = Pose::look_at(DVec3::ZERO, DVec3::Y);
+        let eye = Eye {
+            camera: Camera::with_fov(pose, 8, 8, 60.0),
+            origin: DVec3::ZERO,
+            position: vec![],
+            distance: vec![4.0; 64],
+        };
+        assert_eq!(eye.before(Vec3::new(0.05, 2.0, -0.05)), Some(36));
+        assert_eq!(eye.before(Vec3::new(0.05, 4.0, 0.0)), None);
+        assert_eq!(eye.before(Vec3::new(0.0, -2.0, 0.0)), None);
+    }
+}
