@@ -10,8 +10,8 @@ use glam::DVec2;
 /// Open space: polygons with holes, cut into triangles. Its border belongs to it.
 ///
 /// ```
-/// use self::OpenSpace;
-/// use super::polygon::Polygon;
+/// use clerestory::plan::free_space::open_space::OpenSpace;
+/// use clerestory::plan::free_space::polygon::Polygon;
 /// use glam::dvec2;
 ///
 /// let square = vec![dvec2(0.0, 0.0), dvec2(2.0, 0.0), dvec2(2.0, 2.0), dvec2(0.0, 2.0)];
@@ -19,7 +19,7 @@ use glam::DVec2;
 /// let seen = open.visibility(dvec2(0.5, 0.5)).expect("is inside");
 /// assert_eq!(seen.area(), 4.0);
 /// assert!(open.sees(dvec2(0.0, 0.0), dvec2(2.0, 2.0)));
-/// # Ok::<(), super::polygon::PolygonError>(())
+/// # Ok::<(), clerestory::plan::free_space::polygon::PolygonError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct OpenSpace {
