@@ -187,7 +187,7 @@ fn sources() -> BTreeMap<Module, File> {
     }
     let mut paths = Vec::new();
     walk(Path::new("src"), &mut paths);
-    paths.retain(|p| p != "main.rs");
+    paths.retain(|p| p != "main.rs" && !p.ends_with("/tests.rs"));
     let module = |path: &str| -> Module {
         let stem = path.trim_end_matches(".rs").trim_end_matches("/mod");
         if stem == "lib" { Vec::new() } else { stem.split('/').map(str::to_owned).collect() }

@@ -53,7 +53,7 @@ pub enum Metric {
     Rmse,
     /// Relative mean squared error, see [`crate::study::relmse`].
     RelMse,
-    /// Mean FLIP, see [`flip`](super::flip).
+    /// Mean FLIP, see [`crate::study::flip()`].
     Flip,
     /// Structural similarity, see [`crate::study::ssim`]; the only one that is better the greater it is.
     Ssim,
