@@ -312,7 +312,7 @@ impl Lights<'_> {
                     // what records say of a place that they know lit, or shaded, and what it would be otherwise
                     let (shade, sun) = match (lit.needs_shadow_ray, in_sun) {
                         (true, _) => (lit.shade, lit.sun),
-                        (false, true) => (e - direct, e),
+                        (false, true) => (e * (1.0 - luminance(direct) / luminance(e)).max(0.0), e),
                         (false, false) => (e, e + direct),
                     };
                     all.irradiance.extend([finite(shade), finite(sun.max(shade))]);
