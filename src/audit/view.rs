@@ -9,7 +9,6 @@ use crate::audit::likelihood::photo_consistency::{self, Geometry};
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE, reduced};
 use crate::audit::observe::gloss::Gloss;
-use crate::audit::observe::mesh_components;
 use crate::audit::observe::photo::{Blurred, Photo, Reduced};
 use crate::audit::observe::pose;
 use crate::audit::observe::probe_view::ProbeView;
@@ -64,7 +63,7 @@ impl<'a> AuditScene<'a> {
         probes: &[(&Probe, &Picture)],
     ) -> Self {
         let probes = probes.iter().map(|(probe, picture)| ProbeView::new(scene, probe, picture)).collect();
-        Self { scene, light, volume, probes, parts: mesh_components::parts(&scene.mesh) }
+        Self { scene, light, volume, probes, parts: scene.mesh.components() }
     }
 
     /// The part of the model that a triangle is of; `NONE` for none.

@@ -117,3 +117,31 @@ impl Mesh {
         if low.is_finite() { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_hang_together_by_the_places_of_their_corners() {
+        let at = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        let mesh = Mesh {
+            positions: vec![
+                at(0., 0.),
+                at(1., 0.),
+                at(0., 1.),
+                at(5., 5.),
+                at(6., 5.),
+                at(5., 6.),
+                at(1., 0.),
+                at(0., 1.),
+                at(1., 1.),
+            ],
+            uvs: vec![],
+            colours: vec![],
+            triangles: vec![[0, 1, 2], [3, 4, 5], [6, 8, 7]],
+            materials: vec![0; 3],
+        };
+        assert_eq!(mesh.components(), [0, 1, 0]);
+    }
+}

@@ -3,10 +3,10 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::picture::correlation;
 use crate::audit::picture::regions::dilated;
 use crate::audit::view::{AuditScene, Observations};
+use crate::components::members;
 use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
 use crate::statistics::median;
@@ -149,13 +149,7 @@ impl Small {
 
     /// Each part's pixels, by its number.
     pub(crate) fn members(&self) -> Vec<Vec<usize>> {
-        let mut members: Vec<Vec<usize>> = vec![];
-        for (i, part) in self.part.iter().enumerate().filter(|p| *p.1 != NONE) {
-            let k = *part as usize;
-            members.resize(members.len().max(k + 1), vec![]);
-            members[k].push(i);
-        }
-        members
+        members(&self.part)
     }
 
     /// The shift at which a part's outline fits the photograph best.

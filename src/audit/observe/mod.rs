@@ -2,7 +2,6 @@
 
 pub(crate) mod geometry_buffer;
 pub(crate) mod gloss;
-pub(crate) mod mesh_components;
 pub(crate) mod photo;
 pub(crate) mod pose;
 pub(crate) mod probe_view;

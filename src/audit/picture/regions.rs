@@ -1,5 +1,6 @@
 //! From maps of scores to regions.
 
+use crate::components::{components as connected, members};
 use crate::edge_aware::EdgeAware;
 
 /// A connected set of pixels, in the picture's order.
@@ -60,37 +61,16 @@ pub(crate) fn components(
     joined: impl Fn(usize, usize) -> bool,
 ) -> Vec<Region> {
     let height = mask.len() / width;
-    let mut done = vec![false; mask.len()];
-    let mut regions = Vec::new();
-    let mut stack = Vec::new();
-    for start in 0..mask.len() {
-        if done[start] || !mask[start] {
-            continue;
-        }
-        let mut pixels = Vec::new();
-        let mut seeded = false;
-        done[start] = true;
-        stack.push(start);
-        while let Some(i) = stack.pop() {
-            pixels.push(i);
-            seeded |= seeds[i];
-            let (x, y) = (i % width, i / width);
-            for ny in y.saturating_sub(1)..=(y + 1).min(height - 1) {
-                for nx in x.saturating_sub(1)..=(x + 1).min(width - 1) {
-                    let j = ny * width + nx;
-                    if mask[j] && !done[j] && joined(i, j) {
-                        done[j] = true;
-                        stack.push(j);
-                    }
-                }
-            }
-        }
-        if seeded && pixels.len() >= least {
-            pixels.sort_unstable();
-            regions.push(Region { pixels });
-        }
-    }
-    regions
+    let around = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
+        let all = rows.flat_map(move |y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| y * width + x));
+        let joined = &joined;
+        all.filter(move |j| joined(i, *j))
+    };
+    let regions = members(&connected(mask.len(), |i| mask[i], around));
+    let kept = regions.into_iter().filter(|pixels| pixels.len() >= least && pixels.iter().any(|i| seeds[*i]));
+    kept.map(|pixels| Region { pixels }).collect()
 }
 
 /// The pieces of a picture that joins connect.
@@ -105,9 +85,7 @@ pub(crate) struct Segments {
 impl Segments {
     pub(crate) fn new(filter: &EdgeAware) -> Self {
         let of = filter.labels();
-        let mut pixels = vec![Vec::new(); of.iter().max().map_or(0, |m| *m as usize + 1)];
-        of.iter().enumerate().for_each(|(i, k)| pixels[*k as usize].push(i));
-        Self { of, pixels }
+        Self { pixels: members(&of), of }
     }
 
     /// For each pixel the size of its piece and how much of it a mask covers.
