@@ -12,9 +12,6 @@ use std::path::Path;
 /// A folder's files, its `mod.rs` apart.
 const MOST_FILES: usize = 14;
 
-/// What is still to be put in order; by the beginning of the path.
-const EXCEPTED: [&str; 1] = ["report/audit_sheet/"];
-
 /// A path of names from the crate's root.
 type Module = Vec<String>;
 
@@ -196,15 +193,14 @@ fn sources() -> BTreeMap<Module, File> {
     paths.iter().map(|p| (module(p), read(&module(p), p, &modules))).collect()
 }
 
-/// Which modules each file imports from, its own apart; without what is excepted.
+/// Which modules each file imports from, its own apart.
 fn imports(files: &BTreeMap<Module, File>) -> BTreeMap<Module, BTreeSet<Module>> {
-    let excepted = |file: &File| EXCEPTED.iter().any(|e| file.path.starts_with(e));
     let of = |(module, file): (&Module, &File)| {
         let used = file.passed_on.iter().filter(|name| file.words.contains_key(*name)).map(|name| &file.names[name]);
         let from = file.paths.iter().chain(used).filter_map(|path| definer(files, path, 0));
         (module.clone(), from.filter(|m| m != module && !m.is_empty()).collect())
     };
-    files.iter().filter(|(m, f)| !m.is_empty() && !excepted(f)).map(of).collect()
+    files.iter().filter(|(m, _)| !m.is_empty()).map(of).collect()
 }
 
 /// What is left when what imports nothing that is left, and what nothing left imports, is taken away: circles, and
@@ -263,6 +259,6 @@ fn no_folder_has_more_files_than_one_takes_in() {
         let folder = file.path.rsplit_once('/').map_or("", |(folder, _)| folder);
         *folders.entry(format!("{folder}/")).or_default() += 1;
     }
-    folders.retain(|folder, count| *count > MOST_FILES && !EXCEPTED.iter().any(|e| folder.starts_with(e)));
+    folders.retain(|_, count| *count > MOST_FILES);
     assert!(folders.is_empty(), "parts of these folders want folders of their own: {folders:?}");
 }

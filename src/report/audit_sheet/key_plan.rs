@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec3};
 
-use super::AuditSheet;
+use super::subject::{AuditSheet, listed};
 use crate::report::style::{BLACK, GREY, Style, WHITE};
 use crate::report::{Anchor, Point, Svg, Text};
 
@@ -47,7 +47,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         }
     });
     svg.group("finding-places", "", |svg| {
-        for (f, _) in super::listed(about) {
+        for (f, _) in listed(about) {
             let p = about.scene.local(about.site.frame.point_in(f.position.into()));
             let [x, y] = at(p.truncate().as_dvec2());
             let [x, y] = [x.clamp(left + 2.5, left + width - 2.5), y.clamp(top + 2.5, top + height - 2.5)];

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::outline::Cells;
-use super::{AuditSheet, look, look_of};
+use super::subject::{AuditSheet, look, look_of};
 use crate::audit::{AuditedView, Finding, Verdict};
 use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
 use crate::report::style::{BLACK, Style, WHITE};

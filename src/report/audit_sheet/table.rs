@@ -1,7 +1,8 @@
 //! The table of findings: what, where, how large, how sure, and room for the surveyor's verdict.
 
 use super::pictures::{png, reduced};
-use super::{AuditSheet, listed, look_of, words};
+use super::subject::{AuditSheet, listed, look_of};
+use super::words;
 use crate::audit::Finding;
 use crate::panorama::{Exposure, Picture};
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
@@ -83,7 +84,7 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     }
     put(2, note, Text::new(BODY));
     put(3, vec![f.kind.name().to_owned(), f.what.name().to_owned()], Text::new(BODY));
-    put(5, vec![area(f.area_cm2)], Text::new(BODY));
+    put(5, vec![words::area(f.area_cm2)], Text::new(BODY));
     put(6, displacement(f), Text::new(BODY));
     put(7, f.position.map(|v| format!("{v:.2}")).to_vec(), Text::new(SMALL));
     svg.text([x[4] + 1.0, line(0)], &format!("{:.0} %", 100.0 * f.score), &Text::new(BODY).bold());
@@ -123,11 +124,6 @@ fn cut(picture: &Picture, [x0, y0, x1, y1]: [u32; 4]) -> Picture {
 fn sentence(note: &str) -> String {
     let mut letters = note.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Square centimetres as people say them.
-pub(super) fn area(cm2: f64) -> String {
-    if cm2 >= 5e3 { format!("{:.1} m²", cm2 * 1e-4) } else { format!("{cm2:.0} cm²") }
 }
 
 fn displacement(f: &Finding) -> Vec<String> {

@@ -1,7 +1,13 @@
-use super::*;
-use crate::audit::{Displacement, Method, PoseCorrection, ProbeGain, ViewSummary, What};
+use super::subject::AuditSheet;
+use super::{audit_sheet, write_audit_sheets};
+use crate::audit::{
+    Audit, AuditedView, Displacement, Finding, Kind, Method, PoseCorrection, ProbeGain, Reason, Shares, Verdict,
+    ViewSummary, What,
+};
 use crate::panorama::Picture;
-use crate::scene::{self, Health};
+use crate::report::Fingerprint;
+use crate::scene::{self, Health, Scene};
+use crate::site::Site;
 use glam::Vec3;
 use sha2::Digest;
 use std::collections::BTreeMap;

@@ -1,7 +1,6 @@
 //! An audit in words: the headline, the method, and how the photograph was fitted.
 
-use super::AuditSheet;
-use super::table::area;
+use super::subject::{AuditSheet, listed};
 use crate::audit::{Displacement, Finding, Reason, ViewSummary, What};
 
 const REASONS: [Reason; 10] = [
@@ -48,8 +47,7 @@ pub(super) fn centimetres(d: &Displacement) -> String {
 pub(super) fn headline(about: &AuditSheet) -> String {
     let s = &about.view().summary;
     let untestable = format!("{:.0} %", 100.0 * s.shares.untestable);
-    let found: Vec<&Finding> =
-        super::listed(about).into_iter().map(|(f, _)| f).filter(|f| f.id.starts_with('F')).collect();
+    let found: Vec<&Finding> = listed(about).into_iter().map(|(f, _)| f).filter(|f| f.id.starts_with('F')).collect();
     if found.is_empty() {
         let tested = 100.0 * (1.0 - s.shares.untestable);
         return format!(
@@ -113,3 +111,8 @@ pub(super) const METHOD: &str = "Geometry: what each probe saw of a surface, car
     the photograph, in units of what most of this photograph differs by; then the surface is moved, left out or continued. \
     Texture: the photograph over the model's albedo under smoothed light. Light that a smooth surface may mirror is no \
     difference. A surface moved by a whole period of its pattern, and everything recoloured at once, cannot be told.";
+
+/// Square centimetres as people say them.
+pub(super) fn area(cm2: f64) -> String {
+    if cm2 >= 5e3 { format!("{:.1} m²", cm2 * 1e-4) } else { format!("{cm2:.0} cm²") }
+}

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::{AuditSheet, audit_sheet};
+use super::sheet::audit_sheet;
+use super::subject::AuditSheet;
 use crate::audit::Audit;
 use crate::panorama::Exif;
 use crate::report::{ReportError, fingerprints, write_sheet};

@@ -1,0 +1,65 @@
+//! What a sheet is about, and how what is found is drawn.
+
+use crate::audit::{Audit, AuditedView, Finding, Kind, Reason, Verdict};
+use crate::report::Fingerprint;
+use crate::report::style::{BLACK, BLUE, GREY, Hatch, Pattern, VERMILION, WHITE, YELLOW};
+use crate::scene::Scene;
+use crate::site::Site;
+
+/// What an audit sheet is made from.
+#[derive(Clone, Copy)]
+pub struct AuditSheet<'a> {
+    /// The site that was audited.
+    pub site: &'a Site,
+    /// Its model.
+    pub scene: &'a Scene,
+    /// The audit.
+    pub audit: &'a Audit,
+    /// Which of the audit's views the sheet is about.
+    pub index: usize,
+    /// When the photograph was taken, as its camera says; empty where that is not known.
+    pub surveyed: &'a str,
+    /// When the audit was made.
+    pub audited: &'a str,
+    /// The command line.
+    pub command: &'a str,
+    /// Files the audit rests on.
+    pub inputs: &'a [Fingerprint],
+}
+
+impl AuditSheet<'_> {
+    pub(super) fn view(&self) -> &AuditedView {
+        &self.audit.views[self.index]
+    }
+
+    pub(super) fn finding(&self, id: &str) -> Option<&Finding> {
+        self.audit.findings.iter().chain(&self.audit.doubts).find(|f| f.id == id)
+    }
+}
+
+/// The findings of a view, then its doubts, the surest first; and whether this view is the one that shows them best.
+pub(super) fn listed<'a>(about: &AuditSheet<'a>) -> Vec<(&'a Finding, bool)> {
+    let name = &about.audit.views[about.index].summary.view;
+    let all = about.audit.findings.iter().chain(&about.audit.doubts);
+    all.filter(|f| f.view == *name || f.also_in.contains(name)).map(|f| (f, f.view == *name)).collect()
+}
+
+/// How a verdict is drawn: wash, its opacity, and hatch; what agrees is left as it is.
+pub(super) fn look(verdict: Verdict) -> Option<(&'static str, f64, Hatch)> {
+    let hatch = |pattern, colour, spacing, weight| Hatch { pattern, colour, spacing, weight };
+    match verdict {
+        Verdict::Ok => None,
+        Verdict::Geometry => Some((VERMILION, 0.35, hatch(Pattern::Lines(45), VERMILION, 1.5, 0.5))),
+        Verdict::Texture => Some((BLUE, 0.25, hatch(Pattern::Cross(45), BLUE, 1.6, 0.35))),
+        Verdict::Ambiguous => Some((YELLOW, 0.4, hatch(Pattern::Dots, BLACK, 1.4, 0.18))),
+        Verdict::Untestable => Some((WHITE, 0.45, hatch(Pattern::Lines(0), GREY, 1.0, 0.18))),
+    }
+}
+
+pub(super) fn look_of(finding: &Finding) -> &'static str {
+    match (finding.reason, finding.kind) {
+        (Reason::None, Kind::Geometry) => VERMILION,
+        (Reason::None, Kind::Texture) => BLUE,
+        _ => BLACK,
+    }
+}
