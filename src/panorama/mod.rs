@@ -40,7 +40,7 @@ pub use lens::undistort::{pinhole_of, undistorted};
 pub use picture::{Picture, PictureHealth};
 pub use projection::Projection;
 pub use projection::latlong::latlong_pixel_fast;
-pub(crate) use projection::latlong::pixel_across;
+pub(crate) use projection::latlong::{neighbours, pixel_across};
 pub use radiometry::{Coding, Radiometry, radius2, response_rises};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use view::Panorama;

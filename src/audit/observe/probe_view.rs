@@ -4,7 +4,7 @@ use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-use crate::panorama::{Coding, Picture, latlong, latlong_pixel_fast};
+use crate::panorama::{Coding, Picture, latlong, latlong_pixel_fast, neighbours};
 use crate::scene::{Ray, Scene};
 use crate::site::Probe;
 
@@ -168,28 +168,12 @@ impl ProbeView {
 
 impl Level {
     fn bilinear(&self, at: Vec2) -> Vec3 {
-        let (x, y) = (at.x - 0.5, (at.y - 0.5).clamp(0.0, self.height as f32 - 1.0));
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let w = self.width as isize;
-        let wrap = |x: isize| {
-            (if x < 0 {
-                x + w
-            } else if x >= w {
-                x - w
-            } else {
-                x
-            }) as usize
-        };
-        let (xa, xb) = (wrap(x0 as isize), wrap(x0 as isize + 1));
-        let ya = y0 as usize;
-        let yb = (ya + 1).min(self.height - 1);
-        let row = |y: usize| {
-            let row = &self.log[y * self.width..][..self.width];
-            row[xa] + (row[xb] - row[xa]) * fx
-        };
-        let top = row(ya);
-        top + (row(yb) - top) * fy
+        let (pixels, fraction) = neighbours(self.width, self.height, at);
+        let [top, bottom] = pixels.map(|row| {
+            let [left, right] = row.map(|[x, y]| self.log[y * self.width + x]);
+            left + (right - left) * fraction.x
+        });
+        top + (bottom - top) * fraction.y
     }
 }
 

@@ -79,6 +79,7 @@ pub(crate) fn pixel_across(width: usize, height: usize, x: i64, y: i64) -> [usiz
 }
 
 /// The four pixels around pixel coordinates, by row and column, and where between them the coordinates lie.
+#[inline]
 pub(crate) fn neighbours(width: usize, height: usize, p: Vec2) -> ([[[usize; 2]; 2]; 2], Vec2) {
     let q = p - 0.5;
     let floor = q.floor();
