@@ -1,13 +1,14 @@
 //! Whole audits of sites whose pictures were made from another model than the one that is audited: several faults a
 //! site, all its photographs, and the model as it is. What is counted is what a person would see: findings and their masks.
 
-use clerestory::audit::{Audit, Finding, Kind, Settings, Verdict, audit};
+use clerestory::audit::{Audit, Finding, Kind, Reason, Settings, Verdict, audit};
 use clerestory::scene::Scene;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::Bench;
 use crate::cases::Case;
+use crate::fit::{self, Candidate};
 use crate::measure::{average_precision, mean, median};
 use crate::plant::{Fault, plant};
 use crate::truth::counted;
@@ -32,16 +33,27 @@ struct Tally {
     marked: Vec<f64>,
 }
 
-/// Runs the benchmark on sites; `per` faults a site, drawn by the seed.
-pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bool) {
-    let mut rows: BTreeMap<String, Tally> = BTreeMap::new();
-    // what was printed as sure, and whether it was so
-    let mut told: Vec<(f64, bool)> = vec![];
+/// What all audits gave.
+#[derive(Default)]
+struct Tallies {
+    rows: BTreeMap<String, Tally>,
+    /// What was printed as sure, and whether it was so.
+    told: Vec<(f64, bool)>,
+    /// Expected false alarms of all that was told of right models.
+    alarms: Vec<f64>,
+    /// All that was weighed, if it is to be written.
+    candidates: Option<Vec<Candidate>>,
+}
+
+/// Runs the benchmark on sites; `per` faults a site, drawn by the seed. All that was weighed goes to `candidates`.
+pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bool, candidates: Option<&Path>) {
+    let mut all = Tallies { candidates: candidates.map(|_| vec![]), ..Tallies::default() };
     for (number, path) in sites.iter().enumerate() {
         let bench = Bench::load(Path::new(path), 4096, 64);
-        let name = Path::new(path).file_name().map_or(path.clone(), |n| n.to_string_lossy().into_owned());
+        let folder = Path::new(path).parent().and_then(Path::file_name);
+        let name = folder.map_or(path.clone(), |n| n.to_string_lossy().into_owned());
         if only("right") {
-            run(&bench, &name, None, &bench.scene, &mut rows, &mut told);
+            run(&bench, &name, None, &bench.scene, &mut all);
         }
         let cases = bench.cases(seed + number as u64, 1);
         let step = cases.len() / per.max(1);
@@ -49,11 +61,21 @@ pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bo
             let case = &cases[(number * 7 + k * step.max(1)) % cases.len()];
             if only(&case.fault.title()) {
                 let model = plant(&bench.scene, case.fault, &case.place, case.object.as_deref());
-                run(&bench, &name, Some(case), &model, &mut rows, &mut told);
+                run(&bench, &name, Some(case), &model, &mut all);
             }
         }
     }
+    let Tallies { rows, told, alarms, candidates: weighed } = all;
     print(&rows, &told);
+    let photographs = rows.get("right").map_or(0, |t| t.photographs);
+    println!("\n| false alarms allowed | came, of {photographs} photographs of right models |\n|---|--:|");
+    for allowed in [0.01, 0.1, 1.0] {
+        let came = alarms.iter().filter(|a| **a <= allowed).count();
+        println!("| {allowed} | {:.3} |", came as f64 / photographs.max(1) as f64);
+    }
+    if let (Some(file), Some(all)) = (candidates, weighed) {
+        fit::write(file, photographs, &all);
+    }
 }
 
 /// What is wrong in a photograph.
@@ -78,14 +100,7 @@ impl Wrong {
     }
 }
 
-fn run(
-    bench: &Bench,
-    site: &str,
-    case: Option<&Case>,
-    model: &Scene,
-    rows: &mut BTreeMap<String, Tally>,
-    told: &mut Vec<(f64, bool)>,
-) {
+fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut Tallies) {
     let title = case.map_or("right".to_owned(), |c| c.fault.title());
     let truths: Vec<Wrong> = (0..bench.cameras.len()).map(|view| Wrong::of(bench, case, model, view)).collect();
     if case.is_some() && truths.iter().all(|t| t.shown.iter().filter(|w| **w).count() < SHOWN_PX) {
@@ -93,14 +108,15 @@ fn run(
         return;
     }
     let lighting = bench.site.lightings()[0].clone();
-    let settings = Settings::default();
+    let least = if all.candidates.is_some() { fit::LEAST } else { Settings::default().least_probability };
+    let settings = Settings { least_probability: least, ..Settings::default() };
     let begun = std::time::Instant::now();
     let audited = match audit(&bench.site, model, &lighting, &[], &settings, &|_, _, _| {}) {
         Ok(a) => a,
         Err(e) => return println!("# {site} {title}: {e}"),
     };
     let seconds = begun.elapsed().as_secs_f64();
-    let tally = rows.entry(title.clone()).or_default();
+    let tally = all.rows.entry(title.clone()).or_default();
     let mut line = String::new();
     for (v, view) in audited.views.iter().enumerate() {
         let truth = &truths[v].shown;
@@ -145,7 +161,9 @@ fn run(
         let Some(case) = case else { continue };
         tally.asked += 1;
         let both = (0..w * h).filter(|i| union[*i] && truth[*i]).count();
-        let any = (0..w * h).filter(|i| union[*i] || truth[*i]).count().max(1);
+        // where nothing is to be seen of a fault, it is neither right nor wrong to mark it
+        let alike = |i: usize| truths[v].changed[i] && !truth[i];
+        let any = (0..w * h).filter(|i| (union[*i] && !alike(*i)) || truth[*i]).count().max(1);
         let found = both as f64 >= 0.3 * any as f64;
         let expected = if case.fault.is_texture() { Kind::Texture } else { Kind::Geometry };
         let most = votes.iter().max_by_key(|v| v.1).map(|v| *v.0);
@@ -162,7 +180,9 @@ fn run(
         }
         let ok = (0..w * h).filter(|i| truth[*i] && view.verdicts[*i] == Verdict::Ok).count();
         tally.wrongly_ok.push(ok as f64 / size as f64);
-        let ap = average_precision(&ranks(&audited, v), truth, &counted(truth, w, h));
+        let mut counts = counted(truth, w, h);
+        counts.iter_mut().enumerate().for_each(|(i, c)| *c &= !alike(i));
+        let ap = average_precision(&ranks(&audited, v), truth, &counts);
         tally.precision.push(ap);
         line += &format!(
             "\n#     {} {size} px: IoU {:.2}, {} {}, AP {ap:.2}, ok {:.2}",
@@ -173,13 +193,21 @@ fn run(
             ok as f64 / size as f64
         );
     }
-    for f in &audited.findings {
+    for f in audited.findings.iter().chain(&audited.doubts) {
         let Some(v) = audited.views.iter().position(|a| a.summary.view == f.view) else { continue };
         let view = &audited.views[v];
         let Some((_, mask)) = view.masks.iter().find(|m| m.0 == f.id) else { continue };
         let near = grown(&truths[v].changed, view.photograph.width, view.photograph.height, 6);
         let on = (0..mask.len()).filter(|i| mask[*i] && near[*i]).count();
-        told.push((f.score, on * 10 >= mask.iter().filter(|m| **m).count()));
+        let right = on * 10 >= mask.iter().filter(|m| **m).count();
+        if f.reason == Reason::None {
+            all.told.push((f.score, right));
+        }
+        all.alarms.extend(f.false_alarms.filter(|_| case.is_none()));
+        let of_kind = case.is_some_and(|c| c.fault.is_texture() == (f.kind == Kind::Texture));
+        if let Some(candidates) = all.candidates.as_mut().filter(|_| !right || of_kind) {
+            candidates.push(Candidate::new(&format!("{site} {title}"), case.is_none(), right, f));
+        }
     }
     println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
 }

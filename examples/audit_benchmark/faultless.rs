@@ -33,7 +33,8 @@ pub fn faultless(bench: &Bench, nuisances: &[Nuisance]) {
                     );
                 }
                 left = left.max(off);
-                let sure: Vec<&Judged> = judged.iter().filter(|j| j.reason == Reason::None).collect();
+                let sure: Vec<&Judged> =
+                    judged.iter().filter(|j| j.reason(Settings::default().false_alarms) == Reason::None).collect();
                 here += sure.len();
                 pixels += (camera.width * camera.height) as f64;
                 for j in sure {

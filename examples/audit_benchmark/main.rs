@@ -5,6 +5,8 @@
 //! cargo run --release --example audit_benchmark -- SITE [faults|nuisances|faultless] [--longest 256] [--seed 1]
 //!     [--per 1] [--every 3] [--cells 32] [--only wall,hole] [--under JPEG,pose] [--regions] [--pictures FOLDER]
 //! cargo run --release --example audit_benchmark -- corpus SITE… [--per 3] [--seed 1] [--only right,wall]
+//!     [--candidates FILE]
+//! cargo run --release --example audit_benchmark -- fit FILE…
 //! ```
 //!
 //! Faults are planted in the model that the auditor is given; photographs and probes stay those of the true one. Walls that are off
@@ -16,6 +18,7 @@
 mod cases;
 mod corpus;
 mod faultless;
+mod fit;
 mod measure;
 mod nuisance;
 mod pictures;
@@ -62,7 +65,11 @@ fn main() {
     if args.first().is_some_and(|a| a == "corpus") {
         let sites: Vec<String> = args[1..].iter().take_while(|a| !a.starts_with("--")).cloned().collect();
         let (per, seed) = (number("--per", 3) as usize, number("--seed", 1));
-        return corpus::corpus(&sites, per, seed, &|title| named("--only", title));
+        let candidates = after("--candidates").map(Path::new);
+        return corpus::corpus(&sites, per, seed, &|title| named("--only", title), candidates);
+    }
+    if args.first().is_some_and(|a| a == "fit") {
+        return fit::fit(&args[1..]);
     }
     let what = args.get(1).map_or("faults", String::as_str);
     let mut nuisances = if what == "faults" { vec![Nuisance::Clean] } else { Nuisance::EACH.to_vec() };
@@ -272,10 +279,10 @@ fn described(j: &Judged, wrong: &[bool], size: usize) -> String {
         "{}/{} {} {} px, {:.2} over union, {:.2} {}; {}",
         j.kind.name(),
         j.what.name(),
-        j.reason.name(),
+        j.reason(Settings::default().false_alarms).name(),
         j.pixels().len(),
         overlap(j.pixels(), wrong, size),
-        j.score,
+        j.score(),
         j.displacement.map_or(String::new(), |d| format!("{:.3} m", d.metres)),
         j.evidence.iter().map(|e| format!("{} {:.2}", e.test, e.value)).collect::<Vec<_>>().join(", ")
     )

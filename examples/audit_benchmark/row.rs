@@ -1,6 +1,6 @@
 //! A view's figures, and tables of them.
 
-use clerestory::audit::{Judged, Kind, Reason};
+use clerestory::audit::{Judged, Kind, Reason, Settings};
 
 use crate::cases::Case;
 use crate::measure::{mean, median, overlap};
@@ -91,7 +91,7 @@ pub fn regions(row: &mut Row, case: &Case, seen: &Truth, judged: &[Judged]) {
     let size = truth.iter().filter(|t| **t).count();
     let sure: Vec<(&Judged, Vec<usize>)> = judged
         .iter()
-        .filter(|j| j.reason == Reason::None)
+        .filter(|j| j.reason(Settings::default().false_alarms) == Reason::None)
         .map(|j| (j, j.pixels().iter().copied().filter(|i| !alike[*i]).collect()))
         .collect();
     let inside = |pixels: &[usize]| pixels.iter().filter(|i| truth[**i]).count() * 2 >= pixels.len();

@@ -83,16 +83,19 @@ pub struct Evidence {
     pub test: String,
     /// The figure.
     pub value: f64,
-    /// What it would have to stay below for the model to pass.
+    /// Where it speaks neither way.
     pub threshold: f64,
     /// The figure's unit, such as `× noise`, `ΔE00` or `correlation`.
     pub unit: String,
+    /// What it adds to the logarithm of the odds of a fault.
+    pub log_odds: f64,
 }
 
 impl Evidence {
-    /// A figure with what it would have to stay below.
-    pub(crate) fn new(test: &str, value: impl Into<f64>, threshold: impl Into<f64>, unit: &str) -> Self {
-        Self { test: test.into(), value: value.into(), threshold: threshold.into(), unit: unit.into() }
+    /// A figure, where it would speak neither way, and what it says.
+    pub(crate) fn new(test: &str, value: f32, threshold: f32, unit: &str, log_odds: f32) -> Self {
+        let [value, threshold, log_odds] = [value, threshold, log_odds].map(f64::from);
+        Self { test: test.into(), value, threshold, unit: unit.into(), log_odds }
     }
 }
 
@@ -141,8 +144,7 @@ pub struct Finding {
     pub mask: String,
     /// Per view that shows it, the file name of its mask there.
     pub masks: BTreeMap<String, String>,
-    /// Expected number of regions as strange as this in a photograph of a right model; `None` where the test behind it has odds
-    /// of its own.
+    /// Expected number of regions as strange as this in a photograph of a right model.
     pub false_alarms: Option<f64>,
     /// Centre of the region on the modelled surface, in the model's own axes and units.
     pub position: [f64; 3],

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::audit::decide::assess::assess;
-use crate::audit::decide::merge::{count_false_alarms, gathered};
+use crate::audit::decide::merge::{gathered, weigh};
 use crate::audit::decide::occlusion::take_hidden;
 use crate::audit::error::AuditError;
 use crate::audit::finding::Audit;
@@ -74,7 +74,7 @@ pub fn audit(
         let observed = examine(&prepared, &view.camera, photo, settings);
         seen.push(assess(site, &prepared, view, photo, &observed));
     }
-    count_false_alarms(&mut seen, settings.false_alarms);
+    weigh(&mut seen, settings);
     take_hidden(&mut seen);
     progress("done", steps, steps);
     let mut audit = gathered(site, lighting, settings, seen);

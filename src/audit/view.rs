@@ -35,11 +35,20 @@ pub struct Settings {
     pub cells: u32,
     /// Findings that a right model would give more often than this in a photograph are doubts.
     pub false_alarms: f64,
+    /// Doubts that are less likely faults than this are not told.
+    pub least_probability: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { longest_px: 1024, refine_pose: true, probes: usize::MAX, cells: 64, false_alarms: 0.1 }
+        Self {
+            longest_px: 1024,
+            refine_pose: true,
+            probes: usize::MAX,
+            cells: 64,
+            false_alarms: 0.1,
+            least_probability: 0.1,
+        }
     }
 }
 
@@ -93,9 +102,7 @@ pub struct Observations {
     pub(crate) continued: Continuation,
     pub(crate) texture: Texture,
     pub(crate) pose: PoseCorrection,
-    pub(crate) refine_asked: bool,
-    /// False alarms that are allowed in a photograph.
-    pub(crate) false_alarms: f64,
+    pub(crate) settings: Settings,
 }
 
 /// Aligns a view's photograph with the model and runs both tests. `mask` is true where the photograph is to be left
@@ -184,8 +191,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         continued,
         texture,
         pose,
-        refine_asked: settings.refine_pose,
-        false_alarms: settings.false_alarms,
+        settings: settings.clone(),
     }
 }
 

@@ -26,7 +26,7 @@ pub(crate) fn assess(
 ) -> Assessed {
     let scores = Scores::of(observed);
     let (judged, field) = judge::judge(prepared, observed, &scores);
-    let (small_verdicts, small_reasons) = label::verdicts(observed, &judged);
+    let (small_verdicts, small_reasons) = label::verdicts(observed);
     let (w, h) = (photo.picture.width, photo.picture.height);
     let n = observed.reduced_by as usize;
     let small = |i: usize| (i / w / n) * observed.surfaces.width + i % w / n;
@@ -78,15 +78,17 @@ pub(crate) fn assess(
             let finding = finding(site, prepared, view, observed, &j, &mask, w);
             let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
             let sightlines = sightlines(prepared, observed, &j.region.pixels);
-            Found { finding, mask, pixels: j.region.pixels, normal, by: j.by, sightlines }
+            Found { finding, mask, pixels: j.region.pixels, normal, log_odds: j.log_odds, sightlines }
         })
         .collect();
     let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
+    let told = |i: usize| if observed.texture.tested[i] { scores.texture[i] } else { f32::NAN };
     let eye = Eye {
         camera: observed.camera,
         origin: prepared.scene.origin,
         position: observed.surfaces.position.clone(),
         distance: observed.surfaces.distance.clone(),
+        off: (0..scores.texture.len()).map(told).collect(),
     };
     Assessed { view, field, eye, found }
 }
@@ -142,13 +144,14 @@ fn finding(
     let material = materials.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(m, _)| *m);
     let material = material.map_or_else(String::new, |m| scene.materials[m as usize].name.clone());
     let size_m = if area > 0.0 { (high - low).max_element() } else { 0.0 };
-    let mut finding = Finding {
+    // how sure it is, and in words, is said when all views are known
+    Finding {
         id: String::new(),
         view: view.name.clone(),
         also_in: Vec::new(),
         kind: j.kind,
         what: j.what,
-        score: j.score,
+        score: 0.0,
         bbox,
         area_px: mask.iter().filter(|m| **m).count() as u64,
         mask: String::new(),
@@ -160,12 +163,10 @@ fn finding(
         material,
         displacement: j.displacement,
         shift: j.shift,
-        reason: j.reason,
+        reason: Reason::None,
         evidence: j.evidence.clone(),
         note: String::new(),
-    };
-    finding.note = note(&finding);
-    finding
+    }
 }
 
 /// A finding in a sentence.
@@ -234,7 +235,7 @@ fn gains(prepared: &AuditScene, observed: &Observations) -> Vec<ProbeGain> {
 
 fn warnings(observed: &Observations) -> Vec<String> {
     let mut all = Vec::new();
-    if !observed.pose.refined && observed.refine_asked {
+    if !observed.pose.refined && observed.settings.refine_pose {
         all.push(
             "the camera's pose could not be refined: the photograph does not fit the model closely enough".to_owned(),
         );

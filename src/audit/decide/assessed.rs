@@ -3,7 +3,6 @@
 use glam::{DVec3, Vec3};
 
 use crate::audit::decide::false_alarms::Field;
-use crate::audit::decide::judged::By;
 use crate::audit::finding::{AuditedView, Finding};
 use crate::site::Camera;
 
@@ -21,14 +20,15 @@ pub(crate) struct Assessed {
     pub(crate) found: Vec<Found>,
 }
 
-/// A finding or doubt, its mask, its pixels at the audit's size and what it stands out by.
+/// A finding or doubt, its mask and its pixels at the audit's size.
 pub(crate) struct Found {
     pub(crate) finding: Finding,
     pub(crate) mask: Vec<bool>,
     pub(crate) pixels: Vec<usize>,
     /// Mean of the modelled surface's normals, of length 1.
     pub(crate) normal: Vec3,
-    pub(crate) by: By,
+    /// Logarithm of the odds of a fault.
+    pub(crate) log_odds: f32,
     /// Places all over it, with the probes that can tell of them.
     pub(crate) sightlines: Vec<Sightlines>,
 }
@@ -39,7 +39,7 @@ pub(crate) struct Sightlines {
     pub(crate) probes: Vec<Vec3>,
 }
 
-/// What of a view is needed to ask what lies before its surfaces.
+/// What of a view is needed to ask what it shows of a place.
 pub(crate) struct Eye {
     pub(crate) camera: Camera,
     /// Of the program's axes, as the model's own are.
@@ -47,18 +47,29 @@ pub(crate) struct Eye {
     /// Each pixel's modelled place, and its distance, metres; infinite without a surface.
     pub(crate) position: Vec<Vec3>,
     pub(crate) distance: Vec<f32>,
+    /// How far off each pixel's picture is, times the threshold; NaN where that cannot be told.
+    pub(crate) off: Vec<f32>,
 }
 
 impl Eye {
-    /// The pixel that shows a place, if the place is before what the model has there.
-    pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
+    /// The pixel where a place would be, and its distance as a share of the modelled surface's there.
+    fn project(&self, point: Vec3) -> Option<(usize, f32)> {
         let place = point.as_dvec3() + self.origin;
         let at = self.camera.project(place)?;
         let (w, h) = (self.camera.width as usize, self.camera.height as usize);
         let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < w as f64 && at.y < h as f64;
         let i = inside.then(|| at.y as usize * w + at.x as usize)?;
-        let distance = place.distance(self.camera.pose.position) as f32;
-        (distance < (1.0 - BEFORE) * self.distance[i]).then_some(i)
+        Some((i, place.distance(self.camera.pose.position) as f32 / self.distance[i]))
+    }
+
+    /// The pixel that shows a place, if the place is before what the model has there.
+    pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
+        self.project(point).filter(|(_, share)| *share < 1.0 - BEFORE).map(|(i, _)| i)
+    }
+
+    /// The pixel that shows a place on a modelled surface.
+    pub(crate) fn on(&self, point: Vec3) -> Option<usize> {
+        self.project(point).filter(|(_, share)| (share - 1.0).abs() <= BEFORE).map(|(i, _)| i)
     }
 }
 
@@ -75,9 +86,11 @@ mod tests {
             origin: DVec3::ZERO,
             position: vec![],
             distance: vec![4.0; 64],
+            off: vec![],
         };
         assert_eq!(eye.before(Vec3::new(0.05, 2.0, -0.05)), Some(36));
         assert_eq!(eye.before(Vec3::new(0.05, 4.0, 0.0)), None);
+        assert_eq!((eye.on(Vec3::new(0.05, 4.0, -0.05)), eye.on(Vec3::new(0.05, 2.0, -0.05))), (Some(36), None));
         assert_eq!(eye.before(Vec3::new(0.0, -2.0, 0.0)), None);
     }
 }

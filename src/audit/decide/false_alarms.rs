@@ -66,7 +66,7 @@ const TAIL: f64 = 0.1;
 
 /// The expected number of false alarms of a region of one of the views: of squares of its size in a photograph, where the model is
 /// right, that are as far off. `None` where nothing is left to compare it with.
-pub(crate) fn false_alarms(views: &[&Field], view: usize, pixels: &[usize]) -> Option<f64> {
+pub(crate) fn expected_squares(views: &[&Field], view: usize, pixels: &[usize]) -> Option<f64> {
     let own = views[view];
     let (mean, told) = own.mean(pixels);
     if told == 0 {

@@ -3,13 +3,13 @@
 
 use crate::audit::decide::decision;
 use crate::audit::decide::false_alarms::Field;
-use crate::audit::decide::judged::{By, Judged, confidence};
+use crate::audit::decide::judged::Judged;
 use crate::audit::decide::label;
+use crate::audit::decide::odds::{self, LAYING};
 use crate::audit::decide::scores::{LOW, Scores};
-use crate::audit::finding::{Displacement, Evidence, Kind, What};
+use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
-use crate::audit::hypothesis::silhouette;
 use crate::audit::picture::regions::{Region, closed, components, opened};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
@@ -32,7 +32,12 @@ impl Observations {
     /// The regions that both tests end in, and a verdict for each pixel.
     pub fn judged(&self, prepared: &AuditScene) -> (Vec<Judged>, Vec<Verdict>) {
         let (judged, _) = judge(prepared, self, &Scores::of(self));
-        let (verdicts, _) = label::verdicts(self, &judged);
+        let (mut verdicts, mut reasons) = label::verdicts(self);
+        for j in &judged {
+            let mut mask = vec![false; verdicts.len()];
+            j.pixels().iter().for_each(|i| mask[*i] = true);
+            label::mark(&mut verdicts, &mut reasons, &mask, j.kind, j.reason(self.settings.false_alarms));
+        }
         (judged, verdicts)
     }
 
@@ -41,9 +46,9 @@ impl Observations {
     pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
         let mut ranks: Vec<f32> = Scores::of(self).both().iter().map(|s| s.min(1.0)).collect();
         for j in judged {
-            let sure = if j.reason == Reason::None { 2.0 } else { 1.0 };
+            let sure = if j.reason(self.settings.false_alarms) == Reason::None { 2.0 } else { 1.0 };
             for &i in j.pixels() {
-                ranks[i] = sure + 0.9 * j.score as f32 + 0.1 * ranks[i];
+                ranks[i] = sure + 0.9 * j.score() as f32 + 0.1 * ranks[i];
             }
         }
         ranks
@@ -66,16 +71,24 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     // a place that is wrong looks wrong, too: of the rest, pictures are judged
     let (low, high) = marked(&|i| scores.geometry[i]);
     let shares = s.segments.shares(&low);
+    let inside = decision::inside(observed);
+    let least_likely = observed.settings.least_probability;
     let mut judged: Vec<Judged> = components(&low, &high, w, least, |_, _| true)
         .into_iter()
-        .filter_map(|region| decision::shape(prepared, observed, &shares, region))
+        .map(|region| decision::shape(prepared, observed, &shares, &inside, region))
+        .filter(|j| j.score() >= least_likely)
         .collect();
     let mut taken = vec![false; w * h];
     judged.iter().flat_map(|j| &j.region.pixels).for_each(|&i| taken[i] = true);
     let (low, high) = marked(&|i| if taken[i] { 0.0 } else { scores.texture[i] });
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     let pictures = components(&low, &high, w, least, same);
-    judged.extend(pictures.into_iter().filter_map(|region| decision::picture(prepared, observed, region)));
+    judged.extend(
+        pictures
+            .into_iter()
+            .map(|region| decision::picture(prepared, observed, region))
+            .filter(|j| odds::may_reach(j.log_odds, least_likely)),
+    );
     let judged = united(with_relaid(judged, prepared, observed), observed);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
@@ -92,28 +105,22 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &AuditScene, observed: &Observ
     for (k, found) in retextured::segments(prepared.scene, observed, least(observed)) {
         let piece = &segments.pixels[k];
         let within = |j: &Judged| j.region.pixels.iter().filter(|i| segments.of[**i] as usize == k).count();
-        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && j.reason == Reason::None;
+        let of_shape =
+            |j: &&Judged| j.kind == Kind::Geometry && j.reason(observed.settings.false_alarms) == Reason::None;
         let misshapen: usize = judged.iter().filter(of_shape).map(within).sum();
         if 3 * misshapen > piece.len() {
             continue;
         }
         let moved = found.what == What::Moved;
         judged.retain(|j| of_shape(&j) || 2 * within(j) <= j.region.pixels.len());
+        let (log_odds, evidence) =
+            LAYING.weigh([found.odds, found.as_is, found.best, decision::size(observed, piece.len())]);
+        let kind = if moved { Kind::Geometry } else { Kind::Texture };
+        let region = Region { pixels: piece.clone() };
         judged.push(Judged {
-            score: confidence(f64::from(found.odds / retextured::TOLD), piece.len() as f32),
-            kind: if moved { Kind::Geometry } else { Kind::Texture },
-            what: found.what,
             displacement: moved
                 .then_some(Displacement { metres: found.off_m.into(), uncertainty_m: found.uncertainty_m.into() }),
-            shift: None,
-            reason: Reason::None,
-            evidence: vec![
-                Evidence::new(retextured::EVIDENCE, found.odds, retextured::TOLD, "logarithm"),
-                Evidence::new("correlation with the model's texture", found.as_is, 0.5, "correlation"),
-                Evidence::new("correlation when laid otherwise", found.best, 0.0, "correlation"),
-            ],
-            by: By::Fit,
-            region: Region { pixels: piece.clone() },
+            ..Judged::new(kind, found.what, log_odds, evidence, region)
         });
     }
     judged
@@ -130,17 +137,7 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Obser
             2 * inside > j.region.pixels.len()
         };
         judged.retain(|j| !within(j));
-        judged.push(Judged {
-            score: confidence(f64::from(part.odds / silhouette::ODDS), part.pixels.len() as f32),
-            kind: Kind::Geometry,
-            what: What::Moved,
-            displacement: None,
-            shift: part.shift(),
-            reason: Reason::None,
-            evidence: part.evidence(),
-            by: By::Fit,
-            region: Region { pixels: part.pixels },
-        });
+        judged.push(decision::outline(observed, part));
     }
     judged
 }
@@ -152,6 +149,7 @@ fn united(judged: Vec<Judged>, observed: &Observations) -> Vec<Judged> {
     const APART_M: f32 = 0.05;
     let s = &observed.surfaces;
     let middle = |j: &Judged| j.region.pixels[j.region.pixels.len() / 2];
+    let sure = |j: &Judged| j.reason(observed.settings.false_alarms) == Reason::None;
     let alike = |a: &Judged, b: &Judged| {
         let mapped = matches!(a.what, What::Rotated | What::Mirrored | What::Shifted | What::Scaled);
         let (i, k) = (middle(a), middle(b));
@@ -159,20 +157,20 @@ fn united(judged: Vec<Judged>, observed: &Observations) -> Vec<Judged> {
         a.kind == Kind::Texture
             && b.kind == Kind::Texture
             && mapped
-            && (a.what == b.what || (b.what == What::Changed && b.reason != Reason::None))
-            && a.reason == Reason::None
+            && (a.what == b.what || (b.what == What::Changed && !sure(b)))
+            && sure(a)
             && s.material[i] == s.material[k]
             && s.normal[i].dot(s.normal[k]) > 0.99
             && offset < APART_M
     };
     let mut all: Vec<Judged> = Vec::new();
-    let (findings, doubts): (Vec<_>, Vec<_>) = judged.into_iter().partition(|j| j.reason == Reason::None);
+    let (findings, doubts): (Vec<_>, Vec<_>) = judged.into_iter().partition(sure);
     for j in findings.into_iter().chain(doubts) {
         match all.iter_mut().find(|whole| alike(whole, &j)) {
             Some(whole) => {
                 whole.region.pixels.extend(j.region.pixels);
                 whole.region.pixels.sort_unstable();
-                whole.score = whole.score.max(j.score);
+                whole.log_odds = whole.log_odds.max(j.log_odds);
             }
             None => all.push(j),
         }

@@ -1,19 +1,9 @@
 //! A region that was judged.
 
+use crate::audit::decide::odds;
 use crate::audit::finding::{Displacement, Evidence, Kind, Shift, What};
 use crate::audit::picture::regions::Region;
 use crate::audit::verdict::Reason;
-
-/// What says that a region is wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum By {
-    /// A figure whose logarithm of odds is this.
-    Figure(f32),
-    /// That its structure is not the albedo's, as it is nowhere else.
-    Structure,
-    /// That something else fits, so surely that no right model gives it.
-    Fit,
-}
 
 /// A region that both tests have had their say on.
 pub struct Judged {
@@ -22,29 +12,33 @@ pub struct Judged {
     pub kind: Kind,
     /// What is wrong.
     pub what: What,
-    /// Confidence, 0..=1.
-    pub score: f64,
+    /// Logarithm of the odds of a fault.
+    pub(crate) log_odds: f32,
     /// How far the surface is off, where that could be measured.
     pub displacement: Option<Displacement>,
     /// How far a part stands beside its place.
     pub shift: Option<Shift>,
-    /// Why it is a doubt; [`Reason::None`] for a finding.
-    pub reason: Reason,
     /// The figures behind it.
     pub evidence: Vec<Evidence>,
-    /// What says that it is wrong, and how often that is said of a right model.
-    pub(crate) by: By,
 }
 
 impl Judged {
+    pub(crate) fn new(kind: Kind, what: What, log_odds: f32, evidence: Vec<Evidence>, region: Region) -> Self {
+        Self { region, kind, what, log_odds, displacement: None, shift: None, evidence }
+    }
+
+    /// Probability of a fault, 0..=1, as far as its view tells.
+    pub fn score(&self) -> f64 {
+        odds::probability(self.log_odds)
+    }
+
+    /// Why it is a doubt, as far as its view tells, if so many false alarms are allowed in a photograph; [`Reason::None`] for a finding.
+    pub fn reason(&self, false_alarms: f64) -> Reason {
+        odds::reason(self.log_odds, false_alarms)
+    }
+
     /// Indices of its pixels at the audit's size.
     pub fn pixels(&self) -> &[usize] {
         &self.region.pixels
     }
-}
-
-/// Confidence from strength over threshold and from size: one half at the threshold for a small region.
-pub(crate) fn confidence(strength: f64, pixels: f32) -> f64 {
-    let odds = strength.max(0.1).powf(1.5) * (f64::from(pixels) / 100.0).max(0.3).powf(0.3);
-    odds / (1.0 + odds)
 }

@@ -1,6 +1,5 @@
 //! A verdict for every pixel, and why it is no better.
 
-use crate::audit::decide::judged::Judged;
 use crate::audit::finding::Kind;
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::NONE;
@@ -14,8 +13,8 @@ pub(crate) const SENSITIVITY: f32 = 120.0;
 /// Odds below which a pixel's structure bears the model out.
 const BORNE_OUT: f32 = -1.0;
 
-/// A verdict for each pixel, and why it is no better.
-pub(crate) fn verdicts(observed: &Observations, judged: &[Judged]) -> (Vec<Verdict>, Vec<Reason>) {
+/// A verdict for each pixel that no region marks, and why it is no better.
+pub(crate) fn verdicts(observed: &Observations) -> (Vec<Verdict>, Vec<Reason>) {
     let (s, t, g) = (&observed.surfaces, &observed.texture, &observed.geometry);
     let n = t.tested.len();
     let mut verdicts = vec![Verdict::Untestable; n];
@@ -43,14 +42,17 @@ pub(crate) fn verdicts(observed: &Observations, judged: &[Judged]) -> (Vec<Verdi
             verdicts[i] = Verdict::Ok;
         }
     }
-    for j in judged {
-        for &i in &j.region.pixels {
-            (verdicts[i], reasons[i]) = match (j.reason, j.kind) {
-                (Reason::None, Kind::Texture) => (Verdict::Texture, Reason::None),
-                (Reason::None, Kind::Geometry) => (Verdict::Geometry, Reason::None),
-                (reason, _) => (Verdict::Ambiguous, reason),
-            };
-        }
-    }
     (verdicts, reasons)
+}
+
+/// Marks a region: as a fault, or, where there is a reason to, as a doubt.
+pub(crate) fn mark(verdicts: &mut [Verdict], reasons: &mut [Reason], mask: &[bool], kind: Kind, reason: Reason) {
+    let verdict = match (reason, kind) {
+        (Reason::None, Kind::Texture) => Verdict::Texture,
+        (Reason::None, Kind::Geometry) => Verdict::Geometry,
+        _ => Verdict::Ambiguous,
+    };
+    for i in (0..mask.len()).filter(|i| mask[*i]) {
+        (verdicts[i], reasons[i]) = (verdict, reason);
+    }
 }

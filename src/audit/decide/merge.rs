@@ -5,54 +5,64 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::audit::decide::assess::note;
-use crate::audit::decide::assessed::{Assessed, Found};
-use crate::audit::decide::decision;
-use crate::audit::decide::false_alarms::{Field, false_alarms};
-use crate::audit::decide::judged::By;
+use crate::audit::decide::assessed::{Assessed, Found, SAMPLES};
+use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
+use crate::audit::decide::odds::{self, ELSEWHERE, OTHERS};
 use crate::audit::decide::scores;
-use crate::audit::finding::{Audit, Evidence, Finding, Kind, Method, What};
+use crate::audit::finding::{Audit, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
-use crate::audit::verdict::{Reason, Verdict};
+use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
 
-/// Expected false alarms at which a finding is as likely false as true.
-const EVEN: f64 = 0.1;
+/// Other photographs that show fewer places of a region than this say nothing of it.
+const FEWEST: u32 = 20;
 
-/// Says of each finding how often a right model would give one like it; what it would give more often than asked for is a doubt.
-pub(crate) fn count_false_alarms(assessed: &mut [Assessed], allowed: f64) {
+/// Says of each region how likely it is a fault and how often a right model would give one like it; what it would give more often
+/// than asked for is a doubt, and what is less likely than asked for is left out.
+pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     let fields: Vec<&Field> = assessed.iter().map(|a| &a.field).collect();
-    let expected = |view: usize, f: &Found| match f.by {
-        By::Figure(log_odds) => Some(decision::false_alarms(log_odds)),
-        By::Structure => false_alarms(&fields, view, &f.pixels),
-        By::Fit => None,
+    let learnt = |v: usize, f: &Found| {
+        let picture = f.finding.kind == Kind::Texture;
+        let squares = if picture { expected_squares(&fields, v, &f.pixels) } else { None };
+        let others = if picture { elsewhere(assessed, v, f) } else { None };
+        [(ELSEWHERE, squares.map(|n| n.max(1e-9).ln() as f32)), (OTHERS, others)]
     };
-    let alarms: Vec<Vec<Option<f64>>> =
-        assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| expected(v, f)).collect()).collect();
-    for (a, alarms) in assessed.iter_mut().zip(alarms) {
-        for (f, alarm) in a.found.iter_mut().zip(alarms) {
-            let Some(expected) = alarm else { continue };
-            f.finding.false_alarms = alarm;
-            if f.by == By::Structure {
-                f.finding.score = f.finding.score.min(1.0 / (1.0 + expected / EVEN));
+    let learnt: Vec<Vec<_>> =
+        assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| learnt(v, f)).collect()).collect();
+    for (a, learnt) in assessed.iter_mut().zip(learnt) {
+        for (f, learnt) in a.found.iter_mut().zip(learnt) {
+            for (test, value) in learnt.into_iter().filter_map(|(test, value)| Some((test, value?))) {
+                odds::learn(&mut f.finding, &mut f.log_odds, test, value);
             }
-            f.finding.evidence.push(Evidence::new("expected false alarms", expected, allowed, "a photograph"));
-            if expected > allowed && f.finding.reason == Reason::None {
-                f.finding.reason = Reason::Usual;
-                f.finding.note = note(&f.finding);
-            }
+            f.finding.score = odds::probability(f.log_odds);
+            f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));
+            f.finding.reason = odds::reason(f.log_odds, settings.false_alarms);
+            f.finding.note = note(&f.finding);
         }
-        let sure = |f: &&Found| f.finding.reason == Reason::None;
-        for f in a.found.iter().filter(|f| f.finding.reason == Reason::Usual) {
-            for i in (0..f.mask.len()).filter(|i| f.mask[*i]) {
-                if !a.found.iter().filter(sure).any(|s| s.mask[i]) {
-                    (a.view.verdicts[i], a.view.reasons[i]) = (Verdict::Ambiguous, Reason::Usual);
-                }
-            }
+        a.found.retain(|f| f.finding.score >= settings.least_probability);
+        let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.reason == Reason::None);
+        for f in doubts.into_iter().chain(findings) {
+            label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.mask, f.finding.kind, f.finding.reason);
         }
         a.view.count();
     }
+}
+
+/// How far off other photographs are where they show the same surfaces, at most twice the threshold; `None` where none does.
+fn elsewhere(assessed: &[Assessed], view: usize, found: &Found) -> Option<f32> {
+    let own = &assessed[view].eye;
+    let step = found.pixels.len().div_ceil(SAMPLES).max(1);
+    let places =
+        || found.pixels.iter().step_by(step).filter(|i| own.distance[**i].is_finite()).map(|i| own.position[*i]);
+    let others = assessed
+        .iter()
+        .enumerate()
+        .filter(|(v, _)| *v != view)
+        .flat_map(|(_, a)| places().filter_map(|p| a.eye.on(p)).map(|i| a.eye.off[i]).filter(|o| o.is_finite()));
+    let (sum, n) = others.fold((0.0f32, 0u32), |(s, n), o| (s + o.clamp(0.0, 2.0), n + 1));
+    (n >= FEWEST).then(|| sum / n as f32)
 }
 
 /// One fault with all views that show it.

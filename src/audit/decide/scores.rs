@@ -4,6 +4,7 @@ use crate::audit::likelihood::appearance::Texture;
 use crate::audit::likelihood::structure::odds_of;
 use crate::audit::picture::by_luminance::{BINS, Bins};
 use crate::audit::view::Observations;
+use crate::statistics::quantile;
 
 /// Above these a pixel is marked. Each is some way above the greatest value that faultless models give but for a few
 /// pixels at edges, which are too thin to become regions.
@@ -22,6 +23,9 @@ const PIECE_ODDS: f32 = 8.0;
 const STRUCTURED_SHARE: f32 = 0.25;
 /// … or if this share of it is marked.
 const MARKED_SHARE: f32 = 0.6;
+/// … or if three quarters of it have so many times the structure beyond the model's that three quarters of the picture have less of,
+/// as a logarithm.
+pub(crate) const LACKING: f32 = 0.7;
 /// Fewer tested pixels tell nothing of a piece.
 const PIECE_PX: usize = 60;
 /// A pixel counts as marked from this share of the threshold on.
@@ -77,6 +81,12 @@ impl Scores {
     }
 }
 
+/// What three quarters of some pixels have more of than [`crate::audit::likelihood::structure::Structure::lacking`].
+pub(crate) fn lacking(t: &Texture, pixels: &[usize]) -> f32 {
+    let mut all: Vec<f32> = pixels.iter().filter(|i| t.tested[**i]).map(|i| t.structure.lacking[*i]).collect();
+    quantile(&mut all, 0.25).unwrap_or(f32::NEG_INFINITY)
+}
+
 /// The score that all of a piece of texture deserves, if it is wrong as a whole.
 fn whole(t: &Texture, scores: &[f32], width: usize, piece: &[usize]) -> Option<f32> {
     let tested: Vec<usize> = piece.iter().copied().filter(|i| t.tested[*i]).collect();
@@ -86,10 +96,12 @@ fn whole(t: &Texture, scores: &[f32], width: usize, piece: &[usize]) -> Option<f
     let marked: Vec<f32> = tested.iter().map(|i| scores[*i]).filter(|s| *s >= LOW).collect();
     let structured = tested.iter().filter(|i| t.structure.structured[**i]).count();
     // what no window tells by itself, all of them together may
-    let as_one = marked.len() as f32 >= MARKED_SHARE * tested.len() as f32 || {
-        let enough = structured as f32 >= STRUCTURED_SHARE * tested.len() as f32;
-        let (odds, slope) = if enough { odds_of(&t.structure, width, piece) } else { (0.0, 1.0) };
-        odds >= PIECE_ODDS && slope < 0.5
-    };
+    let as_one = marked.len() as f32 >= MARKED_SHARE * tested.len() as f32
+        || {
+            let enough = structured as f32 >= STRUCTURED_SHARE * tested.len() as f32;
+            let (odds, slope) = if enough { odds_of(&t.structure, width, piece) } else { (0.0, 1.0) };
+            odds >= PIECE_ODDS && slope < 0.5
+        }
+        || lacking(t, &tested) >= LACKING;
     as_one.then(|| (marked.iter().sum::<f32>() / marked.len().max(1) as f32).max(1.0))
 }

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::audit::finding::{Evidence, Shift};
+use crate::audit::finding::Shift;
 use crate::audit::hypothesis::probe_match::probe_matches;
 use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, ODDS, Small, registration};
 use crate::audit::view::{AuditScene, Observations};
@@ -34,26 +34,22 @@ pub(crate) struct Shifted {
     pub(crate) odds: f32,
 }
 
+impl Outline {
+    /// By how many pixels.
+    pub(crate) fn pixels(&self) -> f32 {
+        match self {
+            Self::InPhotograph([right, down]) => right.hypot(*down),
+            Self::InProbe(px) => *px,
+        }
+    }
+}
+
 impl Shifted {
     /// Where the part really stands, as far as the photograph shows it.
     pub(crate) fn shift(&self) -> Option<Shift> {
         let Outline::InPhotograph(by) = self.by else { return None };
-        let [right, down] = by.map(|px| f64::from(px * self.metres / by[0].hypot(by[1])));
+        let [right, down] = by.map(|px| f64::from(px * self.metres / self.by.pixels()));
         Some(Shift { right_m: right, down_m: down })
-    }
-
-    /// The figures behind it.
-    pub(crate) fn evidence(&self) -> Vec<Evidence> {
-        let mut all = match self.by {
-            Outline::InPhotograph([right, down]) => vec![
-                Evidence::new("outline shifted to the right", right, 2.0, "pixels"),
-                Evidence::new("outline shifted down", down, 2.0, "pixels"),
-            ],
-            Outline::InProbe(px) => vec![Evidence::new("outline shifted in a probe", px, 2.0, "pixels")],
-        };
-        all.push(Evidence::new("outline shifted, on the part", self.metres, 0.0, "metres"));
-        all.push(Evidence::new("odds of another place", self.odds, ODDS, "logarithm"));
-        all
     }
 }
 

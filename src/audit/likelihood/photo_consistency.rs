@@ -97,6 +97,14 @@ impl Geometry {
         (0..self.of.len()).filter(move |k| self.of[*k].weight[i] > 0.0)
     }
 
+    /// Logarithm of how much brighter the photograph is than what the probe saw that agrees best.
+    pub(crate) fn brighter(&self, surfaces: &GeometryBuffer, probes: &[ProbeView], i: usize) -> Option<f32> {
+        let best = self.telling(i).min_by(|a, b| self.of[*a].mismatch[i].total_cmp(&self.of[*b].mismatch[i]))?;
+        let of = &self.of[best];
+        let probe = probes[best].log_radiance(surfaces.position[i], usize::from(of.level[i]));
+        Some((of.soft[i] - probe).element_sum() / 3.0).filter(|d| d.is_finite())
+    }
+
     /// Whether some probe sees enough in a pixel for its place to be told.
     pub(crate) fn tells(&self, i: usize) -> bool {
         self.of.iter().any(|of| of.weight[i] > 0.0 && of.plain[i].is_none())

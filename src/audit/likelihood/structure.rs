@@ -47,6 +47,9 @@ pub(crate) struct Structure {
     pub(crate) usual: Vec<[f32; 2]>,
     /// Variance of what does not follow the albedo, over a window, with what a right texture has of it.
     pub(crate) variance: Vec<f32>,
+    /// Logarithm of what does not follow the albedo, over a window, as a multiple of what three quarters of the picture as bright
+    /// have less of: structure that the model lacks, and edges of light.
+    pub(crate) lacking: Vec<f32>,
     /// Whether the albedo has structure enough.
     pub(crate) structured: Vec<bool>,
     /// Whether a pixel could be tested at all.
@@ -93,6 +96,10 @@ pub(crate) fn structure(
     };
     let both = usually(&Bins::new(photo)).into_iter().zip(usually(&Bins::by(&contrast)));
     let usual: Vec<[f32; 2]> = both.map(|(a, b)| [a[0].min(b[0]), a[1].min(b[1])]).collect();
+    let all_rest = Bins::new(photo);
+    let most_rest = all_rest.quantile(&rest, 0.75, |i| weight[i] > 0.0);
+    let over = |i: usize| ((rest[i] + FLOOR * FLOOR) / (most_rest[all_rest.of[i]] + FLOOR * FLOOR)).ln();
+    let lacking = (0..n).map(|i| if weight[i] > 0.0 { over(i) } else { f32::NEG_INFINITY }).collect();
     // a piece smaller than the window tells no more than its pixels
     let window_px = 4.0 * std::f32::consts::PI * WINDOW * WINDOW;
     let in_piece: Vec<f32> = segments.pixels.iter().map(|p| p.iter().map(|i| weight[*i]).sum()).collect();
@@ -104,7 +111,7 @@ pub(crate) fn structure(
         .collect();
     let variance = (0..n).map(|i| sums[i].variance(usual[i])).collect();
     let tested = weight.iter().map(|w| *w > 0.0).collect();
-    Structure { bands: [a, b], odds, structured, usual, variance, tested }
+    Structure { bands: [a, b], odds, structured, usual, variance, lacking, tested }
 }
 
 /// Mean squares and product of the photograph's structure a and the albedo's b.
@@ -214,6 +221,24 @@ mod tests {
         let half: Vec<f32> = (0..SIDE * SIDE).map(|i| if i % SIDE < SIDE / 3 { other[i] } else { albedo[i] }).collect();
         let wrong = share(&half, &albedo, 3.0);
         assert!((0.1..0.35).contains(&wrong), "{wrong}");
+    }
+
+    #[test]
+    fn structure_that_the_model_lacks_is_told_all_over_it() {
+        let filter = EdgeAware::open(SIDE, SIDE);
+        let albedo = vec![Vec3::splat(0.4); SIDE * SIDE];
+        let other = blotches(2);
+        let within = |i: usize| (20..44).contains(&(i % SIDE)) && (20..44).contains(&(i / SIDE));
+        // even light around it, as bright and as dark
+        let light = |i: usize| 0.3 + 0.2 * (i / SIDE) as f32 / SIDE as f32;
+        let photo: Vec<Vec3> =
+            (0..SIDE * SIDE).map(|i| Vec3::splat(if within(i) { other[i] } else { light(i) }.ln())).collect();
+        let told = structure(&filter, &Segments::new(&filter), &[1.0; SIDE * SIDE], &photo, &albedo).lacking;
+        let share = |of: &dyn Fn(usize) -> bool| {
+            let all: Vec<usize> = (0..SIDE * SIDE).filter(|i| of(*i)).collect();
+            all.iter().filter(|i| told[**i] > 1.0).count() as f32 / all.len() as f32
+        };
+        assert!(share(&within) > 0.6 && share(&|i| !within(i)) < 0.1, "{} {}", share(&within), share(&|i| !within(i)));
     }
 
     #[test]

@@ -1,0 +1,188 @@
+//! How likely a region is a fault, by what was measured of it: logistic regression on rooms whose faults are known.
+//!
+//! Each cue adds to the logarithm of the odds in proportion to how far it is from where it speaks neither way. The weights
+//! are fitted, by `--example audit_benchmark -- fit`, to the candidates of many audits (`docs/audit.md`); none is set by hand.
+
+use crate::audit::finding::{Evidence, Finding};
+use crate::audit::hypothesis::retextured::EVIDENCE;
+use crate::audit::verdict::Reason;
+
+/// Something measured of a candidate.
+pub(crate) struct Cue {
+    test: &'static str,
+    unit: &'static str,
+    /// Values beyond these count as these.
+    limits: [f32; 2],
+    /// Where it speaks neither way.
+    even: f32,
+    /// What a unit adds to the logarithm of the odds.
+    weight: f32,
+}
+
+impl Cue {
+    const fn new(test: &'static str, unit: &'static str, limits: [f32; 2], even: f32, weight: f32) -> Self {
+        Self { test, unit, limits, even, weight }
+    }
+
+    /// What a value adds to the logarithm of the odds, and the same in words. What could not be measured speaks neither way.
+    fn says(&self, value: f32) -> (f32, Evidence) {
+        let value = if value.is_finite() { value.clamp(self.limits[0], self.limits[1]) } else { self.even };
+        let says = self.weight * (value - self.even);
+        (says, Evidence::new(self.test, value, self.even, self.unit, says))
+    }
+}
+
+/// The cues of one way to tell a fault.
+pub(crate) struct Cues<const N: usize> {
+    /// Logarithm of the odds where all speak neither way.
+    bias: f32,
+    cues: [Cue; N],
+}
+
+impl<const N: usize> Cues<N> {
+    /// Logarithm of the odds of a fault, and what each value said.
+    pub(crate) fn weigh(&self, values: [f32; N]) -> (f32, Vec<Evidence>) {
+        let (says, evidence): (Vec<f32>, Vec<Evidence>) = self.cues.iter().zip(values).map(|(c, v)| c.says(v)).unzip();
+        (self.bias + says.iter().sum::<f32>(), evidence)
+    }
+}
+
+/// Difference in colour that neither light of another brightness nor what a surface may mirror makes doubtful.
+const COLOUR: &str = "colour difference that light does not explain";
+
+/// Logarithm of a small region's share of a picture: .2 %.
+pub(crate) const SMALL: f32 = -6.2;
+
+/// How many squares of a right photograph are as far off as a region.
+pub(crate) const ELSEWHERE: &str = "as far off elsewhere";
+
+/// How far off other photographs of the place are.
+pub(crate) const OTHERS: &str = "other photographs of the place";
+
+// The weights are no constants set by hand: `fit` printed them.
+
+/// A region that photograph and probes do not agree on.
+pub(crate) static SHAPE: Cues<9> = Cues {
+    bias: -0.87,
+    cues: [
+        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 3.5, 0.68),
+        Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, 0.52),
+        Cue::new("the model's picture in its place", "share", [0.0, 1.0], 0.1, -4.76),
+        Cue::new("fit of what lies behind", "logarithm of × the surface's", [-3.0, 1.0], 0.0, -0.59),
+        Cue::new("explained by a displacement", "× what is left", [0.0, 6.0], 1.0, 0.49),
+        Cue::new("light that it may mirror", "share", [0.0, 1.0], 0.2, -1.81),
+        Cue::new("brighter than a probe saw", "logarithm", [-1.5, 1.5], 0.0, -1.06),
+        Cue::new("thickness", "logarithm of pixels", [0.0, 5.0], 2.5, 1.29),
+        Cue::new("at the model's edges", "share", [0.0, 1.0], 0.2, 2.66),
+    ],
+};
+
+/// A region whose structure or colours are not the model's.
+pub(crate) static PICTURE: Cues<9> = Cues {
+    bias: -4.96,
+    cues: [
+        Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.13),
+        Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, 0.32),
+        Cue::new("correlation with the model's texture", "correlation", [-0.5, 1.0], 0.5, -1.20),
+        Cue::new(COLOUR, "ΔE00", [0.0, 25.0], 3.0, 0.26),
+        Cue::new("the same, times size", "ΔE00 × logarithm", [0.0, 40.0], 0.0, 0.22),
+        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.29),
+        Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.28),
+        Cue::new(ELSEWHERE, "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.28),
+        Cue::new(OTHERS, "× threshold", [0.0, 2.0], 0.5, 1.59),
+    ],
+};
+
+/// A piece of texture that the photograph shows laid otherwise.
+pub(crate) static LAYING: Cues<4> = Cues {
+    bias: 0.92,
+    cues: [
+        Cue::new(EVIDENCE, "logarithm", [0.0, 100.0], 20.0, 0.01),
+        Cue::new("correlation with the model's texture", "correlation", [-0.5, 1.0], 0.5, -1.34),
+        Cue::new("correlation when laid otherwise", "correlation", [0.0, 1.0], 0.6, -0.06),
+        Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, 0.16),
+    ],
+};
+
+/// A part whose outline is beside its place.
+pub(crate) static OUTLINE: Cues<4> = Cues {
+    bias: -0.22,
+    cues: [
+        Cue::new("odds of another place", "logarithm", [0.0, 100.0], 20.0, -0.09),
+        Cue::new("outline shifted", "pixels", [0.0, 30.0], 3.0, 0.00),
+        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, 0.54),
+        Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, -0.04),
+    ],
+};
+
+/// The cues of a picture that are known only when all photographs are.
+fn learnt(test: &str) -> Option<(usize, &'static Cue)> {
+    PICTURE.cues.iter().enumerate().find(|(_, c)| c.test == test && [ELSEWHERE, OTHERS].contains(&test))
+}
+
+/// What all photographs together say of a picture takes the place of what spoke neither way.
+pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, test: &str, value: f32) {
+    if finding.evidence[0].test == PICTURE.cues[0].test
+        && let Some((k, cue)) = learnt(test)
+    {
+        let (says, evidence) = cue.says(value);
+        finding.evidence[k] = evidence;
+        *log_odds += says;
+    }
+}
+
+/// Whether a picture may turn out at least as likely a fault as this, whatever other photographs say.
+pub(crate) fn may_reach(log_odds: f32, least: f64) -> bool {
+    let most = |test| learnt(test).map_or(0.0, |(_, c)| c.limits.map(|l| c.says(l).0).into_iter().fold(0.0, f32::max));
+    probability(log_odds + most(ELSEWHERE) + most(OTHERS)) >= least
+}
+
+/// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds: counted on the same rooms.
+const ALARMS: [f64; 2] = [0.075, 1.0];
+
+/// Regions of at least these odds that a right model gives in a photograph.
+pub(crate) fn false_alarms(log_odds: f32) -> f64 {
+    ALARMS[0] * (-ALARMS[1] * f64::from(log_odds)).exp()
+}
+
+/// The probability of a fault of these odds.
+pub(crate) fn probability(log_odds: f32) -> f64 {
+    1.0 / (1.0 + (-f64::from(log_odds)).exp())
+}
+
+/// Why a region of these odds is a doubt, if right models give such more often than allowed.
+pub(crate) fn reason(log_odds: f32, allowed: f64) -> Reason {
+    if false_alarms(log_odds) > allowed { Reason::Usual } else { Reason::None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_weight_is_in_the_table() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let table = std::fs::read_to_string(root.join("docs/audit.md")).unwrap();
+        let all = [&SHAPE.cues[..], &PICTURE.cues, &LAYING.cues, &OUTLINE.cues];
+        for cue in all.into_iter().flatten() {
+            let row = format!("| {} | {} | {:.2} | {:+.2} |", cue.test, cue.unit, cue.even, cue.weight);
+            assert!(table.contains(&row), "docs/audit.md lacks the row {row}");
+        }
+    }
+
+    #[test]
+    fn what_could_not_be_measured_speaks_neither_way() {
+        let (all, evidence) = SHAPE.weigh([f32::NAN; 9]);
+        assert!(all == SHAPE.bias && evidence.iter().all(|e| e.log_odds == 0.0 && e.value == e.threshold));
+        let mut values = [f32::NAN; 9];
+        values[0] = 5.0;
+        assert!(SHAPE.weigh(values).0 > all);
+    }
+
+    #[test]
+    fn higher_odds_are_likelier_and_rarer() {
+        assert!(probability(2.0) > probability(1.0) && false_alarms(2.0) < false_alarms(1.0));
+        assert_eq!(probability(0.0), 0.5);
+        assert_eq!((reason(-9.0, 0.1), reason(9.0, 0.1)), (Reason::Usual, Reason::None));
+    }
+}
