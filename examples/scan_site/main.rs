@@ -1,8 +1,8 @@
-//! Scans a site's model from its probes and writes an E57 file with their pictures and the views' photographs, as 8-bit PNG
-//! under one exposure: to try clerestory on what scanners give.
+//! Scans a site's model from its probes, and from the stations of its plans if they are given, and writes an E57 file with the
+//! probes' pictures and the views' photographs, as 8-bit PNG under one exposure: to try clerestory on what scanners give.
 //!
 //! ```text
-//! cargo run --release --example scan_site -- SITE scan.e57 1000      (rows of each scan)
+//! cargo run --release --example scan_site -- SITE scan.e57 1000 [plan.json…]      (rows of each scan)
 //! ```
 #![allow(clippy::print_stdout)]
 
@@ -11,12 +11,31 @@ mod scan;
 use clerestory::panorama::{self, Picture, linear_to_srgb};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
-use glam::{DMat3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use std::path::Path;
+
+/// What a scan needs of the file that `plan` writes.
+#[derive(serde::Deserialize)]
+struct Plan {
+    floors: Vec<Floor>,
+}
+
+#[derive(serde::Deserialize)]
+struct Floor {
+    stations: Vec<Station>,
+}
+
+#[derive(serde::Deserialize)]
+struct Station {
+    /// In the site's own axes.
+    position: [f64; 3],
+}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [site, out, rows] = &words[..] else { return Err("expected a site, an E57 file to write, and rows".into()) };
+    let [site, out, rows, plans @ ..] = &words[..] else {
+        return Err("expected a site, an E57 file to write, rows, and plans if there are any".into());
+    };
     let site = Site::load(Path::new(site))?;
     let scene = scene::load(&site, &mut Health::default())?;
     let (mut setups, mut panoramas) = (Vec::new(), Vec::new());
@@ -25,6 +44,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let turned_deg = forward.y.atan2(forward.x).to_degrees();
         setups.push(scan::Setup { position: probe.pose.position, turned_deg });
         panoramas.push(panorama::read(&probe.pictures[0].path)?);
+    }
+    for plan in plans {
+        let plan: Plan = serde_json::from_str(&std::fs::read_to_string(plan)?)?;
+        let stations = plan.floors.iter().flat_map(|floor| &floor.stations);
+        let positions = stations.map(|s| site.frame.point_in(DVec3::from_array(s.position)));
+        setups.extend(positions.map(|position| scan::Setup { position, turned_deg: 0.0 }));
     }
     let white = white(&panoramas);
     let mut pictures = Vec::new();

@@ -3,6 +3,7 @@
 #[path = "../../tests/support/readers.rs"]
 mod readers;
 
+pub mod formats;
 pub mod mutate;
 
 use std::path::Path;
@@ -13,12 +14,12 @@ pub const READERS: &[&str] = &readers::READERS;
 /// How much decoding one picture may take here: what needs more is refused, which keeps executions quick.
 pub const MEMORY: u64 = 64 << 20;
 
-/// Gives bytes to a reader, as a file in `folder`, which is its own.
+/// Gives bytes to a reader, as a file in `folder`, which is its own; what it warns of.
 ///
 /// # Errors
 ///
 /// Why it refused them, in its own words.
-pub fn read(reader: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
+pub fn read(reader: &str, bytes: &[u8], folder: &Path) -> Result<String, String> {
     readers::read(reader, bytes, folder)
 }
 

@@ -1,4 +1,4 @@
-//! Mutations of bytes and of text, and the checksums that formats would refuse them by.
+//! Changes of bytes and of text, deterministic by seed: mostly small, so that a good part of what comes out is still accepted.
 
 /// Pseudo-random numbers: splitmix64 (Steele, Lea and Flood, OOPSLA 2014).
 pub struct Random(pub u64);
@@ -24,12 +24,14 @@ impl Random {
 const NUMBERS: [i64; 16] =
     [0, 1, -1, 2, 7, 127, 128, 255, 256, 32_767, 65_535, 65_536, i32::MAX as i64, u32::MAX as i64, i64::MAX, i64::MIN];
 
-const WORDS: [&str; 20] = [
+const WORDS: [&str; 22] = [
     "0",
     "-1",
     "1",
     "1e9",
+    "-1e9",
     "1e38",
+    "1e-12",
     "1e309",
     "-1e-320",
     "nan",
@@ -47,112 +49,156 @@ const WORDS: [&str; 20] = [
     "\u{feff}\u{1b}[2J",
 ];
 
-/// Longer inputs are cut.
-const LONGEST: usize = 1 << 16;
-
-/// One to three changes; `other` is another input to take parts from.
+/// One change, sometimes a few, to text or bytes; `other` is another input to take parts from.
 pub fn mutated(bytes: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     let is_text = std::str::from_utf8(&bytes).is_ok();
-    for _ in 0..1 + random.below(3) {
-        if is_text && random.below(3) > 0 { change_text(&mut bytes, random) } else { change(&mut bytes, other, random) }
+    loop {
+        match (is_text, random.below(16)) {
+            (true, 1..) => change_text(&mut bytes, other, random),
+            (false, 4..) => change_in_place(&mut bytes, random),
+            _ => reshape(&mut bytes, other, random),
+        }
+        if random.below(3) > 0 {
+            return bytes;
+        }
     }
-    bytes.truncate(LONGEST);
-    bytes
 }
 
-fn range(length: usize, random: &mut Random) -> std::ops::Range<usize> {
+/// A part of `length` things: mostly short.
+fn part(length: usize, random: &mut Random) -> std::ops::Range<usize> {
     let start = random.below(length + 1);
-    let most = if random.below(4) == 0 { length - start } else { (length - start).min(16) };
+    let most = if random.below(8) == 0 { length - start } else { (length - start).min(16) };
     start..start + random.below(most + 1)
 }
 
-fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
-    let at = random.below(bytes.len());
+/// Changes bytes and keeps their number.
+pub fn change_in_place(bytes: &mut [u8], random: &mut Random) {
+    let size = *random.pick(&[1, 1, 2, 4, 4, 8]);
+    if bytes.len() < size {
+        return;
+    }
+    let start = random.below(bytes.len() - size + 1);
+    let at = if random.below(2) == 0 { start } else { start / size * size };
+    let (place, is_little) = (at..at + size, random.below(2) == 0);
+    let old = bytes[place.clone()]
+        .iter()
+        .enumerate()
+        .fold(0u64, |sum, (i, byte)| sum | u64::from(*byte) << (8 * if is_little { i } else { size - 1 - i }));
+    let small = 1 + random.below(4) as u64;
+    let new = match random.below(8) {
+        0 | 1 => old.wrapping_add(small),
+        2 | 3 => old.wrapping_sub(small),
+        4 => old ^ (1 << random.below(8 * size)),
+        5 => *random.pick(&NUMBERS) as u64,
+        6 if size == 4 => u64::from((random.below(4000) as f32 / 100.0 - 20.0).to_bits()),
+        6 if size == 8 => (random.below(4000) as f64 / 100.0 - 20.0).to_bits(),
+        6 => random.next(),
+        _ => {
+            let from = random.below(bytes.len() - size + 1);
+            return bytes.copy_within(from..from + size, at);
+        }
+    };
+    for (i, byte) in bytes[place].iter_mut().enumerate() {
+        *byte = (new >> (8 * if is_little { i } else { size - 1 - i })) as u8;
+    }
+}
+
+/// Takes out, doubles, inserts or cuts.
+fn reshape(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
+    let at = random.below(bytes.len() + 1);
     match random.below(9) {
-        0 if !bytes.is_empty() => bytes[at] ^= 1 << random.below(8),
-        1 if !bytes.is_empty() => bytes[at] = random.next() as u8,
+        0 | 1 => drop(bytes.drain(part(bytes.len(), random))),
         2 | 3 => {
-            let (size, number) = (*random.pick(&[1, 2, 4, 8]), *random.pick(&NUMBERS));
-            let little = number.to_le_bytes();
-            let big = number.to_be_bytes();
-            let new = if random.below(2) == 0 { &little[..size] } else { &big[8 - size..] };
-            if let Some(old) = bytes.get_mut(at..at + size) {
-                old.copy_from_slice(new);
-            }
+            let copy = bytes[part(bytes.len(), random)].to_vec();
+            bytes.splice(at..at, copy);
         }
-        4 => drop(bytes.drain(range(bytes.len(), random))),
-        5 => {
-            let part = bytes[range(bytes.len(), random)].to_vec();
-            bytes.splice(at..at, part);
+        4 | 5 => {
+            let old = part(bytes.len(), random);
+            bytes.splice(old, other[part(other.len(), random)].to_vec());
         }
-        6 => {
-            let part = other[range(other.len(), random)].to_vec();
-            let old = range(bytes.len(), random);
-            bytes.splice(old, part);
+        6 | 7 => {
+            let noise: Vec<u8> = (0..random.below(17)).map(|_| random.next() as u8).collect();
+            bytes.splice(at..at, noise);
         }
-        7 => {
-            let length = random.below(17);
-            let part: Vec<u8> = (0..length).map(|_| random.next() as u8).collect();
-            bytes.splice(at..at, part);
-        }
-        _ if random.below(8) == 0 => bytes.truncate(at),
-        _ => {}
+        _ => bytes.truncate(at),
     }
 }
 
-/// Changes a word or a line.
-fn change_text(bytes: &mut Vec<u8>, random: &mut Random) {
-    let is_word = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'+' | b'_');
+/// The word around a place: what holds no blank, bracket, quote or separator.
+fn word_at(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
+    let is_word = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'-' | b'+' | b'_');
+    let start = bytes[..at].iter().rposition(|b| !is_word(b)).map_or(0, |i| i + 1);
+    let end = bytes[at..].iter().position(|b| !is_word(b)).map_or(bytes.len(), |i| at + i);
+    start..end
+}
+
+fn line_at(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
+    let start = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+    let end = bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |i| at + i + 1);
+    start..end
+}
+
+/// Changes a number, a word or a line.
+pub fn change_text(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
     let at = random.below(bytes.len());
-    let start = (0..at).rev().find(|i| !is_word(bytes[*i])).map_or(0, |i| i + 1);
-    let end = (at..bytes.len()).find(|i| !is_word(bytes[*i])).unwrap_or(bytes.len()).max(start);
-    let line_start = (0..at).rev().find(|i| bytes[*i] == b'\n').map_or(0, |i| i + 1);
-    let line_end = (at..bytes.len()).find(|i| bytes[*i] == b'\n').map_or(bytes.len(), |i| i + 1);
-    let line = bytes[line_start..line_end.max(line_start)].to_vec();
-    match random.below(5) {
-        0 | 1 => drop(bytes.splice(start..end, random.pick(&WORDS).bytes())),
-        2 => {
-            let number = random.below(1000) as f64 / 10f64.powi(random.below(6) as i32);
-            drop(bytes.splice(start..end, number.to_string().into_bytes()));
+    let kind = random.below(16);
+    let word = if kind < 8 { number_near(bytes, at) } else { None }.unwrap_or_else(|| word_at(bytes, at));
+    let line = line_at(bytes, at);
+    let elsewhere = random.below(bytes.len());
+    match kind {
+        0..8 => {
+            let old = std::str::from_utf8(&bytes[word.clone()]).ok().and_then(|text| text.parse::<f64>().ok());
+            let new = match old {
+                Some(old) => number(old, random),
+                None => (*random.pick(&WORDS)).to_owned(),
+            };
+            bytes.splice(word, new.into_bytes());
         }
-        3 => drop(bytes.splice(line_start..line_start, line)),
-        _ => drop(bytes.drain(line_start..line_end.max(line_start))),
+        8 => drop(bytes.splice(word, random.pick(&WORDS).bytes())),
+        9 | 10 => {
+            let copy = bytes[word_at(bytes, elsewhere)].to_vec();
+            bytes.splice(word, copy);
+        }
+        11 => {
+            let copy = other[word_at(other, random.below(other.len()))].to_vec();
+            bytes.splice(word, copy);
+        }
+        12 => {
+            let to = line_at(bytes, elsewhere).start;
+            let copy = bytes[line].to_vec();
+            bytes.splice(to..to, copy);
+        }
+        13 => {
+            let copy = other[line_at(other, random.below(other.len()))].to_vec();
+            bytes.splice(line.start..line.start, copy);
+        }
+        14 => drop(bytes.drain(line)),
+        _ => {
+            let (copy, to) = (bytes.drain(line).collect::<Vec<u8>>(), random.below(bytes.len() + 1));
+            let to = line_at(bytes, to).start;
+            bytes.splice(to..to, copy);
+        }
     }
 }
 
-/// Makes checksums right again, so that changes get past them.
-pub fn mend_checksums(reader: &str, bytes: &mut [u8]) {
-    match reader {
-        "png" => mend_png(bytes),
-        "e57" => mend_e57(bytes),
-        _ => {}
-    }
+/// The first number at or behind a place.
+fn number_near(bytes: &[u8], at: usize) -> Option<std::ops::Range<usize>> {
+    let digit = at + bytes[at..].iter().position(u8::is_ascii_digit)?;
+    Some(word_at(bytes, digit))
 }
 
-/// Cyclic redundancy check with a reflected polynomial.
-fn crc(polynomial: u32, bytes: impl Iterator<Item = u8>) -> u32 {
-    !bytes.fold(!0u32, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { (c >> 1) ^ polynomial } else { c >> 1 })
-    })
-}
-
-/// Each chunk: length, type, data, CRC-32 of type and data (W3C, *PNG*, 5.3).
-fn mend_png(bytes: &mut [u8]) {
-    let mut at = 8;
-    while let Some(head) = bytes.get(at..at + 8) {
-        let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
-        let Some(end) = at.checked_add(8 + length).filter(|end| end + 4 <= bytes.len()) else { return };
-        let sum = crc(0xedb8_8320, bytes[at + 4..end].iter().copied());
-        bytes[end..end + 4].copy_from_slice(&sum.to_be_bytes());
-        at = end + 4;
-    }
-}
-
-/// Each page of 1024 bytes ends in the CRC-32C of the rest (ASTM E2807, 6.2).
-fn mend_e57(bytes: &mut [u8]) {
-    for page in bytes.chunks_exact_mut(1024) {
-        let sum = crc(0x82f6_3b78, page[..1020].iter().copied());
-        page[1020..].copy_from_slice(&sum.to_be_bytes());
-    }
+fn number(old: f64, random: &mut Random) -> String {
+    let tenth = random.below(1000) as f64 / 10f64.powi(random.below(6) as i32);
+    let new = match random.below(10) {
+        0 | 1 => old + 1.0,
+        2 | 3 => old - 1.0,
+        4 => -old,
+        5 => old * 2.0,
+        6 => old + tenth,
+        7 => tenth,
+        8 => random.below(9) as f64,
+        _ => return (*random.pick(&WORDS[..17])).to_owned(),
+    };
+    new.to_string()
 }

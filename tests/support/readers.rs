@@ -21,30 +21,45 @@ const SITE: &str = "[site]\nname = \"f\"\nunits = \"m\"\nup = \"z\"\n[model]\npa
 const MODEL: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl a\n\
                      f 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 4/4\n";
 
-/// Gives bytes to a reader, as a file in `folder`, which is its own; the error's words if it refuses them.
-pub(crate) fn read(reader: &str, bytes: &[u8], folder: &Path) -> Result<(), String> {
-    fn said<T>(result: Result<T, impl std::fmt::Display>) -> Result<(), String> {
-        result.map(|_| ()).map_err(|e| e.to_string())
+/// Gives bytes to a reader, as a file in `folder`, which is its own: what it warns of, or why it refuses them.
+pub(crate) fn read(reader: &str, bytes: &[u8], folder: &Path) -> Result<String, String> {
+    fn said<T>(result: Result<T, impl std::fmt::Display>) -> Result<String, String> {
+        result.map(|_| String::new()).map_err(|e| e.to_string())
     }
     let put = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);
         fs::write(&path, bytes).map_err(|e| e.to_string()).map(|()| path)
+    };
+    let put_model = || if folder.join("m.obj").exists() { Ok(()) } else { put("m.obj", MODEL.as_bytes()).map(|_| ()) };
+    let site_of = |model: &str| {
+        let text = SITE.replace("m.obj", model);
+        Site::of_text(&folder.join("site.toml"), &text).map_err(|e| e.to_string())
+    };
+    let load = |model: &str| {
+        let mut health = Health::default();
+        scene::load(&site_of(model)?, &mut health).map_err(|e| e.to_string())?;
+        Ok(health.warnings.join(" "))
     };
     match reader {
         "exr" | "hdr" | "png" | "jpeg" | "tiff" => {
             let path = put("in", bytes)?;
             let _ = (panorama::dimensions(&path), panorama::quarter_turns(&path), Exif::read(&path));
             let _ = Texture::load(&path);
-            said(panorama::read(&path))
+            let picture = panorama::read(&path).map_err(|e| e.to_string())?;
+            Ok(format!("{}{}", "x".repeat(picture.width.ilog2() as usize), "y".repeat(picture.height.ilog2() as usize)))
         }
-        "obj" => said(scene::mesh_of(&put("in.obj", bytes)?)),
-        "ply" => said(scene::mesh_of(&put("in.ply", bytes)?)),
+        "obj" => {
+            put("in.obj", bytes)?;
+            load("in.obj")
+        }
+        "ply" => {
+            put("in.ply", bytes)?;
+            load("in.ply")
+        }
         "gltf" => {
-            let path = put(if bytes.starts_with(b"glTF") { "in.glb" } else { "in.gltf" }, bytes)?;
-            scene::mesh_of(&path).map_err(|e| e.to_string())?;
-            let text = SITE.replace("m.obj", &path.file_name().unwrap_or_default().to_string_lossy());
-            let site = Site::of_text(&folder.join("site.toml"), &text).map_err(|e| e.to_string())?;
-            said(scene::load(&site, &mut Health::default()))
+            let name = if bytes.starts_with(b"glTF") { "in.glb" } else { "in.gltf" };
+            put(name, bytes)?;
+            load(name)
         }
         "e57" => {
             let path = put("in.e57", bytes)?;
@@ -57,20 +72,18 @@ pub(crate) fn read(reader: &str, bytes: &[u8], folder: &Path) -> Result<(), Stri
             said(scene::mesh_of(&path)).or(said(pictures))
         }
         "mtl" => {
+            put_model()?;
             put("m.mtl", bytes)?;
-            put("m.obj", MODEL.as_bytes())?;
-            let site = Site::of_text(&folder.join("site.toml"), SITE).map_err(|e| e.to_string())?;
-            said(scene::load(&site, &mut Health::default()))
+            load("m.obj")
         }
         "toml" => {
-            put("m.obj", MODEL.as_bytes())?;
+            put_model()?;
             put("site.toml", bytes)?;
             said(Site::load_with(folder, Pictures::MayBeMissing))
         }
         "walk" => {
-            put("m.obj", MODEL.as_bytes())?;
-            let site = Site::of_text(&folder.join("site.toml"), SITE).map_err(|e| e.to_string())?;
-            said(walk(&site, &put("walk.toml", bytes)?))
+            put_model()?;
+            said(walk(&site_of("m.obj")?, &put("walk.toml", bytes)?))
         }
         "json" => {
             let outside = study::read_outside(&put("manifest.json", bytes)?, &["apse".to_owned()]);

@@ -1,145 +1,326 @@
-//! Fuzzing on stable Rust: mutates seeds, and keeps what a reader answers in a new way.
+//! Fuzzing on stable Rust: mutates seeds and what a reader accepted, and keeps what it answers in a new way.
 //!
-//! `cargo run --bin mutate -- [--seconds N] [--seed N] [READER…]`, in `fuzz/`. What panics or takes seconds is written
-//! to `crashes/READER/`; if the program itself ends, what it read last is still in the folder that it names at the start.
+//! `cargo run --release --bin mutate -- [--seconds N] [--seed N] [--accepted N] [--executions N] [--log FILE] [READER…]`, in `fuzz/`.
+//! What panics or takes seconds is written to `crashes/READER/`; if the program itself ends, what it read last is still in the
+//! folder that it names at the start.
 
-use clerestory_fuzz::mutate::{Random, mend_checksums, mutated};
+use clerestory_fuzz::formats::changed;
+use clerestory_fuzz::mutate::Random;
 use clerestory_fuzz::{READERS, folder, read};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::error::Error;
+use std::fmt::Write as _;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+type Done<T = ()> = Result<T, Box<dyn Error>>;
 
 /// What takes longer is a finding.
 const SLOW: Duration = Duration::from_secs(5);
 
-/// What one reader did.
-#[derive(Default)]
-struct Tally {
-    executions: u64,
+/// What takes longer ends the program.
+const HANGS: Duration = Duration::from_secs(60);
+
+/// How long one reader works before the next has its turn.
+const TURN: Duration = Duration::from_secs(2);
+
+/// How often a table goes to the log.
+const LOGGED: Duration = Duration::from_secs(60);
+
+/// Accepted inputs that are kept to begin from.
+const KEPT: usize = 512;
+
+/// Inputs to begin from that answers have led to.
+const MOST_INPUTS: usize = 4096;
+
+/// Accepted inputs that are told apart.
+const COUNTED: usize = 1_000_000;
+
+/// Longer inputs are cut.
+const LONGEST: usize = 1 << 14;
+
+struct Arguments {
+    seconds: f64,
+    seed: u64,
+    /// Readers with fewer accepted inputs have their turn before the rest.
     accepted: u64,
-    answers: BTreeSet<String>,
-    findings: u64,
-    slowest: Duration,
+    /// All readers together stop after as many.
+    executions: u64,
+    log: Option<PathBuf>,
+    readers: Vec<&'static str>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let (mut seconds, mut seed, mut readers) = (60.0, 1, Vec::new());
+/// One reader and what it did.
+struct Trial {
+    reader: &'static str,
+    folder: TempDir,
+    random: Random,
+    /// Inputs to read as they are, before any is changed.
+    unread: Vec<Vec<u8>>,
+    /// Seeds, and what was answered in a new way.
+    inputs: Vec<Vec<u8>>,
+    /// What was accepted last, in no order.
+    good: Vec<Vec<u8>>,
+    /// Hashes of accepted inputs, to count each once.
+    accepted: HashSet<u64>,
+    answers: BTreeSet<String>,
+    executions: u64,
+    findings: u64,
+    slowest: Duration,
+    busy: Duration,
+}
+
+fn arguments() -> Done<Arguments> {
+    let mut all =
+        Arguments { seconds: 60.0, seed: 1, accepted: 0, executions: u64::MAX, log: None, readers: Vec::new() };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value"));
         match word.as_str() {
-            "--seconds" => seconds = value()?.parse::<f64>()?,
-            "--seed" => seed = value()?.parse()?,
-            name => readers.push(READERS.iter().copied().find(|r| *r == name).ok_or(format!("no reader “{name}”"))?),
+            "--seconds" => all.seconds = value()?.parse()?,
+            "--seed" => all.seed = value()?.parse()?,
+            "--accepted" => all.accepted = value()?.parse()?,
+            "--executions" => all.executions = value()?.parse()?,
+            "--log" => all.log = Some(value()?.into()),
+            name => {
+                let known = READERS.iter().find(|r| **r == name);
+                all.readers.push(known.ok_or_else(|| format!("no reader “{name}”"))?);
+            }
         }
     }
-    if readers.is_empty() {
-        readers = READERS.to_vec();
+    if all.readers.is_empty() {
+        all.readers = READERS.to_vec();
     }
+    Ok(all)
+}
+
+fn main() -> Done {
+    let arguments = arguments()?;
     clerestory::memory::set_limit(clerestory_fuzz::MEMORY);
     std::panic::set_hook(Box::new(|_| ())); // decoders' panics that the library catches are no news
-    let each = Duration::from_secs_f64(seconds / readers.len() as f64);
-    let mut findings = 0;
-    println!(
-        "{:8} {:>11} {:>10} {:>8} {:>9} {:>10}",
-        "reader", "executions", "accepted", "answers", "findings", "slowest"
-    );
-    for reader in readers {
-        let tally = fuzz(reader, each, seed)?;
-        findings += tally.findings;
-        let Tally { executions, accepted, answers, findings, slowest } = tally;
-        println!(
-            "{reader:8} {executions:>11} {accepted:>10} {:>8} {findings:>9} {:>7} ms",
-            answers.len(),
-            slowest.as_millis()
-        );
+    // within a pool of one thread nothing waits for another
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).stack_size(8 << 20).build()?;
+    pool.install(|| run(&arguments)).map_err(|e| e.to_string().into())
+}
+
+fn run(arguments: &Arguments) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let mut trials = Vec::new();
+    for reader in &arguments.readers {
+        trials.push(Trial::new(reader, arguments.seed).map_err(|e| e.to_string())?);
     }
+    let start = Instant::now();
+    let mut logged = start;
+    watch();
+    loop {
+        let done: u64 = trials.iter().map(|t| t.executions).sum();
+        if start.elapsed().as_secs_f64() > arguments.seconds || done >= arguments.executions {
+            break;
+        }
+        let behind = |t: &Trial| (t.accepted.len() as u64) < arguments.accepted;
+        let any_behind = trials.iter().any(behind);
+        let quickest = trials.iter().map(Trial::rate).fold(0.0, f64::max);
+        for trial in &mut trials {
+            // then the quick ones fill up what is wanted in all
+            let has_turn =
+                if any_behind { behind(trial) } else { arguments.accepted == 0 || trial.rate() > quickest / 4.0 };
+            if has_turn {
+                trial.turn().map_err(|e| e.to_string())?;
+            }
+        }
+        if let Some(log) = arguments.log.as_ref().filter(|_| logged.elapsed() > LOGGED) {
+            logged = Instant::now();
+            fs::write(log, table(&trials, start.elapsed()))?;
+        }
+    }
+    let all = table(&trials, start.elapsed());
+    if let Some(log) = &arguments.log {
+        fs::write(log, &all)?;
+    }
+    print!("{all}");
+    let findings: u64 = trials.iter().map(|t| t.findings).sum();
     if findings > 0 { Err(format!("{findings} findings in crashes/").into()) } else { Ok(()) }
 }
 
-fn fuzz(reader: &str, time: Duration, seed: u64) -> Result<Tally, Box<dyn Error>> {
-    let home = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut inputs: Vec<Vec<u8>> = Vec::new();
-    for kind in ["seeds", "corpus", "crashes"] {
-        for path in files(&home.join(kind).join(reader)) {
-            inputs.push(fs::read(path)?);
-        }
+fn table(trials: &[Trial], elapsed: Duration) -> String {
+    let mut out = format!(
+        "{:8} {:>11} {:>10} {:>8} {:>9} {:>10} {:>7}\n",
+        "reader", "executions", "accepted", "answers", "findings", "slowest", "time"
+    );
+    let mut all = (0, 0, 0);
+    for trial in trials {
+        let (accepted, answers, slowest) = (trial.accepted.len(), trial.answers.len(), trial.slowest.as_millis());
+        let Trial { reader, executions, findings, busy, .. } = trial;
+        // writing to a string cannot fail
+        let _ = writeln!(
+            out,
+            "{reader:8} {executions:>11} {accepted:>10} {answers:>8} {findings:>9} {slowest:>7} ms {:>5} s",
+            busy.as_secs()
+        );
+        all = (all.0 + executions, all.1 + accepted, all.2 + findings);
     }
-    if inputs.is_empty() {
-        return Err(format!("there is no seed for {reader}: cargo run --bin seeds").into());
-    }
-    let folder = folder()?;
-    eprintln!("{reader}: {} inputs; what is read lies in {}", inputs.len(), folder.path().display());
-    let mut random = Random(seed);
-    let mut tally = Tally::default();
-    let start = Instant::now();
-    let mut unchanged = inputs.clone().into_iter();
-    let mut good: Vec<Vec<u8>> = Vec::new();
-    while start.elapsed() < time {
-        let fresh = unchanged.next();
-        let is_new = fresh.is_none();
-        let bytes = fresh.unwrap_or_else(|| {
-            // what was read leads further in than what was refused
-            let from = if random.below(4) > 0 && !good.is_empty() { &good } else { &inputs };
-            let (one, other) = (random.below(from.len()), random.below(inputs.len()));
-            let mut bytes = mutated(&from[one], &inputs[other], &mut random);
-            if random.below(8) > 0 {
-                mend_checksums(reader, &mut bytes);
+    let _ = writeln!(
+        out,
+        "{:8} {:>11} {:>10} {:>8} {:>9} {:>10} {:>5} s",
+        "all",
+        all.0,
+        all.1,
+        "",
+        all.2,
+        "",
+        elapsed.as_secs()
+    );
+    out
+}
+
+/// When the execution that is under way began, in milliseconds since the first question.
+static BEGUN: AtomicU64 = AtomicU64::new(u64::MAX);
+
+fn milliseconds() -> u64 {
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    START.get_or_init(Instant::now).elapsed().as_millis() as u64
+}
+
+/// Ends the program when a reader hangs; what it read stays in its folder.
+fn watch() {
+    std::thread::spawn(|| {
+        loop {
+            std::thread::sleep(HANGS / 10);
+            if milliseconds().saturating_sub(BEGUN.load(Ordering::Relaxed)) > HANGS.as_millis() as u64 {
+                eprintln!("a reader hangs");
+                std::process::exit(3);
             }
-            bytes
-        });
+        }
+    });
+}
+
+impl Trial {
+    fn new(reader: &'static str, seed: u64) -> Done<Trial> {
+        let home = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let mut inputs: Vec<Vec<u8>> = Vec::new();
+        for kind in ["seeds", "corpus", "crashes"] {
+            for path in files(&home.join(kind).join(reader)) {
+                inputs.push(fs::read(path)?);
+            }
+        }
+        if inputs.is_empty() {
+            return Err(format!("there is no seed for {reader}: cargo run --release --bin seeds").into());
+        }
+        let folder = folder()?;
+        eprintln!("{reader}: {} inputs; what is read lies in {}", inputs.len(), folder.path().display());
+        Ok(Trial {
+            reader,
+            folder,
+            random: Random(seed),
+            unread: inputs.clone(),
+            inputs,
+            good: Vec::new(),
+            accepted: HashSet::new(),
+            answers: BTreeSet::new(),
+            executions: 0,
+            findings: 0,
+            slowest: Duration::ZERO,
+            busy: Duration::ZERO,
+        })
+    }
+
+    /// Executions a second.
+    fn rate(&self) -> f64 {
+        self.executions as f64 / self.busy.as_secs_f64().max(1e-3)
+    }
+
+    fn turn(&mut self) -> Done {
+        let start = Instant::now();
+        while start.elapsed() < TURN {
+            match self.unread.pop() {
+                Some(bytes) => self.execute(bytes, false)?,
+                None => {
+                    let bytes = self.next();
+                    self.execute(bytes, true)?;
+                }
+            }
+        }
+        self.busy += start.elapsed();
+        Ok(())
+    }
+
+    /// A new input: what was read leads further in than what was refused.
+    fn next(&mut self) -> Vec<u8> {
+        let from = if self.random.below(2) > 0 && !self.good.is_empty() { &self.good } else { &self.inputs };
+        let (one, other) = (self.random.below(from.len()), self.random.below(self.inputs.len()));
+        let mut bytes = changed(self.reader, &from[one], &self.inputs[other], &mut self.random);
+        bytes.truncate(LONGEST);
+        bytes
+    }
+
+    /// What the reader says, an error where it panics, and how long that took.
+    fn timed(&self, bytes: &[u8]) -> (std::thread::Result<Result<String, String>>, Duration) {
+        BEGUN.store(milliseconds(), Ordering::Relaxed);
         let begun = Instant::now();
-        let answer = catch_unwind(|| read(reader, &bytes, folder.path()));
+        let answer = catch_unwind(|| read(self.reader, bytes, self.folder.path()));
         let took = begun.elapsed();
-        tally.executions += 1;
-        tally.slowest = tally.slowest.max(took);
+        BEGUN.store(u64::MAX, Ordering::Relaxed);
+        (answer, took)
+    }
+
+    fn execute(&mut self, bytes: Vec<u8>, is_new: bool) -> Done {
+        let (answer, mut took) = self.timed(&bytes);
+        for _ in 0..3 {
+            // on a machine with other work to do, only what is always slow is slow
+            if took > SLOW {
+                took = took.min(self.timed(&bytes).1);
+            }
+        }
+        self.executions += 1;
+        self.slowest = self.slowest.max(took);
         let finding = match &answer {
             Err(_) => Some("panic"),
             Ok(_) if took > SLOW => Some("slow"),
             Ok(_) => None,
         };
+        let home = Path::new(env!("CARGO_MANIFEST_DIR"));
         if let Some(kind) = finding {
-            tally.findings += 1;
-            keep(&home.join("crashes").join(reader), kind, &bytes)?;
+            self.findings += 1;
+            keep(&home.join("crashes").join(self.reader), kind, &bytes)?;
         }
-        let Ok(answer) = answer else { continue };
-        tally.accepted += u64::from(answer.is_ok());
-        if answer.is_ok() && good.len() < 256 {
-            good.push(bytes.clone());
+        let Ok(answer) = answer else { return Ok(()) };
+        if answer.is_ok() && self.accepted.len() < COUNTED && self.accepted.insert(hash(&bytes)) {
+            if self.good.len() < KEPT {
+                self.good.push(bytes.clone());
+            } else {
+                let place = self.random.below(KEPT);
+                self.good[place].clone_from(&bytes);
+            }
         }
-        let words = answer.err().map_or_else(|| format!("read, {} bytes", bytes.len().ilog2_or_zero()), |e| gist(&e));
-        if tally.answers.insert(words) && is_new {
-            keep(&home.join("corpus").join(reader), "new", &bytes)?;
-            inputs.push(bytes);
+        let words = match answer {
+            Ok(said) => format!("read, 2^{} bytes, {}", bytes.len().checked_ilog2().unwrap_or(0), gist(&said)),
+            Err(error) => gist(&error),
+        };
+        if self.answers.insert(words) && is_new && self.inputs.len() < MOST_INPUTS {
+            keep(&home.join("corpus").join(self.reader), "new", &bytes)?;
+            self.inputs.push(bytes);
         }
-    }
-    Ok(tally)
-}
-
-/// The next lower power of two, to tell lengths apart coarsely.
-trait Log2 {
-    fn ilog2_or_zero(self) -> u32;
-}
-
-impl Log2 for usize {
-    fn ilog2_or_zero(self) -> u32 {
-        self.checked_ilog2().unwrap_or(0)
+        Ok(())
     }
 }
 
-/// An error's words without what it quotes and counts.
-fn gist(error: &str) -> String {
-    let mut quoted = false;
-    let unquoted = error.chars().filter(|c| {
-        let shown = !quoted && *c != '“';
-        quoted = if quoted { *c != '”' } else { *c == '“' };
-        shown
-    });
-    let plain: String = unquoted.map(|c| if c.is_ascii_alphabetic() { c } else { ' ' }).collect();
+/// Words without what they quote and count.
+fn gist(words: &str) -> String {
+    let mut is_quoted = false;
+    let mut plain = String::new();
+    for c in words.chars() {
+        is_quoted = match c {
+            '“' => true,
+            '”' => false,
+            '"' | '`' => !is_quoted,
+            _ => is_quoted,
+        };
+        plain.push(if !is_quoted && c.is_ascii_alphabetic() { c } else { ' ' });
+    }
     plain.split_whitespace().filter(|word| word.len() > 2).take(16).collect::<Vec<_>>().join(" ")
 }
 
@@ -149,9 +330,13 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-fn keep(folder: &Path, kind: &str, bytes: &[u8]) -> std::io::Result<()> {
+fn hash(bytes: &[u8]) -> u64 {
     let mut hash = DefaultHasher::new();
     bytes.hash(&mut hash);
+    hash.finish()
+}
+
+fn keep(folder: &Path, kind: &str, bytes: &[u8]) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
-    fs::write(folder.join(format!("{kind}-{:016x}", hash.finish())), bytes)
+    fs::write(folder.join(format!("{kind}-{:016x}", hash(bytes))), bytes)
 }

@@ -1,6 +1,6 @@
-//! Writes small good files of all formats to `seeds/`: what fuzzing begins with. `cargo run --bin seeds`, in `fuzz/`.
+//! Writes small good files of all formats to `seeds/`: what fuzzing begins with. `cargo run --release --bin seeds`, in `fuzz/`.
 //!
-//! `cargo run --bin seeds -- FOLDER…` adds good files of others (of at most 16 KiB) to `corpus/`, which is not kept: every reader
+//! `cargo run --release --bin seeds -- FOLDER…` adds good files of others (of at most 16 KiB) to `corpus/`, which is not kept: every reader
 //! that takes a file gets it.
 
 use clerestory_fuzz::{READERS, folder, read};
@@ -46,7 +46,7 @@ fn collect(mut open: Vec<PathBuf>) -> Done {
             open.extend(fs::read_dir(&path)?.flatten().map(|e| e.path()));
         } else if path.metadata()?.len() <= LARGEST {
             let bytes = fs::read(&path)?;
-            for reader in READERS.iter().filter(|r| read(r, &bytes, own.path()).is_ok()) {
+            for reader in READERS.iter().filter(|r| is_of(r, &bytes) && read(r, &bytes, own.path()).is_ok()) {
                 let folder = Path::new(HOME).join("corpus").join(reader);
                 fs::create_dir_all(&folder)?;
                 fs::write(folder.join(path.file_name().unwrap_or_default()), &bytes)?;
@@ -56,6 +56,19 @@ fn collect(mut open: Vec<PathBuf>) -> Done {
     }
     println!("{taken} inputs");
     Ok(())
+}
+
+/// Whether bytes begin as a picture reader's format does: these readers open each other's.
+fn is_of(reader: &str, bytes: &[u8]) -> bool {
+    let heads: &[&[u8]] = match reader {
+        "exr" => &[b"v/1\x01"],
+        "hdr" => &[b"#?"],
+        "png" => &[b"\x89PNG"],
+        "jpeg" => &[b"\xff\xd8"],
+        "tiff" => &[b"II*\0", b"MM\0*"],
+        _ => return true,
+    };
+    heads.iter().any(|head| bytes.starts_with(head))
 }
 
 fn pictures() -> Done {
@@ -72,6 +85,8 @@ fn pictures() -> Done {
         ("pxr24", Compression::PXR24),
         ("b44", Compression::B44),
         ("b44a", Compression::B44A),
+        ("dwaa", Compression::DWAA(None)),
+        ("dwab", Compression::DWAB(None)),
     ];
     let channels = |names: &[&str], half: bool| {
         let channel = |name: &&str| {

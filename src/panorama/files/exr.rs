@@ -12,6 +12,7 @@ use exr::prelude::f16;
 use glam::{DMat3, DVec2, Vec3};
 use rayon::prelude::*;
 
+use super::dwa;
 use super::limits::{Result, allocate, check_size, picture_bytes};
 use crate::memory;
 use crate::panorama::primaries::{Primaries, converted};
@@ -59,6 +60,11 @@ pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
             chunks.by_ref().take(at_once).collect::<exr::error::Result<Vec<_>>>().map_err(|e| decode_error(path, e))?;
         if batch.is_empty() {
             break;
+        }
+        for chunk in &batch {
+            if !dwa::counts_fit(chunk, header).map_err(|e| decode_error(path, e))? {
+                return Err(PanoramaError::damaged(path, "a compressed block claims to hold more than fits"));
+            }
         }
         let blocks: Vec<_> =
             batch.into_par_iter().map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false)).collect();

@@ -1,5 +1,6 @@
 //! Pictures on disk: the format is told by a file's first bytes.
 
+mod dwa;
 pub(crate) mod exif;
 mod exr;
 mod hdr;

@@ -43,7 +43,7 @@ fn what(archive: &Archive) -> String {
     let probes = archive.check.as_ref().map_or(0, |c| c.probes.len());
     let photos = archive.views.iter().filter(|v| v.photo.is_some()).count();
     let light =
-        if probes == 0 { String::new() } else { format!(", lit by {} taken inside", counted(probes, "panorama")) };
+        if probes == 0 { String::new() } else { format!(", lit by {} taken inside", counted(probes, "picture")) };
     match (archive.audit.is_some(), photos) {
         (true, n) if n > 0 => format!("The model{size}{light}, was compared with {}.", counted(n, "photograph")),
         _ => format!("This is a model{size}{light}. It was not compared with photographs."),
@@ -146,7 +146,7 @@ fn facts(archive: &Archive) -> Markup {
         let triangles = format!("{} triangles", check.model.triangles);
         let [x, y, z] = check.model.size_m;
         facts.push(("Model", format!("{x:.1} × {y:.1} × {z:.1} m"), triangles));
-        facts.push(("Probes", check.probes.len().to_string(), "panoramas taken inside".to_owned()));
+        facts.push(("Probes", check.probes.len().to_string(), "pictures taken inside".to_owned()));
     }
     html! {
         dl class="facts" {

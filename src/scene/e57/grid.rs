@@ -3,10 +3,7 @@
 //! Neighbours on one surface differ little in range, unless the surface is seen at a glancing angle; then the inverse of the
 //! range still changes evenly from point to point, as it does along any plane. Where neither holds there is a jump.
 
-use glam::DMat3;
-use glam::DVec3;
-
-use glam::Vec3;
+use glam::{DMat3, DVec3, Vec3};
 
 /// A point in the scanner's own axes, metres, and where in its raster it was taken.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +11,7 @@ pub(super) struct Cell {
     pub(super) row: i64,
     pub(super) column: i64,
     pub(super) local: Vec3,
+    /// 0 to 1.
     pub(super) colour: Vec3,
 }
 
@@ -22,16 +20,22 @@ pub(super) struct Cell {
 pub(super) struct Grid {
     rows: usize,
     columns: usize,
-    /// Index into `cells` by row and column; [`NONE`] where there is no point.
+    /// Index into `points` by row and column; [`NONE`] where there is no point.
     index: Vec<u32>,
-    cells: Vec<Cell>,
+    /// In the scanner's own axes.
+    points: Vec<Vec3>,
+    /// In 65,535ths, to need little memory.
+    colours: Vec<[u16; 3]>,
 }
 
 const NONE: u32 = u32::MAX;
 
 /// Tangents of the angles of incidence up to which neighbours belong together by range alone, and by even change.
-const PLAIN: f32 = 3.7;
+const PLAIN: f32 = 1.5;
 const GLANCING: f32 = 28.6;
+
+/// Jumps up to this depth, metres, are closed: a frame's side or a step's edge rather than a gap before something else.
+const SHALLOW: f32 = 0.03;
 
 impl Grid {
     /// Sorts points into a raster; of several in one place the nearest stays.
@@ -53,34 +57,38 @@ impl Grid {
                 cells.len()
             ));
         }
-        let mut grid = Self { rows, columns, index: vec![NONE; rows * columns], cells: Vec::new() };
+        let index = vec![NONE; rows * columns];
+        let mut grid = Self { rows, columns, index, points: Vec::new(), colours: Vec::new() };
         for cell in cells {
             let place = &mut grid.index[(cell.row - row) as usize * columns + (cell.column - column) as usize];
+            let colour = (65_535.0 * cell.colour).round().as_u16vec3().to_array();
             if *place == NONE {
-                *place = grid.cells.len() as u32;
-                grid.cells.push(cell);
-            } else if cell.local.length_squared() < grid.cells[*place as usize].local.length_squared() {
-                grid.cells[*place as usize] = cell;
+                *place = grid.points.len() as u32;
+                grid.points.push(cell.local);
+                grid.colours.push(colour);
+            } else if cell.local.length_squared() < grid.points[*place as usize].length_squared() {
+                grid.points[*place as usize] = cell.local;
+                grid.colours[*place as usize] = colour;
             }
         }
         Ok(grid)
     }
 
     /// All points, in the scanner's own axes.
-    pub(super) fn points(&self) -> impl Iterator<Item = Vec3> {
-        self.cells.iter().map(|c| c.local)
+    pub(super) fn points(&self) -> &[Vec3] {
+        &self.points
     }
 
-    /// Their colours.
-    pub(super) fn colours(&self) -> impl Iterator<Item = Vec3> {
-        self.cells.iter().map(|c| c.colour)
+    /// A point's colour, 0 to 1.
+    pub(super) fn colour(&self, index: u32) -> Vec3 {
+        Vec3::from_array(self.colours[index as usize].map(f32::from)) / 65_535.0
     }
 
     /// Triangles over the points, in their order.
     pub(super) fn triangles(&self) -> Vec<[u32; 3]> {
         let closed = self.closes();
         let last = if closed { self.columns } else { self.columns.saturating_sub(1) };
-        let mut all = Vec::with_capacity(2 * self.cells.len());
+        let mut all = Vec::with_capacity(2 * self.points.len());
         for row in 0..self.rows.saturating_sub(1) {
             for column in 0..last {
                 let next = column + 1;
@@ -126,7 +134,7 @@ impl Grid {
     }
 
     fn range(&self, index: u32) -> f32 {
-        self.cells[index as usize].local.length()
+        self.points[index as usize].length()
     }
 
     /// Whether two neighbours lie on one surface: `from` is the first one's row and column, `step` leads to the second.
@@ -134,11 +142,11 @@ impl Grid {
         /// Even change: at most so many times as much as from the neighbour before or to the one after.
         const EVEN: f32 = 1.6;
         let (near, far) = (self.range(i).min(self.range(j)), self.range(i).max(self.range(j)));
-        let [a, b] = [i, j].map(|i| self.cells[i as usize].local.normalize());
+        let [a, b] = [i, j].map(|i| self.points[i as usize].normalize());
         // what the angle between two rays makes of a plane at right angles to them
         let width = a.distance(b) * near;
         let slope = (far - near) / width.max(1e-9);
-        if slope <= PLAIN {
+        if slope <= PLAIN || far - near <= SHALLOW {
             return true;
         }
         if slope > GLANCING {
@@ -157,7 +165,7 @@ impl Grid {
     fn closes(&self) -> bool {
         let direction = |row: usize, column: usize| {
             let index = self.at(row as isize, column as isize, false)?;
-            Some(self.cells[index as usize].local.normalize())
+            Some(self.points[index as usize].normalize())
         };
         let angle = |row: usize, a: usize, b: usize| Some(direction(row, a)?.distance(direction(row, b)?));
         if self.columns < 8 {
@@ -224,7 +232,7 @@ mod tests {
         let half = Vec3::new(6.0, 5.0, 4.0);
         let column = |d: Vec3| if d.y.atan2(d.x).abs() < 0.1 { Some(2.0 / d.x.hypot(d.y)) } else { None };
         let grid = scan(60, 360, 2.0 * std::f32::consts::PI, |d| Some(column(d).unwrap_or(to_walls(d, half))));
-        let local = |i: u32| grid.cells[i as usize].local;
+        let local = |i: u32| grid.points[i as usize];
         let is_on_column = |i: u32| local(i).x.hypot(local(i).y) < 2.1;
         let triangles = grid.triangles();
         let bridges = triangles.iter().filter(|t| {

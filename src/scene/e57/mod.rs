@@ -25,8 +25,9 @@ use grid::{Grid, Placement};
 
 type Reader = E57Reader<BufReader<File>>;
 
-/// All setups together keep about so many points; of more, rows and columns are left out evenly.
-const MOST_POINTS: u64 = 3_000_000;
+/// So many points of all setups together are meshed; of more, rows and columns are left out evenly. Few remain of them
+/// where setups overlap.
+const MOST_POINTS: u64 = 16_000_000;
 
 /// Where a scanner stood.
 #[derive(Clone, Copy, Debug)]
@@ -160,6 +161,7 @@ fn grid(reader: &mut Reader, cloud: &PointCloud, step: i64) -> Result<Grid, Stri
             continue;
         }
         let colour = point.color.map_or(Vec3::ONE, |c| Vec3::new(c.red, c.green, c.blue));
+        let colour = if colour.is_finite() { colour.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE };
         kept.push(grid::Cell { row: point.row / step, column: point.column / step, local, colour });
     }
     Grid::of(kept)
@@ -167,20 +169,33 @@ fn grid(reader: &mut Reader, cloud: &PointCloud, step: i64) -> Result<Grid, Stri
 
 /// All setups as one model.
 fn joined(grids: &[(Grid, Placement)], frame: &Frame) -> Result<ImportedModel, String> {
-    let placed = |grid: &Grid, at: &Placement| -> Vec<DVec3> {
-        grid.points().map(|p| at.rotation * p.as_dvec3() + at.position).collect()
-    };
+    let placed = |at: &Placement, p: Vec3| at.rotation * p.as_dvec3() + at.position;
     let mut model = ImportedModel { material_names: vec![None], ..ImportedModel::default() };
-    model.origin = centre(grids.iter().flat_map(|(grid, at)| placed(grid, at)), frame);
-    for ((grid, at), triangles) in grids.iter().zip(overlap::finest(grids)) {
-        let first = model.add_vertices(placed(grid, at).into_iter(), frame)?;
-        model
-            .colours
-            .extend(grid.colours().map(|c| if c.is_finite() { c.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE }));
+    let all = grids.iter().flat_map(|(grid, at)| grid.points().iter().map(move |p| placed(at, *p)));
+    model.origin = centre(all, frame);
+    for ((grid, at), mut triangles) in grids.iter().zip(overlap::finest(grids)) {
+        let used = renumbered(&mut triangles, grid.points().len());
+        let points = used.iter().map(|i| placed(at, grid.points()[*i as usize]));
+        let first = model.add_vertices(points, frame)?;
+        model.colours.extend(used.iter().map(|i| grid.colour(*i)));
         model.triangles.extend(triangles.into_iter().map(|corners| corners.map(|i| first + i)));
     }
     model.materials = vec![0; model.triangles.len()];
     model.oddities.vertices = model.positions.len() as u64;
     model.oddities.coloured = model.oddities.vertices;
     Ok(model)
+}
+
+/// Numbers the corners of triangles anew, without the points that none has; the old numbers of those that remain.
+fn renumbered(triangles: &mut [[u32; 3]], points: usize) -> Vec<u32> {
+    let (mut new, mut used) = (vec![u32::MAX; points], Vec::new());
+    for corner in triangles.iter_mut().flatten() {
+        let number = &mut new[*corner as usize];
+        if *number == u32::MAX {
+            *number = used.len() as u32;
+            used.push(*corner);
+        }
+        *corner = *number;
+    }
+    used
 }

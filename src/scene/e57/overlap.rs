@@ -1,5 +1,6 @@
 //! What several setups see is kept from the one that sees it most finely: of the same wall scanned from near and from far
-//! the far mesh would lie in and before the near one, and blur what is painted on it.
+//! the far mesh would lie in and before the near one, and blur what is painted on it. And where one setup's mesh goes from a
+//! rim straight to what lies behind, another one often looks through.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -14,7 +15,7 @@ const APART: [f32; 2] = [0.01, 0.002];
 /// it from equality on: never both to each other.
 const FINER: f32 = 0.9;
 
-/// Each setup's triangles, without those that another one has finer.
+/// Each setup's triangles, without those that another one has finer, or looks through.
 pub(super) fn finest(grids: &[(Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
     let triangles: Vec<Vec<[u32; 3]>> = grids.iter().map(|(grid, _)| grid.triangles()).collect();
     if grids.len() < 2 {
@@ -24,17 +25,20 @@ pub(super) fn finest(grids: &[(Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
     let kept = |(own, all): (usize, &Vec<[u32; 3]>)| {
         let others = || setups.iter().enumerate().filter(move |(i, _)| *i != own);
         let share = |i: usize| if i < own { 1.0 } else { FINER };
-        let keeps = |t: &&[u32; 3]| !others().any(|(i, other)| other.has_finer(&setups[own], **t, share(i)));
+        let keeps = |t: &&[u32; 3]| {
+            let (mine, t) = (&setups[own], **t);
+            !others().any(|(i, other)| other.has_finer(mine, t, share(i)) || other.looks_through(mine, t))
+        };
         all.par_iter().filter(keeps).copied().collect()
     };
     triangles.iter().enumerate().map(kept).collect()
 }
 
 /// A setup's points, and its surface by direction.
-struct Setup {
+struct Setup<'a> {
     at: Placement,
     /// In the scanner's own axes.
-    points: Vec<Vec3>,
+    points: &'a [Vec3],
     /// Per point the longest side of its triangles, metres; 0 without any.
     spacing: Vec<f32>,
     /// Angle between rows of bins.
@@ -44,17 +48,23 @@ struct Setup {
     bins: Vec<Bin>,
 }
 
-/// What a setup sees in a direction.
+/// What a setup sees in a direction: a plane through its points there.
 #[derive(Clone, Copy)]
 struct Bin {
+    /// Unit length, towards the scanner.
+    normal: Vec3,
+    middle: Vec3,
+    /// How far a point lies off the plane.
+    rough: f32,
+    /// Least distance of a point; 0 where there is none.
     nearest: f32,
-    farthest: f32,
+    /// Longest side of the triangles; 0 where there is none, or where the points lie on no one surface.
     spacing: f32,
 }
 
-impl Setup {
-    fn of(grid: &Grid, at: Placement, triangles: &[[u32; 3]]) -> Self {
-        let points: Vec<Vec3> = grid.points().collect();
+impl<'a> Setup<'a> {
+    fn of(grid: &'a Grid, at: Placement, triangles: &[[u32; 3]]) -> Self {
+        let points = grid.points();
         let mut spacing = vec![0.0f32; points.len()];
         for t in triangles {
             let [a, b, c] = t.map(|i| points[i as usize]);
@@ -72,18 +82,54 @@ impl Setup {
             let level = ((row as f32 + 0.5) * step - 0.5 * PI).cos().max(0.0);
             rows.push(rows[row] + ((TAU * level / step).round() as usize).max(1));
         }
-        let none = Bin { nearest: f32::INFINITY, farthest: 0.0, spacing: 0.0 };
+        let none = Bin { normal: Vec3::ZERO, middle: Vec3::ZERO, rough: 0.0, nearest: 0.0, spacing: 0.0 };
         let bins = vec![none; rows.last().copied().unwrap_or(0)];
         let mut setup = Self { at, points, spacing, step, rows, bins };
-        for (point, spacing) in setup.points.iter().zip(&setup.spacing).filter(|(_, s)| **s > 0.0) {
-            let (row, column) = setup.place(*point);
-            let bin = &mut setup.bins[setup.rows[row] + column];
-            let range = point.length();
-            bin.nearest = bin.nearest.min(range);
-            bin.farthest = bin.farthest.max(range);
-            bin.spacing = bin.spacing.max(*spacing);
-        }
+        setup.fill(triangles);
         setup
+    }
+
+    fn bin(&self, place: Vec3) -> usize {
+        let (row, column) = self.place(place);
+        self.rows[row] + column
+    }
+
+    fn fill(&mut self, triangles: &[[u32; 3]]) {
+        let mut counts = vec![0.0f32; self.bins.len()];
+        for t in triangles {
+            let [a, b, c] = t.map(|i| self.points[i as usize]);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            for i in t {
+                let point = self.points[*i as usize];
+                let bin = self.bin(point);
+                counts[bin] += 1.0;
+                let bin = &mut self.bins[bin];
+                bin.normal += if normal.dot(point) > 0.0 { -normal } else { normal };
+                bin.middle += point;
+                bin.spacing = bin.spacing.max(self.spacing[*i as usize]);
+            }
+        }
+        for (bin, count) in self.bins.iter_mut().zip(counts) {
+            bin.normal = bin.normal.normalize_or_zero();
+            bin.middle /= count.max(1.0);
+        }
+        for (point, _) in self.points.iter().zip(&self.spacing).filter(|(_, spacing)| **spacing > 0.0) {
+            let bin = self.bin(*point);
+            let bin = &mut self.bins[bin];
+            bin.rough = bin.rough.max(bin.normal.dot(*point - bin.middle).abs());
+        }
+        for point in self.points {
+            let bin = self.bin(*point);
+            let nearest = &mut self.bins[bin].nearest;
+            let range = point.length();
+            *nearest = if *nearest > 0.0 { nearest.min(range) } else { range };
+        }
+        // beyond that, a bin holds a foreground's rim and what lies behind it
+        for bin in &mut self.bins {
+            if bin.rough > apart(bin.middle.length()) + 0.5 * bin.spacing {
+                bin.spacing = 0.0;
+            }
+        }
     }
 
     /// The row and the column of the bin that a place lies in.
@@ -118,22 +164,39 @@ impl Setup {
             return false;
         }
         let theirs = t.iter().map(|i| other.spacing[*i as usize]).fold(f32::INFINITY, f32::min);
-        let distance = middle.length();
-        // a surface that is seen at an angle goes on nearer or farther beside
-        let sees = |bin: &Bin, steps: f32| {
-            let apart = APART[0] + APART[1] * distance + steps * bin.spacing;
-            bin.spacing > 0.0 && bin.nearest - apart < distance && distance < bin.farthest + apart
+        let apart = apart(middle.length());
+        let sees = |bin: &Bin| {
+            bin.spacing > 0.0
+                && bin.spacing < share * theirs
+                && bin.normal.dot(middle - bin.middle).abs() < apart + 2.0 * bin.rough
         };
         // all around as well: no gap opens at the rim of what this one sees
-        let (row, _) = self.place(middle);
+        self.around(middle, sees)
+    }
+
+    /// Whether this setup looks through where another one's triangle lies: it bridges the gap between a rim and what is behind.
+    fn looks_through(&self, other: &Self, t: [u32; 3]) -> bool {
+        let [a, b, c] = t.map(|i| self.local(other, other.points[i as usize]));
+        let middle = (a + b + c) / 3.0;
+        let distance = middle.length();
+        let size = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        // what is smaller than the gaps between rays may just be missed
+        self.step * distance < size && self.around(middle, |bin| bin.nearest > distance + 2.0 * apart(distance))
+    }
+
+    /// Whether something holds of the bin that a place lies in and of all around it.
+    fn around(&self, place: Vec3, holds: impl Fn(&Bin) -> bool) -> bool {
+        let (row, _) = self.place(place);
         (row.saturating_sub(1)..=(row + 1).min(self.rows.len() - 2)).all(|r| {
-            let (first, count, column) = (self.rows[r], self.rows[r + 1] - self.rows[r], self.column(r, middle));
-            [count - 1, 0, 1].into_iter().all(|step| {
-                let bin = &self.bins[first + (column + step) % count];
-                sees(bin, if (r, step) == (row, 0) { 1.0 } else { 3.0 }) && bin.spacing < share * theirs
-            })
+            let (first, count, column) = (self.rows[r], self.rows[r + 1] - self.rows[r], self.column(r, place));
+            [count - 1, 0, 1].into_iter().all(|step| holds(&self.bins[first + (column + step) % count]))
         })
     }
+}
+
+/// How far two setups' places of one surface may be apart at a distance.
+fn apart(distance: f32) -> f32 {
+    APART[0] + APART[1] * distance
 }
 
 #[cfg(test)]
@@ -163,7 +226,7 @@ mod tests {
         let kept = finest(&scans);
         let middles: Vec<Vec<Vec3>> = (0..2)
             .map(|s| {
-                let points: Vec<Vec3> = scans[s].0.points().collect();
+                let points = scans[s].0.points();
                 let shift = scans[s].1.position.as_vec3();
                 kept[s].iter().map(|t| t.iter().map(|i| points[*i as usize] + shift).sum::<Vec3>() / 3.0).collect()
             })
@@ -174,7 +237,7 @@ mod tests {
         assert!(middles[0].iter().any(|p| on_end(p, -1.0)) && middles[1].iter().any(|p| on_end(p, 1.0)));
         // both together still cover the box, with little twice
         let area = |s: usize| -> f32 {
-            let points: Vec<Vec3> = scans[s].0.points().collect();
+            let points = scans[s].0.points();
             let one = |t: &[u32; 3]| {
                 let [a, b, c] = t.map(|i| points[i as usize]);
                 0.5 * (b - a).cross(c - a).length()
