@@ -10,6 +10,7 @@ use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
 use crate::audit::observe::photo::Photo;
+use crate::audit::picture::regions::at_most;
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::Picture;
@@ -82,21 +83,19 @@ pub(crate) fn assess(
         })
         .collect();
     let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
-    let told = |i: usize| if observed.texture.tested[i] { scores.texture[i] } else { f32::NAN };
     let eye = Eye {
         camera: observed.camera,
         origin: prepared.scene.origin,
         position: observed.surfaces.position.clone(),
         distance: observed.surfaces.distance.clone(),
-        off: (0..scores.texture.len()).map(told).collect(),
     };
     Assessed { view, field, eye, found }
 }
 
 fn sightlines(prepared: &AuditScene, observed: &Observations, pixels: &[usize]) -> Vec<Sightlines> {
     let telling = |i: usize| observed.geometry.telling(i).map(|k| prepared.probes[k].origin).collect();
-    let few = pixels.iter().step_by(pixels.len().div_ceil(SAMPLES).max(1));
-    let all = few.map(|i| Sightlines { point: observed.surfaces.position[*i], probes: telling(*i) });
+    let few = at_most(pixels, SAMPLES);
+    let all = few.map(|i| Sightlines { point: observed.surfaces.position[i], probes: telling(i) });
     all.filter(|s| !s.probes.is_empty()).collect()
 }
 

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::finding::{AuditedView, Finding};
+use crate::audit::picture::regions::at_most;
 use crate::site::Camera;
 
 /// More places of a region tell no more of where it is.
@@ -47,11 +48,14 @@ pub(crate) struct Eye {
     /// Each pixel's modelled place, and its distance, metres; infinite without a surface.
     pub(crate) position: Vec<Vec3>,
     pub(crate) distance: Vec<f32>,
-    /// How far off each pixel's picture is, times the threshold; NaN where that cannot be told.
-    pub(crate) off: Vec<f32>,
 }
 
 impl Eye {
+    /// Places on the surfaces that some of these pixels show, spread evenly over them.
+    pub(crate) fn places(&self, pixels: &[usize]) -> impl Iterator<Item = Vec3> {
+        at_most(pixels, SAMPLES).filter(|i| self.distance[*i].is_finite()).map(|i| self.position[i])
+    }
+
     /// The pixel where a place would be, and its distance as a share of the modelled surface's there.
     fn project(&self, point: Vec3) -> Option<(usize, f32)> {
         let place = point.as_dvec3() + self.origin;
@@ -86,7 +90,6 @@ mod tests {
             origin: DVec3::ZERO,
             position: vec![],
             distance: vec![4.0; 64],
-            off: vec![],
         };
         assert_eq!(eye.before(Vec3::new(0.05, 2.0, -0.05)), Some(36));
         assert_eq!(eye.before(Vec3::new(0.05, 4.0, 0.0)), None);

@@ -42,9 +42,14 @@ impl Field {
         Self { width, height, position, values, sums }
     }
 
+    /// How far a pixel is off, if anything can be said of it.
+    pub(crate) fn value(&self, pixel: usize) -> Option<f32> {
+        Some(self.values[pixel]).filter(|v| v.is_finite())
+    }
+
     /// Mean over those of a set of pixels that something can be said of, and how many they are.
     fn mean(&self, pixels: &[usize]) -> (f64, usize) {
-        let told = pixels.iter().map(|i| self.values[*i]).filter(|v| v.is_finite());
+        let told = pixels.iter().filter_map(|i| self.value(*i));
         let (sum, n) = told.fold((0.0, 0), |(s, n), v| (s + f64::from(v), n + 1));
         (sum / n.max(1) as f64, n)
     }

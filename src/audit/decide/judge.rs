@@ -41,12 +41,17 @@ impl Observations {
         (judged, verdicts)
     }
 
+    /// Whether a region is a fault and not a doubt, as far as this view tells.
+    fn calls_fault(&self, judged: &Judged) -> bool {
+        judged.reason(self.settings.false_alarms) == Reason::None
+    }
+
     /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
     /// doubts below findings. Only the order means something.
     pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
         let mut ranks: Vec<f32> = Scores::of(self).both().iter().map(|s| s.min(1.0)).collect();
         for j in judged {
-            let sure = if j.reason(self.settings.false_alarms) == Reason::None { 2.0 } else { 1.0 };
+            let sure = if self.calls_fault(j) { 2.0 } else { 1.0 };
             for &i in j.pixels() {
                 ranks[i] = sure + 0.9 * j.score() as f32 + 0.1 * ranks[i];
             }
@@ -105,8 +110,7 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &AuditScene, observed: &Observ
     for (k, found) in retextured::segments(prepared.scene, observed, least(observed)) {
         let piece = &segments.pixels[k];
         let within = |j: &Judged| j.region.pixels.iter().filter(|i| segments.of[**i] as usize == k).count();
-        let of_shape =
-            |j: &&Judged| j.kind == Kind::Geometry && j.reason(observed.settings.false_alarms) == Reason::None;
+        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && observed.calls_fault(j);
         let misshapen: usize = judged.iter().filter(of_shape).map(within).sum();
         if 3 * misshapen > piece.len() {
             continue;
@@ -149,7 +153,7 @@ fn united(judged: Vec<Judged>, observed: &Observations) -> Vec<Judged> {
     const APART_M: f32 = 0.05;
     let s = &observed.surfaces;
     let middle = |j: &Judged| j.region.pixels[j.region.pixels.len() / 2];
-    let sure = |j: &Judged| j.reason(observed.settings.false_alarms) == Reason::None;
+    let sure = |j: &Judged| observed.calls_fault(j);
     let alike = |a: &Judged, b: &Judged| {
         let mapped = matches!(a.what, What::Rotated | What::Mirrored | What::Shifted | What::Scaled);
         let (i, k) = (middle(a), middle(b));

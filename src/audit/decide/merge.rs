@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::audit::decide::assess::note;
-use crate::audit::decide::assessed::{Assessed, Found, SAMPLES};
+use crate::audit::decide::assessed::{Assessed, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
 use crate::audit::decide::odds::{self, ELSEWHERE, OTHERS};
@@ -52,15 +52,12 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
 
 /// How far off other photographs are where they show the same surfaces, at most twice the threshold; `None` where none does.
 fn elsewhere(assessed: &[Assessed], view: usize, found: &Found) -> Option<f32> {
-    let own = &assessed[view].eye;
-    let step = found.pixels.len().div_ceil(SAMPLES).max(1);
-    let places =
-        || found.pixels.iter().step_by(step).filter(|i| own.distance[**i].is_finite()).map(|i| own.position[*i]);
+    let places = || assessed[view].eye.places(&found.pixels);
     let others = assessed
         .iter()
         .enumerate()
         .filter(|(v, _)| *v != view)
-        .flat_map(|(_, a)| places().filter_map(|p| a.eye.on(p)).map(|i| a.eye.off[i]).filter(|o| o.is_finite()));
+        .flat_map(|(_, a)| places().filter_map(|p| a.eye.on(p)).filter_map(|i| a.field.value(i)));
     let (sum, n) = others.fold((0.0f32, 0u32), |(s, n), o| (s + o.clamp(0.0, 2.0), n + 1));
     (n >= FEWEST).then(|| sum / n as f32)
 }

@@ -8,7 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::audit::decide::assessed::{Assessed, Eye, Found, SAMPLES};
+use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::finding::{Kind, What};
 use crate::audit::verdict::{Reason, Verdict};
 
@@ -37,12 +37,10 @@ impl Silhouette<'_> {
 
     /// The share of what it shows that may as well be what the other one does.
     fn meets(&self, other: &Self) -> f64 {
-        let pixels = &self.found.pixels;
-        let step = pixels.len().div_ceil(SAMPLES).max(1);
         let eye = (self.eye.camera.pose.position - self.eye.origin).as_vec3();
-        let ends = pixels.iter().step_by(step).filter(|i| self.eye.distance[**i].is_finite());
-        let meet = |i: &usize| along(eye, self.eye.position[*i]).any(|p| other.holds(p));
-        let (met, all) = ends.fold((0u32, 0u32), |(met, all), i| (met + u32::from(meet(i)), all + 1));
+        let meet = |end: Vec3| along(eye, end).any(|p| other.holds(p));
+        let ends = self.eye.places(&self.found.pixels);
+        let (met, all) = ends.fold((0u32, 0u32), |(met, all), end| (met + u32::from(meet(end)), all + 1));
         f64::from(met) / f64::from(all.max(1))
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
-use crate::audit::picture::regions::Region;
+use crate::audit::picture::regions::{Region, at_most};
 use crate::audit::view::{AuditScene, Observations};
 use crate::scene::{Hit, Ray, Scene};
 
@@ -14,8 +14,7 @@ pub(crate) fn behind(prepared: &AuditScene, observed: &Observations, region: &Re
     const LAYERS: usize = 3;
     let s = &observed.surfaces;
     let (mut here, mut behind, mut count) = (0.0f64, 0.0f64, 0u32);
-    let step = region.pixels.len().div_ceil(2000).max(1);
-    for &i in region.pixels.iter().step_by(step) {
+    for i in at_most(&region.pixels, 2000) {
         if s.triangle[i] == NONE {
             continue;
         }

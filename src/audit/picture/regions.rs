@@ -17,6 +17,11 @@ pub(crate) fn bounds(pixels: &[usize], width: usize) -> [usize; 4] {
     })
 }
 
+/// Some of a set of pixels, spread evenly over it: at most so many.
+pub(crate) fn at_most(pixels: &[usize], most: usize) -> impl Iterator<Item = usize> {
+    pixels.iter().copied().step_by(pixels.len().div_ceil(most).max(1))
+}
+
 /// Pixels within `radius` (a diamond's steps) of a set one: by their distance from the nearest, found in two passes
 /// (Rosenfeld and Pfaltz, *Sequential operations in digital picture processing*, 1966).
 pub(crate) fn dilated(mask: &[bool], width: usize, height: usize, radius: usize) -> Vec<bool> {
