@@ -4,12 +4,13 @@
 
 mod support;
 
-use clerestory::bake::{self, Baked, bake, write_glb, write_ply};
+use clerestory::bake::{self, Bake, Baked, BakedLight, Pieces, bake, write_glb, write_ply};
 use clerestory::panorama::{Picture, Radiometry};
-use clerestory::render::{Irradiance, Relit, pictures, prepare_for};
+use clerestory::render::{Irradiance, Relit, pictures, prepare_for, render};
 use clerestory::scene::{self, Health, Mesh, Scene};
 use clerestory::shoot::Light;
 use clerestory::site::{Site, walk};
+use clerestory::study::flip;
 use clerestory::transfer::{LOT, Point, Transfer};
 use clerestory::volume::{Nearby, Volume};
 use glam::{DVec3, Vec3};
@@ -136,6 +137,26 @@ fn baked(built: &Built, threads: usize, settings: &bake::BakeSettings) -> Baked 
     let site = Site::load(built.folder.path()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| bake(&site, &built.scene, &options(24), settings, &|_| ()).unwrap().baked)
+}
+
+/// What is drawn from a bake, direct sun kept apart, looks as what is rendered from the records themselves.
+#[test]
+fn a_view_drawn_from_a_bake_is_as_rendered() {
+    let (_, built) = room();
+    let scene = &built.scene;
+    let site = Site::load(built.folder.path()).unwrap();
+    let settings =
+        bake::BakeSettings { vertices: 40_000, views: false, sun_apart: true, ..bake::BakeSettings::default() };
+    let Bake { baked, setup } = bake(&site, scene, &options(24), &settings, &|_| ()).unwrap();
+    let (light, volumes) = (&setup.lights[0].1, setup.volumes(scene));
+    let pieces = Pieces::new(scene, &baked);
+    let drawn = BakedLight::new(scene, &baked, 0, light, &pieces);
+    let relit = Relit { scene, light, volume: volumes[0].as_ref(), volume_only: false };
+    let camera = site.views[0].camera;
+    let [drawn, full] =
+        [&drawn as &dyn Irradiance, &relit].map(|light| render(scene, light, &camera, 4, &|_, _| ()).radiance);
+    let off = flip(&drawn, &full);
+    assert!(off > 0.0 && off < 0.03, "{off}");
 }
 
 /// Per edge (its ends' places) how many triangles run along it one way and the other.

@@ -4,7 +4,7 @@
 use assert_cmd::Command;
 use clerestory::panorama::{self, Layer, Picture, write_exr};
 use clerestory::photograph::{Fitness, Photograph};
-use clerestory::render::{Irradiance, Lit, Source, render};
+use clerestory::render::{Irradiance, Lit, ShadingPoint, Source, render};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Camera, CameraSource, Lens, Site};
 use clerestory::study::compare;
@@ -131,7 +131,7 @@ fn a_portrait_photograph_is_set_upright_and_its_focal_length_heeded() {
 struct Even;
 
 impl Irradiance for Even {
-    fn lit(&self, _: Vec3, _: Vec3, _: &mut Nearby) -> Lit {
+    fn at(&self, _: &ShadingPoint, _: &mut Nearby) -> Lit {
         Lit::known(Vec3::splat(std::f32::consts::PI), Source::Record, 1.0)
     }
 

@@ -5,12 +5,14 @@
 //! share an edge are cut at the same place. Scans, whose colour is at their vertices, keep these.
 
 mod glb;
+mod light;
 mod mesh;
 mod ply;
 mod refine;
 mod settings;
 mod sides;
 
+pub use light::{BakedLight, Origin, Pieces};
 pub use settings::BakeSettings;
 
 pub use glb::write_glb;
@@ -43,6 +45,8 @@ pub struct Baked {
     pub suns: Vec<Option<Vec3>>,
     /// Triangles, sorted by material; counter-clockwise on the side that they were baked for.
     pub triangles: Vec<[u32; 3]>,
+    /// Where each triangle lies in the model.
+    pub origins: Vec<Origin>,
     /// Per material (in the scene's order) its first triangle; one more at the end.
     pub materials: Vec<u32>,
     /// Per lighting, the geometric mean of the views' exposures; without them, what brings the surface's log-average radiance to
@@ -65,6 +69,8 @@ pub struct Vertex {
     pub position: Vec3,
     /// Unit normal.
     pub normal: Vec3,
+    /// Where light was asked for: a hair beside its place where that is on a rim.
+    pub lit_at: Vec3,
     /// Texture coordinates, v = 0 at the picture's bottom row.
     pub uv: Vec2,
     /// Linear colour of the model's own vertices; white where it has none.
@@ -124,6 +130,9 @@ const COARSE: f32 = 100.0;
 /// Edges shorter than the coarse length ÷ this are not cut.
 const FINEST: f32 = 16.0;
 
+/// The volume serves what so many of the views show, beside the surface's own samples: a walk may have thousands.
+const LOOKS: usize = 32;
+
 /// Bakes a site under the lightings of `options`. `progress` hears how many samples there are.
 ///
 /// # Errors
@@ -147,11 +156,12 @@ pub fn bake(
         refine::cut_long(&mut surface, coarse, settings.vertices / 2);
     }
     let cameras: Vec<Camera> = site.views.iter().map(|v| v.camera).collect();
+    let some: Vec<Camera> = cameras.iter().step_by(cameras.len().div_ceil(LOOKS).max(1)).copied().collect();
     let wanted = |seen: Option<&Light>| {
         let hidden = |s: &&mesh::Sample| seen.is_none_or(|l| l.observe(scene, s.position, s.normal).is_none());
         let own = surface.samples.par_iter().filter(hidden).map(|s| (s.position, s.normal));
         let mut all: Vec<(Vec3, Vec3)> = own.collect();
-        all.extend(shown_points(scene, seen, &cameras));
+        all.extend(shown_points(scene, seen, &some));
         all
     };
     let setup = render::prepare_for(site, scene, wanted, options)?;
@@ -194,12 +204,17 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
     let mut known: HashMap<(u32, u32, [u32; 5]), u32> = HashMap::new();
     let (mut vertices, mut sample_of) = (Vec::new(), Vec::new());
     let mut triangles = Vec::with_capacity(order.len());
+    let mut origins = Vec::with_capacity(order.len());
     let mut materials = vec![0u32; scene.materials.len() + 1];
     for &i in &order {
         let piece = &surface.pieces[i as usize];
         let m = material(piece);
         materials[m as usize + 1] += 1;
         let textured = scene.materials[m as usize].texture.is_some();
+        let at = piece.at.map(Vec2::from);
+        // barycentric coordinates run the other way round on the back
+        let back = u32::from((at[1] - at[0]).perp_dot(at[2] - at[0]) < 0.0);
+        origins.push(Origin { side: 2 * piece.triangle + back, at });
         triangles.push([0, 1, 2].map(|c| {
             let at = Vec2::from(piece.at[c]);
             let uv = if textured { rounded(mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
@@ -211,6 +226,7 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
                 vertices.push(Vertex {
                     position,
                     normal: surface.samples[sample].normal,
+                    lit_at: surface.samples[sample].position,
                     uv,
                     colour,
                     source: lit.source[sample],
@@ -255,6 +271,7 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
         sunlight,
         suns,
         triangles,
+        origins,
         materials,
         exposures: Vec::new(),
         views: Vec::new(),

@@ -221,7 +221,7 @@ fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
     o.files.iter().try_for_each(|f| writeln!(out, "{}", f.display()))
 }
 
-fn vertices(text: &str) -> Result<usize, String> {
+pub(super) fn vertices(text: &str) -> Result<usize, String> {
     let ok = text.parse().ok().filter(|n| (1_000..=50_000_000).contains(n));
     ok.ok_or_else(|| "expected a number from 1000 to 50000000".to_owned())
 }

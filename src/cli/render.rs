@@ -1,17 +1,20 @@
 //! `clerestory render SITE`.
 
+mod baked;
 mod compared;
 mod print;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum, ValueHint};
+use clerestory::bake::{self, BakedLight};
 use clerestory::check::{self, Saving};
+use clerestory::glam::Vec3;
 use clerestory::panorama::{self, Exposure, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, exposure_of, prepare, render};
 use clerestory::report::{NotDone, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
-use clerestory::shoot::read_light;
+use clerestory::shoot::{Light, read_light};
 use clerestory::site::{Camera, Site, View};
 use clerestory::volume;
 use clerestory::{paper, radiometry, site};
@@ -38,7 +41,7 @@ const SAMPLES: u32 = 4;
     clerestory render sites/chapel --view apse --lighting 14:30\n  \
     clerestory render sites/chapel --lighting 10:00 --blend 14:30 --share 0.5\n  \
     clerestory render sites/chapel --compare --method paper\n  \
-    clerestory render sites/chapel --path walk.toml --out walk")]
+    clerestory render sites/chapel --path walk.toml --baked --out walk")]
 pub(crate) struct RenderArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = ValueHint::AnyPath)]
@@ -64,6 +67,13 @@ pub(crate) struct RenderArgs {
     /// Rays a pixel
     #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1024))]
     samples: u32,
+    /// Draw from light that is put on the model's vertices first, as `bake` does it: many frames in little time, each a little
+    /// off. For a walk it is told by how much
+    #[arg(long, conflicts_with_all = ["method", "volume_only", "all_stages"])]
+    baked: bool,
+    /// With --baked: at most so many vertices
+    #[arg(long, value_name = "N", default_value_t = bake::BakeSettings::default().vertices, value_parser = super::bake::vertices, requires = "baked")]
+    vertices: usize,
     /// Use only the first N probes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     probes: Option<u32>,
@@ -145,7 +155,9 @@ impl RenderArgs {
     /// All views as they come, into a folder, silently.
     pub(super) fn as_they_come(out: &Path, compare: bool) -> Self {
         let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
-        Self { samples: SAMPLES, cells, volume_rays: rays, compare, output: Output::silent(out), ..Self::default() }
+        let output = Output::silent(out);
+        let vertices = bake::BakeSettings::default().vertices;
+        Self { samples: SAMPLES, cells, volume_rays: rays, vertices, compare, output, ..Self::default() }
     }
 }
 
@@ -179,7 +191,10 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
         all_stages: args.all_stages || args.volume_only,
         volume_for_all: args.volume_only,
     };
-    let mut setup = prepare(&site, &scene, &cameras, &options)?;
+    let (baked, mut setup) = match args.baked {
+        true => baked::baked(&site, &scene, &options, args).map(|(baked, setup)| (Some(baked), setup))?,
+        false => (None, prepare(&site, &scene, &cameras, &options)?),
+    };
     // all stages: the lightings that nobody asked for too
     let _unasked = if args.all_stages { unasked(&site, &scene, &options)? } else { None };
     let pictures_s = setup.timings.load_s;
@@ -193,25 +208,23 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     let volumes = setup.volumes(&scene);
     let volume_s = start.elapsed().as_secs_f64();
 
+    let skies: Vec<Sky> = setup.lights.iter().map(|(_, light)| -> Sky { Box::new(|d| light.sky(d)) }).collect();
+    let relits = relits(&scene, &setup, &volumes, plain.as_deref().map(|p| (p, &skies[..])), args.volume_only);
+    let drawn: Option<Vec<BakedLight>> = baked.as_ref().map(|b| b.lights(&scene, &setup));
+    let light = |i: usize| drawn.as_ref().map_or(relits[i].as_ref(), |d| &d[i] as &dyn Irradiance);
+
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = args.output.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
     bar.set_length(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
-    let mut steady = args.path.is_some().then(|| walk_exposure(&scene, &setup, &volumes, &cameras));
+    let mut steady = args.path.is_some().then(|| walk_exposure(&scene, light(0), &cameras));
     for view in &views {
         let mut frame: Option<Frame> = None;
-        for (i, (_, light)) in setup.lights.iter().enumerate() {
-            let sky = |direction| light.sky(direction);
-            let relit: Box<dyn Irradiance> = match &plain {
-                Some(plain) => Box::new(PlainRelit { plain: &plain[i], sky: &sky }),
-                None => {
-                    Box::new(Relit { scene: &scene, light, volume: volumes[i].as_ref(), volume_only: args.volume_only })
-                }
-            };
+        for i in 0..setup.lights.len() {
             bar.set_message(visible(&view.name).into_owned());
             let before = bar.position();
             let tell = |rows: u64, _| bar.set_position(before + rows);
-            let this = render(&scene, relit.as_ref(), &view.camera, args.samples, &tell);
+            let this = render(&scene, light(i), &view.camera, args.samples, &tell);
             frame = Some(match frame {
                 None => this,
                 Some(first) => first.mixed(&this, args.share),
@@ -240,6 +253,14 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
         });
     }
     bar.finish_and_clear();
+    let baked = baked.as_ref().zip(drawn.as_ref()).map(|(baked, drawn)| {
+        let frames = if args.path.is_some() { &cameras[..] } else { &[] };
+        baked.told(&scene, [relits[0].as_ref(), &drawn[0]], frames, args.samples)
+    });
+    drop(drawn);
+    drop(relits);
+    drop(skies);
+    drop(volumes);
     let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
     let Setup { mut timings, records, record_bytes, .. } = setup;
     timings.volume_s += volume_s;
@@ -247,6 +268,7 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     Ok(Rendered {
         setup: timings,
         views: done,
+        baked,
         records,
         record_bytes,
         peak_bytes: peak_bytes(),
@@ -368,12 +390,31 @@ fn plain(
     Ok(all)
 }
 
+/// What tells the sky's radiance.
+type Sky<'a> = Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>;
+
+/// What each lighting's views are rendered with, where they are not drawn from a bake.
+fn relits<'a>(
+    scene: &'a Scene,
+    setup: &'a Setup,
+    volumes: &'a [Option<volume::Volume<'a>>],
+    plain: Option<(&'a [Plain], &'a [Sky<'a>])>,
+    volume_only: bool,
+) -> Vec<Box<dyn Irradiance + 'a>> {
+    let one = |(i, (_, light)): (usize, &'a (String, Light))| -> Box<dyn Irradiance + 'a> {
+        match plain {
+            Some((plain, skies)) => Box::new(PlainRelit { plain: &plain[i], sky: &skies[i] }),
+            None => Box::new(Relit { scene, light, volume: volumes[i].as_ref(), volume_only }),
+        }
+    };
+    setup.lights.iter().enumerate().map(one).collect()
+}
+
 /// One exposure for all frames of a walk: the geometric mean of some of theirs.
-fn walk_exposure(scene: &Scene, setup: &Setup, volumes: &[Option<volume::Volume>], cameras: &[Camera]) -> Exposure {
+fn walk_exposure(scene: &Scene, light: &dyn Irradiance, cameras: &[Camera]) -> Exposure {
     const ASKED: usize = 16;
-    let relit = |i: usize| Relit { scene, light: &setup.lights[i].1, volume: volumes[i].as_ref(), volume_only: false };
     let some: Vec<&Camera> = cameras.iter().step_by(cameras.len().div_ceil(ASKED)).collect();
-    let sum: f32 = some.iter().map(|camera| exposure_of(scene, &relit(0), camera).0.ln()).sum();
+    let sum: f32 = some.iter().map(|camera| exposure_of(scene, light, camera).0.ln()).sum();
     Exposure((sum / some.len() as f32).exp())
 }
 

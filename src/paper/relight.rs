@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Plain;
-use crate::render::{Irradiance, Lit};
+use crate::render::{Irradiance, Lit, ShadingPoint};
 use crate::volume::Nearby;
 
 /// A scene lit the paper's way, for [`crate::render::render`]. Every sample looks up its own irradiance.
@@ -15,8 +15,8 @@ pub struct PlainRelit<'a> {
 }
 
 impl Irradiance for PlainRelit<'_> {
-    fn lit(&self, point: Vec3, normal: Vec3, _: &mut Nearby) -> Lit {
-        let (irradiance, source) = self.plain.irradiance(point, normal);
+    fn at(&self, spot: &ShadingPoint, _: &mut Nearby) -> Lit {
+        let (irradiance, source) = self.plain.irradiance(spot.position, spot.normal);
         Lit::known(irradiance, source, 1.0)
     }
 

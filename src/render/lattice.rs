@@ -7,6 +7,7 @@
 use glam::Vec3;
 
 use super::Lit;
+use crate::scene::Surface;
 
 /// Pixels between lattice points.
 const STEP: usize = 8;
@@ -16,14 +17,23 @@ const ALIKE: f32 = 0.03;
 
 /// A point of the surface that a pixel shows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ShadingPoint {
-    pub(super) position: Vec3,
-    pub(super) normal: Vec3,
+pub struct ShadingPoint {
+    /// Local metres.
+    pub position: Vec3,
+    /// Unit normal, on the side that is seen.
+    pub normal: Vec3,
+    /// A triangle that it is part of, or that the surface around it is.
+    pub triangle: u32,
     /// How far off its plane another point of the same surface may lie, metres.
     pub(super) near_m: f32,
 }
 
 impl ShadingPoint {
+    pub(super) fn new(surface: &Surface, near_m: f32) -> Self {
+        let Surface { position, normal, triangle, .. } = *surface;
+        Self { position, normal, triangle, near_m }
+    }
+
     /// Whether another point lies on this one's surface.
     #[inline]
     pub(super) fn shares(&self, position: Vec3, normal: Vec3) -> bool {
@@ -206,7 +216,12 @@ mod tests {
         let spot = |i: usize| {
             let (x, y) = (i % wide, i / wide);
             let depth = if x < edge { 0.0 } else { 1.0 };
-            ShadingPoint { position: Vec3::new(x as f32, y as f32, depth), normal: Vec3::NEG_Z, near_m: 0.01 }
+            ShadingPoint {
+                position: Vec3::new(x as f32, y as f32, depth),
+                normal: Vec3::NEG_Z,
+                triangle: 0,
+                near_m: 0.01,
+            }
         };
         let spots: Vec<_> = (0..wide * tall).map(|i| Some(spot(i))).collect();
         let mut lits = vec![None; spots.len()];

@@ -38,6 +38,7 @@ mod tests;
 mod view;
 
 pub use frame::{Frame, Source};
+pub use lattice::ShadingPoint;
 pub use rays::PrimaryRays;
 pub use relight::{Irradiance, Lit, Relit};
 pub use setup::{LeftOut, Options, Setup, SetupError, Timings, pictures, prepare, prepare_for};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::Source;
+use super::{ShadingPoint, Source};
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::volume::{Nearby, Volume};
@@ -10,7 +10,7 @@ use crate::volume::{Nearby, Volume};
 /// What tells irradiance on surfaces, and the radiance behind windows.
 pub trait Irradiance: Sync {
     /// What lights a point of a surface.
-    fn lit(&self, point: Vec3, normal: Vec3, scratch: &mut Nearby) -> Lit;
+    fn at(&self, spot: &ShadingPoint, scratch: &mut Nearby) -> Lit;
 
     /// Whether the sun reaches a point whose [`Lit`] asks for it.
     fn in_sun(&self, _point: Vec3, _normal: Vec3) -> bool {
@@ -64,7 +64,22 @@ pub struct Relit<'a> {
 }
 
 impl Irradiance for Relit<'_> {
-    fn lit(&self, point: Vec3, normal: Vec3, scratch: &mut Nearby) -> Lit {
+    fn at(&self, spot: &ShadingPoint, scratch: &mut Nearby) -> Lit {
+        self.lit(spot.position, spot.normal, scratch)
+    }
+
+    fn in_sun(&self, point: Vec3, normal: Vec3) -> bool {
+        self.light.sun_reaches(self.scene, point, normal)
+    }
+
+    fn sky(&self, direction: Vec3) -> Vec3 {
+        self.light.sky(direction)
+    }
+}
+
+impl Relit<'_> {
+    /// What lights a point of a surface.
+    pub fn lit(&self, point: Vec3, normal: Vec3, scratch: &mut Nearby) -> Lit {
         let (scene, light) = (self.scene, self.light);
         let mut agreement = 1.0;
         if !self.volume_only
@@ -106,16 +121,6 @@ impl Irradiance for Relit<'_> {
         }
     }
 
-    fn in_sun(&self, point: Vec3, normal: Vec3) -> bool {
-        self.light.sun_reaches(self.scene, point, normal)
-    }
-
-    fn sky(&self, direction: Vec3) -> Vec3 {
-        self.light.sky(direction)
-    }
-}
-
-impl Relit<'_> {
     /// Irradiance without direct sun where no record tells, and where it is from.
     fn unseen(&self, point: Vec3, normal: Vec3, scratch: &mut Nearby) -> (Vec3, Source) {
         let (scene, light) = (self.scene, self.light);

@@ -108,7 +108,7 @@ impl<'a> Shader<'a> {
         let mut near = std::mem::take(&mut self.near);
         near.clear();
         let relit = self.relit;
-        let mut ask = |spot: &ShadingPoint| relit.lit(spot.position, spot.normal, &mut near);
+        let mut ask = |spot: &ShadingPoint| relit.at(spot, &mut near);
         if self.shares {
             Lattice { wide, tall, spots: &self.spots, lits: &mut self.lits, ask: &mut ask }.fill();
         }
@@ -176,7 +176,7 @@ impl<'a> Shader<'a> {
         let distance = face.meet(&ray).max(least).min(most);
         let surface = face.surface(&ray, distance);
         let albedo = paint.patch(face, surface.barycentric, face.covered(direction, sides, distance), Texture::APART);
-        let spot = ShadingPoint { position: surface.position, normal: surface.normal, near_m: NEAR * distance };
+        let spot = ShadingPoint::new(&surface, NEAR * distance);
         self.fragments.push(Fragment { spot, count: hits.len() as u32, first: ALL, albedo, distance });
     }
 
@@ -188,7 +188,7 @@ impl<'a> Shader<'a> {
             let Some(hit) = hit else { continue };
             let ray = Ray { origin: self.origin, direction: self.rays.direction(x, y, i) };
             let surface = self.faces.get(hit.triangle).0.surface(&ray, hit.t);
-            let spot = ShadingPoint { position: surface.position, normal: surface.normal, near_m: NEAR * hit.t };
+            let spot = ShadingPoint::new(&surface, NEAR * hit.t);
             let mine = &self.fragments[start..];
             let known = mine.iter().position(|f| self.shares && f.spot.shares(surface.position, surface.normal));
             let fragment = known.unwrap_or_else(|| {

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
-use super::{Irradiance, Lit, Source, render};
+use super::{Irradiance, Lit, ShadingPoint, Source, render};
 use crate::scene::{Material, Mesh, Scene, Texture};
 use crate::site::{Camera, Pose};
 use crate::volume::Nearby;
@@ -11,7 +11,7 @@ use crate::volume::Nearby;
 struct Even;
 
 impl Irradiance for Even {
-    fn lit(&self, _: Vec3, _: Vec3, _: &mut Nearby) -> Lit {
+    fn at(&self, _: &ShadingPoint, _: &mut Nearby) -> Lit {
         Lit::known(Vec3::ONE, Source::Record, 1.0)
     }
 

@@ -15,6 +15,9 @@ pub struct Rendered {
     pub setup: Timings,
     /// The views, in the site's order.
     pub views: Vec<RenderedView>,
+    /// What views were drawn from, where not from the records themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baked: Option<BakedFrames>,
     /// Number of records.
     pub records: usize,
     /// What they take.
@@ -28,6 +31,17 @@ pub struct Rendered {
     /// The probes' gains, fitted to each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gains: Option<Fit>,
+}
+
+/// A bake that views were drawn from.
+#[derive(Clone, Debug, Serialize)]
+pub struct BakedFrames {
+    /// Number of vertices with light.
+    pub vertices: usize,
+    /// Seconds that baking took.
+    pub seconds: f64,
+    /// FLIP of some frames of a walk to the same rendered in full: of the first, the middle and the last one.
+    pub flip: Vec<f64>,
 }
 
 /// A stage that was left out, and what that saved where it is known.

@@ -3,7 +3,7 @@
 use super::hits::{pack_normal, unpack_normal};
 use super::{Chart, Hits, Light, charted};
 use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection, Radiometry};
-use crate::render::{Irradiance, Relit, Source};
+use crate::render::{Relit, Source};
 use crate::scene::{Material, Mesh, Scene};
 use crate::volume::{self, Nearby, Transport, Volume};
 use glam::{DVec2, DVec3, Mat3, Vec3};

@@ -2,7 +2,7 @@
 
 use clerestory::radiometry::Fit;
 use clerestory::render::{LeftOut, Timings};
-use clerestory::report::{NotDone, Rendered};
+use clerestory::report::{BakedFrames, NotDone, Rendered};
 use clerestory::study::{Comparison, median};
 use std::io::{self, Write};
 
@@ -15,6 +15,15 @@ pub(super) fn print(outcome: &Rendered, out: &mut impl Write) -> io::Result<()> 
     writeln!(out, "load {load_s:.2} s, shoot {shoot_s:.2} s, index {index_s:.2} s, volume {volume_s:.2} s")?;
     let mib = outcome.record_bytes as f64 / f64::from(1 << 20);
     writeln!(out, "{} records in {mib:.0} MiB", outcome.records)?;
+    if let Some(BakedFrames { vertices, seconds, flip }) = &outcome.baked {
+        let off: Vec<String> = flip.iter().map(|f| format!("{f:.3}")).collect();
+        let off = if off.is_empty() {
+            String::new()
+        } else {
+            format!("; FLIP to frames rendered in full: {}", off.join(", "))
+        };
+        writeln!(out, "drawn from light at {vertices} vertices, baked in {seconds:.2} s{off}")?;
+    }
     if let Some(fit) = &outcome.gains {
         print_gains(fit, out)?;
     }

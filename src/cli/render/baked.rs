@@ -1,0 +1,68 @@
+//! `render --baked`: views drawn from light on the model's vertices.
+
+use clerestory::bake::{self, Bake, BakeSettings, Baked, BakedLight, Pieces};
+use clerestory::render::{Irradiance, Options, Setup, render};
+use clerestory::report::BakedFrames;
+use clerestory::scene::Scene;
+use clerestory::shoot::Light;
+use clerestory::site::{Camera, Site};
+use clerestory::study::flip;
+use std::time::Instant;
+
+use super::RenderArgs;
+use crate::cli::terminal::progress;
+
+/// A bake, ready to be drawn from.
+pub(super) struct Drawn {
+    baked: Baked,
+    pieces: Pieces,
+    seconds: f64,
+}
+
+/// Bakes a site under the lightings of `options`; direct sun is kept apart, so that its edges are as sharp as when rendered.
+pub(super) fn baked(
+    site: &Site,
+    scene: &Scene,
+    options: &Options,
+    args: &RenderArgs,
+) -> anyhow::Result<(Drawn, Setup)> {
+    let start = Instant::now();
+    let settings = BakeSettings { vertices: args.vertices, views: false, sun_apart: true, ..BakeSettings::default() };
+    let bar = progress::bar(args.output.talks(), "{spinner} {msg}  {elapsed}");
+    bar.set_message("baking …");
+    let Bake { baked, setup } =
+        bake::bake(site, scene, options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;
+    bar.finish_and_clear();
+    let pieces = Pieces::new(scene, &baked);
+    let t = setup.timings;
+    let seconds = start.elapsed().as_secs_f64() - t.load_s - t.shoot_s - t.index_s - t.volume_s;
+    Ok((Drawn { baked, pieces, seconds }, setup))
+}
+
+impl Drawn {
+    /// What each lighting's views are drawn with.
+    pub(super) fn lights<'a>(&'a self, scene: &'a Scene, setup: &'a Setup) -> Vec<BakedLight<'a>> {
+        let one =
+            |(i, (_, light)): (usize, &'a (String, Light))| BakedLight::new(scene, &self.baked, i, light, &self.pieces);
+        setup.lights.iter().enumerate().map(one).collect()
+    }
+
+    /// What was baked, and how far the first, the middle and the last of some frames are from rendering them in full.
+    pub(super) fn told(
+        &self,
+        scene: &Scene,
+        lights: [&dyn Irradiance; 2],
+        frames: &[Camera],
+        samples: u32,
+    ) -> BakedFrames {
+        let mut some = [0, frames.len() / 2, frames.len().saturating_sub(1)].to_vec();
+        some.dedup();
+        let off = |i: usize| {
+            let camera = frames.get(i)?;
+            let [full, drawn] = lights.map(|light| render(scene, light, camera, samples, &|_, _| ()).radiance);
+            Some(flip(&drawn, &full))
+        };
+        let flip = some.into_iter().filter_map(off).collect();
+        BakedFrames { vertices: self.baked.vertices.len(), seconds: self.seconds, flip }
+    }
+}
