@@ -49,7 +49,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let volume = transport.map(|t| Volume::new(scene, t, light));
     let relit = Relit { scene, light, volume: volume.as_ref(), volume_only: false };
     let start = Instant::now();
-    let own = pictures(site, name, site.probes.len())?;
+    let own = pictures(site, name, site.probes.len(), 0)?;
     println!("decode: {:.0} ms", 1e3 * start.elapsed().as_secs_f64());
     let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
     let start = Instant::now();

@@ -34,13 +34,14 @@
 //! assert!((after - 2.0 * before).abs().max_element() < 1e-4);
 //! ```
 
-use glam::Vec3;
+use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::panorama::{Picture, Radiometry, luminance};
 use crate::render::{Irradiance, Relit, Source};
 use crate::scene::Scene;
+use crate::shoot::hits::Sunlit;
 use crate::shoot::{Choice, Light, RecordTransfer};
 use crate::volume::{Nearby, Transport, VolumeTransfer, of_place};
 
@@ -57,6 +58,10 @@ pub struct Transfer<'a> {
     rows: Rows,
     /// Luminance of the mean of what cells measured, when it was built.
     mean: f32,
+    /// The sun's irradiance on a surface that faces it, and per probe and channel by how much what cells in the sun measured exceeded
+    /// what cells in shade did, when it was built.
+    sun: Vec3,
+    contrast: Vec3,
 }
 
 /// The last step's matrix.
@@ -144,10 +149,38 @@ impl<'a> Transfer<'a> {
             RecordTransfer::new(records, picture, radiometry, sun, cells)
         };
         let probes: Vec<RecordTransfer> = light.records.iter().zip(pictures).zip(&cells).map(probe).collect();
-        let mut all = Self { probes, volume, rows, mean: 0.0 };
+        let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
+        let mut all = Self { probes, volume, rows, mean: 0.0, sun, contrast: Vec3::ZERO };
         let pictures: Vec<&Picture> = pictures.iter().map(|p| p.0).collect();
-        all.mean = mean(&all.measure(&pictures));
+        let measured = all.measure(&pictures);
+        (all.mean, all.contrast) = (mean(&measured), all.contrast(&measured));
         all
+    }
+
+    /// How many times as bright as when the operator was built what the cells [measured](Transfer::measure) is, in the mean.
+    pub fn brightness(&self, measured: &[Vec<Vec3A>]) -> f32 {
+        if self.mean > 0.0 { mean(measured) / self.mean } else { 1.0 }
+    }
+
+    /// The irradiance of the sun on a surface that faces it: as much more or less than when the operator was built as cells in the sun
+    /// exceed those in shade by now.
+    pub fn sun(&self, measured: &[Vec<Vec3A>]) -> Vec3 {
+        let now = self.contrast(measured);
+        let times = |c: usize| if self.contrast[c] > 0.0 { (now[c] / self.contrast[c]).max(0.0) } else { 1.0 };
+        self.sun * Vec3::from([0, 1, 2].map(times))
+    }
+
+    /// By how much the mean of what cells in the sun measured exceeds that of cells in shade.
+    fn contrast(&self, measured: &[Vec<Vec3A>]) -> Vec3 {
+        let mut sums = [(DVec3::ZERO, 0usize); 2];
+        for (probe, measured) in self.probes.iter().zip(measured) {
+            for (&sunlit, m) in probe.sunlit().iter().zip(measured) {
+                let Some(k) = [Sunlit::No, Sunlit::Yes].into_iter().position(|s| s == sunlit) else { continue };
+                sums[k] = (sums[k].0 + Vec3::from(*m).as_dvec3(), sums[k].1 + 1);
+            }
+        }
+        let [shade, sun] = sums.map(|(sum, count)| (sum / count.max(1) as f64).as_vec3());
+        sun - shade
     }
 
     /// Number of points.
@@ -176,15 +209,15 @@ impl<'a> Transfer<'a> {
     }
 
     /// What each probe's cells measure in its picture, which has the size of the one that the operator was built with.
-    pub fn measure(&self, pictures: &[&Picture]) -> Vec<Vec<Vec3>> {
+    pub fn measure(&self, pictures: &[&Picture]) -> Vec<Vec<Vec3A>> {
         self.probes.iter().zip(pictures).map(|(probe, picture)| probe.measure(picture)).collect()
     }
 
     /// Irradiance at all points under a lighting: what the cells [measured](Transfer::measure), the sun's irradiance on a
     /// surface that faces it, and how many times as bright as the site gives it the sky is, per channel.
-    pub fn light(&self, measured: &[Vec<Vec3>], sun: Vec3, sky: Vec3) -> Vec<Vec3> {
-        let factor = if self.mean > 0.0 { mean(measured) / self.mean } else { 1.0 };
-        let records: Vec<Vec3> = self
+    pub fn light(&self, measured: &[Vec<Vec3A>], sun: Vec3, sky: Vec3) -> Vec<Vec3> {
+        let factor = self.brightness(measured);
+        let records: Vec<Vec3A> = self
             .probes
             .iter()
             .zip(measured)
@@ -196,10 +229,10 @@ impl<'a> Transfer<'a> {
         let one = |(i, ends): (usize, &[[u32; 2]])| {
             let of_records = &rows.records[ends[0][0] as usize..ends[1][0] as usize];
             let of_places = &rows.places[ends[0][1] as usize..ends[1][1] as usize];
-            let seen: Vec3 = of_records.iter().map(|&(record, weight)| records[record as usize] * weight).sum();
+            let seen: Vec3A = of_records.iter().map(|&(record, weight)| records[record as usize] * weight).sum();
             let unseen: Vec3 =
                 of_places.iter().map(|&(place, w)| of_place(&vectors[place as usize], rows.normals[i]) * w).sum();
-            seen + unseen + sun * rows.sun[i]
+            Vec3::from(seen) + unseen + sun * rows.sun[i]
         };
         let mut all: Vec<Vec3> = rows.starts.par_windows(2).enumerate().with_min_len(4096).map(one).collect();
         for &(point, e) in &rows.guessed {
@@ -210,8 +243,8 @@ impl<'a> Transfer<'a> {
 }
 
 /// The luminance of the mean of what cells measured.
-fn mean(measured: &[Vec<Vec3>]) -> f32 {
-    let row = |row: &[Vec3]| row.iter().map(|m| f64::from(luminance(*m))).sum::<f64>();
+fn mean(measured: &[Vec<Vec3A>]) -> f32 {
+    let row = |row: &[Vec3A]| row.iter().map(|m| f64::from(luminance(Vec3::from(*m)))).sum::<f64>();
     let sums: Vec<f64> = measured.iter().flat_map(|m| m.par_chunks(4096).map(row).collect::<Vec<_>>()).collect();
     (sums.iter().sum::<f64>() / measured.iter().map(Vec::len).sum::<usize>().max(1) as f64) as f32
 }
@@ -246,7 +279,6 @@ fn of_records(
     needs_shadow_ray: bool,
     untrusted: bool,
 ) -> Option<Row> {
-    use crate::shoot::hits::Sunlit;
     let mut all: Vec<(u32, u32, Sunlit, f32)> = Vec::new();
     let observed = light.weigh(scene, (point, normal), false, |p, c, s, w| all.push((p, c, s, w)));
     let cos = light.sun_cosine(normal);

@@ -5,7 +5,7 @@
 mod support;
 
 use clerestory::bake::{self, Bake, Baked, BakedLight, Pieces, bake, write_glb, write_ply};
-use clerestory::panorama::{Picture, Radiometry};
+use clerestory::panorama::{self, Layer, Picture, Radiometry, write_exr};
 use clerestory::render::{Irradiance, Relit, pictures, prepare_for, render};
 use clerestory::scene::{self, Health, Mesh, Scene};
 use clerestory::shoot::Light;
@@ -90,7 +90,7 @@ fn a_sparse_product_relights_as_shooting_anew_does() {
     let (light, transport) = (&setup.lights[0].1, &setup.transports[0]);
     let volume = Volume::new(scene, transport, light);
     let relit = Relit { scene, light, volume: Some(&volume), volume_only: false };
-    let own = pictures(&site, "", 2).unwrap();
+    let own = pictures(&site, "", 2, 0).unwrap();
     let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
     let transfer = Transfer::new(&relit, Some(transport), &fed, &points);
     let shares = transfer.shares();
@@ -150,8 +150,8 @@ fn a_view_drawn_from_a_bake_is_as_rendered() {
     let Bake { baked, setup } = bake(&site, scene, &options(24), &settings, &|_| ()).unwrap();
     let (light, volumes) = (&setup.lights[0].1, setup.volumes(scene));
     let pieces = Pieces::new(scene, &baked);
-    let drawn = BakedLight::new(scene, &baked, 0, light, &pieces);
     let relit = Relit { scene, light, volume: volumes[0].as_ref(), volume_only: false };
+    let drawn = BakedLight::new(scene, &baked, 0, &relit, &pieces);
     let camera = site.views[0].camera;
     let [drawn, full] =
         [&drawn as &dyn Irradiance, &relit].map(|light| render(scene, light, &camera, 4, &|_, _| ()).radiance);
@@ -255,4 +255,46 @@ fn a_walk_leads_through_its_key_frames() {
     fs::write(&file, "[path]\nframes = 5\n[[key]]\nview = \"nowhere\"\n").unwrap();
     let told = walk(&built.site, &file).unwrap_err().to_string();
     assert!(told.contains("nowhere") && told.contains("v0") && told.contains(":4:"), "{told}");
+}
+
+/// Light from numbered pictures: a walk's frames are as bright as theirs, the last picture stays, and a gap is an error with its number.
+#[test]
+fn numbered_pictures_light_the_frames_of_a_walk() {
+    let (_, built) = room();
+    let folder = built.folder.path();
+    let site = fs::read_to_string(folder.join("site.toml")).unwrap();
+    let mut numbered = site.clone();
+    for probe in &built.site.probes {
+        let own = &probe.pictures[0].path;
+        let picture = panorama::read(own).unwrap();
+        let stem = own.file_stem().unwrap().to_string_lossy();
+        for (i, times) in [1.0, 0.5, 2.0].into_iter().enumerate() {
+            let pixels = picture.pixels.iter().map(|p| *p * times).collect();
+            let scaled = Picture { pixels, ..picture.clone() };
+            let to = folder.join(format!("{stem}_{:03}.exr", i + 1));
+            write_exr(&to, scaled.width, scaled.height, &[Layer::rgb("radiance", &scaled)], None).unwrap();
+        }
+        let name = own.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
+        numbered = numbered.replace(&name, &format!("{stem}_###.exr"));
+    }
+    assert_ne!(numbered, site);
+    fs::write(folder.join("site.toml"), numbered).unwrap();
+    let still = "position = [3.6, 2.5, 1.7]\nlook_at = [2, 1, 0.4]\n";
+    fs::write(folder.join("walk.toml"), format!("[path]\nframes = 4\nsize = [32, 24]\n[[key]]\n{still}")).unwrap();
+    let render = || {
+        let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
+        command.arg("render").arg(folder).args(["--cells", "16", "--vertices", "4000", "--json", "--path"]);
+        command.arg(folder.join("walk.toml")).arg("--out").arg(folder.join("out")).assert()
+    };
+    render().success();
+    let frame = |i: usize| panorama::read(&folder.join(format!("out/frame_{i:04}.exr"))).unwrap();
+    let first = frame(1);
+    for (i, times) in [(2, 0.5), (3, 2.0), (4, 2.0)] {
+        for (a, b) in frame(i).pixels.iter().zip(&first.pixels) {
+            assert!((*a - *b * times).abs().max_element() <= 2e-3 * times * b.max_element(), "{i}: {a}, {b}");
+        }
+    }
+    fs::remove_file(folder.join("p0_002.exr")).unwrap();
+    let told = String::from_utf8(render().failure().get_output().stderr.clone()).unwrap();
+    assert!(told.contains("number 2 is missing") && told.contains("site.toml:"), "{told}");
 }

@@ -4,46 +4,47 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Baked;
-use crate::render::{Irradiance, Lit, ShadingPoint};
+use crate::render::{Irradiance, Lit, Relit, ShadingPoint};
 use crate::scene::Scene;
-use crate::shoot::Light;
 use crate::volume::Nearby;
 
 /// A baked lighting, for [`crate::render::render`]: no record is looked up, and no ray cast but towards a sun that is kept apart.
+#[derive(Clone, Copy)]
 pub struct BakedLight<'a> {
     scene: &'a Scene,
     baked: &'a Baked,
-    /// What tells the sky, and how far the sun reaches.
-    light: &'a Light,
+    /// What was baked: tells of sides that were not, of the sky and how far the sun reaches.
+    relit: &'a Relit<'a>,
     /// Irradiance at the vertices.
     irradiance: &'a [Vec3],
     /// What the sun adds there where it reaches; empty where it is part of the irradiance.
     sunlight: &'a [Vec3],
+    /// How many times as bright all else is.
+    brightness: f32,
     pieces: &'a Pieces,
 }
 
 impl<'a> BakedLight<'a> {
-    /// A lighting of a bake by its number, and its light.
-    pub fn new(scene: &'a Scene, baked: &'a Baked, lighting: usize, light: &'a Light, pieces: &'a Pieces) -> Self {
+    /// A lighting of a bake by its number, and what it was baked from.
+    pub fn new(scene: &'a Scene, baked: &'a Baked, lighting: usize, relit: &'a Relit<'a>, pieces: &'a Pieces) -> Self {
         let (irradiance, sunlight) = (&baked.irradiance[lighting][..], &baked.sunlight[lighting][..]);
-        Self { scene, baked, light, irradiance, sunlight, pieces }
+        Self { scene, baked, relit, irradiance, sunlight, brightness: 1.0, pieces }
     }
 
-    /// The same bake with other irradiance at its vertices.
-    pub fn relit(self, irradiance: &'a [Vec3]) -> Self {
-        Self { irradiance, sunlight: &[], ..self }
+    /// The same bake with other irradiance at its vertices, that of the sun included, and all else so many times as bright.
+    pub fn relit(self, irradiance: &'a [Vec3], brightness: f32) -> Self {
+        Self { irradiance, sunlight: &[], brightness, ..self }
     }
 }
 
 impl Irradiance for BakedLight<'_> {
-    fn at(&self, spot: &ShadingPoint, _: &mut Nearby) -> Lit {
+    fn at(&self, spot: &ShadingPoint, near: &mut Nearby) -> Lit {
         let face = self.scene.face(spot.triangle);
         let back = self.scene.mesh.normal(spot.triangle).dot(spot.normal) < 0.0;
         let place = face.barycentric(spot.position);
-        // a side that nobody was thought to see has the light of the other
-        let sides = [back, !back].map(|back| 2 * spot.triangle as usize + usize::from(back));
-        let Some(piece) = sides.into_iter().find_map(|side| self.pieces.find(side, place)) else {
-            return Lit::default();
+        let Some(piece) = self.pieces.find(2 * spot.triangle as usize + usize::from(back), place) else {
+            let lit = self.relit.at(spot, near);
+            return Lit { shade: lit.shade * self.brightness, sun: lit.sun * self.brightness, ..lit };
         };
         let weights = self.baked.origins[piece as usize].weights(place);
         let corners = self.baked.triangles[piece as usize].map(|v| v as usize);
@@ -56,11 +57,11 @@ impl Irradiance for BakedLight<'_> {
     }
 
     fn in_sun(&self, point: Vec3, normal: Vec3) -> bool {
-        self.light.sun_reaches(self.scene, point, normal)
+        self.relit.in_sun(point, normal)
     }
 
     fn sky(&self, direction: Vec3) -> Vec3 {
-        self.light.sky(direction)
+        self.relit.sky(direction) * self.brightness
     }
 }
 

@@ -38,8 +38,10 @@ pub struct ProbeCheck {
 pub struct PictureCheck {
     /// The lighting; empty for a lone picture.
     pub lighting: String,
-    /// The file.
+    /// The file; of numbered pictures the first.
     pub file: PathBuf,
+    /// How many numbered pictures there are; 1 for a lone one.
+    pub frames: usize,
     /// Width in pixels.
     pub width: usize,
     /// Height in pixels.
@@ -80,6 +82,7 @@ pub(super) fn probes(
             pictures.push(PictureCheck {
                 lighting: lit.lighting.clone(),
                 file: lit.path.clone(),
+                frames: lit.frames.len().max(1),
                 width: picture.width,
                 height: picture.height,
                 nan: health.nan,

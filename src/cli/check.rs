@@ -86,7 +86,8 @@ fn print_probe(probe: &ProbeCheck, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "  floor beneath {}, nearest surface {}", metres(probe.height_m), metres(probe.nearest_m))?;
     for picture in &probe.pictures {
         let exposure = exposure(picture.exposure_value);
-        writeln!(out, "  {} × {} pixels, {}{exposure}", picture.width, picture.height, picture.file.display())?;
+        let frames = if picture.frames > 1 { format!(", the first of {}", picture.frames) } else { String::new() };
+        writeln!(out, "  {} × {} pixels, {}{frames}{exposure}", picture.width, picture.height, picture.file.display())?;
     }
     sentences(&probe.warnings, "  ", out)
 }

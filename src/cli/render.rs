@@ -2,28 +2,32 @@
 
 mod baked;
 mod compared;
+mod left_out;
 mod print;
+mod video;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum, ValueHint};
 use clerestory::bake::{self, BakedLight};
-use clerestory::check::{self, Saving};
+use clerestory::check;
 use clerestory::glam::Vec3;
-use clerestory::panorama::{self, Exposure, write_exr, write_png};
+use clerestory::panorama::{Exposure, write_exr, write_png};
 use clerestory::paper::{Plain, PlainRelit, ProbeLight};
-use clerestory::render::{Frame, Irradiance, LeftOut, Options, Relit, Setup, Timings, exposure_of, prepare, render};
-use clerestory::report::{NotDone, Rendered, RenderedView};
-use clerestory::scene::{self, Health, Mesh, Scene, Spared};
-use clerestory::shoot::{Light, read_light};
+use clerestory::render::{Frame, Irradiance, Options, Relit, Setup, Timings, exposure_of, prepare, render};
+use clerestory::report::{BakedFrames, Rendered, RenderedView};
+use clerestory::scene::{self, Health, Mesh, Scene};
+use clerestory::shoot::read_light;
 use clerestory::site::{Camera, Site, View};
 use clerestory::volume;
 use clerestory::{paper, radiometry, site};
 use compared::{Compared, compared, photos};
+use left_out::{not_done, not_loaded, unasked};
 use print::print;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use video::Video;
 
 use super::register::lighting;
 use super::terminal::output::Output;
@@ -71,8 +75,8 @@ pub(crate) struct RenderArgs {
     /// off. For a walk it is told by how much
     #[arg(long, conflicts_with_all = ["method", "volume_only", "all_stages"])]
     baked: bool,
-    /// With --baked: at most so many vertices
-    #[arg(long, value_name = "N", default_value_t = bake::BakeSettings::default().vertices, value_parser = super::bake::vertices, requires = "baked")]
+    /// With --baked, or where pictures are numbered: at most so many vertices
+    #[arg(long, value_name = "N", default_value_t = bake::BakeSettings::default().vertices, value_parser = super::bake::vertices)]
     vertices: usize,
     /// Use only the first N probes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -191,8 +195,17 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
         all_stages: args.all_stages || args.volume_only,
         volume_for_all: args.volume_only,
     };
-    let (baked, mut setup) = match args.baked {
-        true => baked::baked(&site, &scene, &options, args).map(|(baked, setup)| (Some(baked), setup))?,
+    let video = video::length(&site, &options);
+    if video.is_some() && (args.method == Method::Paper || args.volume_only || args.all_stages) {
+        bail!(
+            "{}: probes have numbered pictures, whose light goes to the model's vertices first. Leave out --method, --volume-only and --all-stages",
+            site.file.display()
+        );
+    }
+    let (baked, mut setup) = match args.baked || video.is_some() {
+        true => {
+            baked::baked(&site, &scene, &options, args, video.is_some()).map(|(baked, setup)| (Some(baked), setup))?
+        }
         false => (None, prepare(&site, &scene, &cameras, &options)?),
     };
     // all stages: the lightings that nobody asked for too
@@ -208,23 +221,46 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     let volumes = setup.volumes(&scene);
     let volume_s = start.elapsed().as_secs_f64();
 
+    let volume_only = args.volume_only;
+    let relits: Vec<Relit> = (setup.lights.iter().zip(&volumes))
+        .map(|((_, light), volume)| Relit { scene: &scene, light, volume: volume.as_ref(), volume_only })
+        .collect();
     let skies: Vec<Sky> = setup.lights.iter().map(|(_, light)| -> Sky { Box::new(|d| light.sky(d)) }).collect();
-    let relits = relits(&scene, &setup, &volumes, plain.as_deref().map(|p| (p, &skies[..])), args.volume_only);
-    let drawn: Option<Vec<BakedLight>> = baked.as_ref().map(|b| b.lights(&scene, &setup));
-    let light = |i: usize| drawn.as_ref().map_or(relits[i].as_ref(), |d| &d[i] as &dyn Irradiance);
+    let plain: Vec<PlainRelit> =
+        plain.iter().flatten().zip(&skies).map(|(plain, sky)| PlainRelit { plain, sky }).collect();
+    let mut filmed = match (&baked, video) {
+        (Some(drawn), Some(_)) => Some(Video::new((&site, &options, &setup), &relits, drawn.baked())?),
+        _ => None,
+    };
+    let drawn: Option<Vec<BakedLight>> = baked.as_ref().map(|b| b.lights(&scene, &relits));
+    let light = |i: usize| -> &dyn Irradiance {
+        let full = plain.get(i).map_or(&relits[i] as &dyn Irradiance, |p| p);
+        drawn.as_ref().map_or(full, |d| &d[i])
+    };
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = args.output.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
-    bar.set_length(views.iter().map(|v| u64::from(v.camera.height)).sum::<u64>() * setup.lights.len() as u64);
+    let shots = video::shots(&views, video, args.path.is_some());
+    bar.set_length(shots.iter().map(|s| u64::from(s.0.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
-    let mut steady = args.path.is_some().then(|| walk_exposure(&scene, light(0), &cameras));
-    for view in &views {
+    // frames of a walk, or of one view's video, must not flicker
+    let steady = args.path.is_some().then(|| walk_exposure(&scene, light(0), &cameras));
+    let mut steady: Vec<Exposure> = steady.into_iter().collect();
+    let mut relighting: Option<(usize, Vec<video::Relighting>)> = None;
+    for (n, (view, picture)) in shots.iter().enumerate() {
+        if let Some(video) = &mut filmed
+            && relighting.as_ref().is_none_or(|r| r.0 != *picture)
+        {
+            relighting = Some((*picture, video.light(*picture)?));
+        }
         let mut frame: Option<Frame> = None;
         for i in 0..setup.lights.len() {
             bar.set_message(visible(&view.name).into_owned());
             let before = bar.position();
             let tell = |rows: u64, _| bar.set_position(before + rows);
-            let this = render(&scene, light(i), &view.camera, args.samples, &tell);
+            let now = relighting.as_ref().zip(drawn.as_ref()).map(|((_, all), d)| d[i].relit(&all[i].0, all[i].1));
+            let light = now.as_ref().map_or(light(i), |now| now);
+            let this = render(&scene, light, &view.camera, args.samples, &tell);
             frame = Some(match frame {
                 None => this,
                 Some(first) => first.mixed(&this, args.share),
@@ -234,12 +270,11 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
         let Compared { error, fit, error_after_fit } = photos
             .get(&view.name)
             .map_or_else(Compared::default, |photo| compared(&scene, &probes, &view.camera, &frame, photo));
-        // frames of a walk must not flicker
-        let exposure = *steady.get_or_insert_with(|| Exposure::of(&frame.radiance));
-        if args.path.is_none() {
-            steady = None;
+        let number = if args.path.is_some() { 0 } else { n % views.len() };
+        if steady.len() <= number {
+            steady.push(Exposure::of(&frame.radiance));
         }
-        let file = write(&frame, view, &folder, args.layers, exposure)?;
+        let file = write(&frame, view, &folder, args.layers, steady[number])?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
         done.push(RenderedView {
             name: view.name.clone(),
@@ -254,12 +289,15 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     }
     bar.finish_and_clear();
     let baked = baked.as_ref().zip(drawn.as_ref()).map(|(baked, drawn)| {
-        let frames = if args.path.is_some() { &cameras[..] } else { &[] };
-        baked.told(&scene, [relits[0].as_ref(), &drawn[0]], frames, args.samples)
+        let frames = if args.path.is_some() && video.is_none() { &cameras[..] } else { &[] };
+        let told = baked.told(&scene, [&relits[0], &drawn[0]], frames, args.samples);
+        BakedFrames { video: filmed.as_ref().map(|video| video.times), ..told }
     });
+    drop(filmed);
     drop(drawn);
-    drop(relits);
+    drop(plain);
     drop(skies);
+    drop(relits);
     drop(volumes);
     let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
     let Setup { mut timings, records, record_bytes, .. } = setup;
@@ -276,59 +314,6 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
         warnings,
         gains,
     })
-}
-
-/// The light of the lightings that nobody asked for.
-fn unasked(site: &Site, scene: &Scene, options: &Options) -> anyhow::Result<Option<Setup>> {
-    let others = site.lightings().into_iter().filter(|l| !options.lightings.contains(l)).collect::<Vec<_>>();
-    if others.is_empty() {
-        return Ok(None);
-    }
-    let options = Options { lightings: others, all_stages: false, ..options.clone() };
-    Ok(Some(prepare(site, scene, &[], &options)?))
-}
-
-/// What no probe and no view can reach, in words.
-fn not_loaded(spared: Spared) -> NotDone {
-    let Spared { triangles, textures, seconds, bytes } = spared;
-    let pictures = match textures {
-        0 => String::new(),
-        1 => ", with a picture that only they have".to_owned(),
-        n => format!(", with {n} pictures that only they have"),
-    };
-    let why =
-        format!("{triangles} triangles lie behind closed walls that part them from all probes and views{pictures}");
-    NotDone { what: LeftOut { stage: "unreached", why }, saves: Some(Saving { seconds, bytes }) }
-}
-
-/// What was not done, and what that saved. `pictures_s` is what reading the pictures took that were read.
-fn not_done(
-    site: &Site,
-    args: &RenderArgs,
-    options: &Options,
-    unreached: Option<NotDone>,
-    setup: &Setup,
-    pictures_s: f64,
-) -> anyhow::Result<Vec<NotDone>> {
-    let mut all: Vec<NotDone> =
-        setup.left_out.iter().map(|what| NotDone { what: what.clone(), saves: None }).chain(unreached).collect();
-    let (mut read, mut spared, mut count) = (0usize, 0usize, 0usize);
-    for lit in site.probes.iter().take(options.probes).flat_map(|p| &p.pictures) {
-        let (width, height) = panorama::dimensions(&lit.path)?;
-        if options.lightings.contains(&lit.lighting) {
-            read += width * height;
-        } else {
-            (spared, count) = (spared + width * height, count + 1);
-        }
-    }
-    // with all stages they were
-    if count > 0 && !args.all_stages {
-        let why = format!("{count} pictures of lightings that were not asked for are not decoded");
-        let seconds = (pictures_s + setup.timings.index_s) * spared as f64 / read.max(1) as f64;
-        let bytes = (spared * size_of::<glam::Vec3>()) as u64;
-        all.push(NotDone { what: LeftOut { stage: "lightings", why }, saves: Some(Saving { seconds, bytes }) });
-    }
-    Ok(all)
 }
 
 /// The views that were asked for, in the site's order.
@@ -392,23 +377,6 @@ fn plain(
 
 /// What tells the sky's radiance.
 type Sky<'a> = Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>;
-
-/// What each lighting's views are rendered with, where they are not drawn from a bake.
-fn relits<'a>(
-    scene: &'a Scene,
-    setup: &'a Setup,
-    volumes: &'a [Option<volume::Volume<'a>>],
-    plain: Option<(&'a [Plain], &'a [Sky<'a>])>,
-    volume_only: bool,
-) -> Vec<Box<dyn Irradiance + 'a>> {
-    let one = |(i, (_, light)): (usize, &'a (String, Light))| -> Box<dyn Irradiance + 'a> {
-        match plain {
-            Some((plain, skies)) => Box::new(PlainRelit { plain: &plain[i], sky: &skies[i] }),
-            None => Box::new(Relit { scene, light, volume: volumes[i].as_ref(), volume_only }),
-        }
-    };
-    setup.lights.iter().enumerate().map(one).collect()
-}
 
 /// One exposure for all frames of a walk: the geometric mean of some of theirs.
 fn walk_exposure(scene: &Scene, light: &dyn Irradiance, cameras: &[Camera]) -> Exposure {

@@ -212,16 +212,21 @@ impl Setup {
 }
 
 /// The pictures of a lighting, in the projection that their records lie in, each with its radiometry: what a
-/// [`Transfer`](crate::transfer::Transfer) is fed with.
+/// [`Transfer`](crate::transfer::Transfer) is fed with. Of numbered pictures those of a `frame`, counted from 0.
 ///
 /// # Errors
 ///
 /// A picture that cannot be read.
-pub fn pictures(site: &Site, lighting: &str, probes: usize) -> Result<Vec<(Picture, Radiometry)>, PanoramaError> {
+pub fn pictures(
+    site: &Site,
+    lighting: &str,
+    probes: usize,
+    frame: usize,
+) -> Result<Vec<(Picture, Radiometry)>, PanoramaError> {
     let lit = site.probes.iter().take(probes).flat_map(|p| p.pictures.iter().map(move |file| (p, file)));
     lit.filter(|(_, file)| file.lighting == lighting)
         .map(|(probe, file)| {
-            let (picture, coding) = panorama::read_coded(&file.path)?;
+            let (picture, coding) = panorama::read_coded(file.at(frame))?;
             Ok((charted(picture, probe.projection).1, probe.radiometry(coding)))
         })
         .collect()

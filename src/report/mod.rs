@@ -39,5 +39,5 @@ pub use manifest::{Fingerprint, Manifest, Run, fingerprints};
 pub use markers::{Marker, cloud_compare, markers, maya, write_markers};
 pub use overview::{Overview, overview, overview_csv, overview_page};
 pub use register_sheet::{RegisterSheet, register_sheet, register_stem, register_words};
-pub use rendered::{BakedFrames, NotDone, Rendered, RenderedView};
+pub use rendered::{BakedFrames, NotDone, Rendered, RenderedView, VideoTimes};
 pub use study::{study_sheet, write_study};

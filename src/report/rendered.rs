@@ -42,6 +42,22 @@ pub struct BakedFrames {
     pub seconds: f64,
     /// FLIP of some frames of a walk to the same rendered in full: of the first, the middle and the last one.
     pub flip: Vec<f64>,
+    /// How numbered pictures were turned into light, where probes have such.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub video: Option<VideoTimes>,
+}
+
+/// What it took to light a bake by numbered pictures.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct VideoTimes {
+    /// Seconds for finding the operator.
+    pub operator_s: f64,
+    /// How many frames were lit.
+    pub frames: usize,
+    /// Seconds for reading all pictures.
+    pub decode_s: f64,
+    /// Seconds for all products.
+    pub product_s: f64,
 }
 
 /// A stage that was left out, and what that saved where it is known.

@@ -299,7 +299,7 @@ fn see(origin: Vec3, steps: [Vec3; 3], face: &Face, paint: &Paint, surface: &Sur
 }
 
 /// The cells of each row.
-fn split_rows<'a, T>(chart: &Chart, mut cells: &'a mut [T]) -> Vec<(usize, &'a mut [T])> {
+pub(super) fn split_rows<'a, T>(chart: &Chart, mut cells: &'a mut [T]) -> Vec<(usize, &'a mut [T])> {
     (0..chart.rows())
         .map(|row| {
             let (head, tail) = std::mem::take(&mut cells).split_at_mut(chart.row(row).len());

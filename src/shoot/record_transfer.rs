@@ -1,12 +1,12 @@
 //! Records as linear functions of what a probe's cells measure.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::hits::Hits;
-use super::records::{Estimate, Measured, Records, brightness, measured};
+use super::hits::{Hits, Sunlit};
+use super::records::{Estimate, Measured, Records, brightness, by_cell, measured, row_average};
 use crate::panorama::{Picture, Radiometry};
 
 /// Some records of one probe, each as E = s ∘ Σ w m over cells, where m is what a cell measured: albedo × radiance where it
@@ -20,6 +20,8 @@ pub struct RecordTransfer {
     terms: Vec<(u32, f32)>,
     /// Per record s = π ÷ Σ w ρ²; infinite in a channel that the surface does not reflect.
     scale: Vec<Vec3>,
+    /// Which cells of surface the sun shines on; empty where nobody names it.
+    sunlit: Vec<Sunlit>,
 }
 
 impl RecordTransfer {
@@ -53,7 +55,10 @@ impl RecordTransfer {
             starts.push(terms.len() as u32);
             scale.push(s);
         }
-        Self { hits, radiometry, starts, terms, scale }
+        let mut sunlit = sunlit.unwrap_or_default();
+        // the sky is neither
+        sunlit.iter_mut().zip(&hits.cells).filter(|c| !c.1.is_hit()).for_each(|c| *c.0 = Sunlit::Partly);
+        Self { hits, radiometry, starts, terms, scale, sunlit }
     }
 
     /// Number of records.
@@ -66,33 +71,38 @@ impl RecordTransfer {
         self.scale.is_empty()
     }
 
+    /// Which cells of surface the sun shines on; empty where nobody names it.
+    pub(crate) fn sunlit(&self) -> &[Sunlit] {
+        &self.sunlit
+    }
+
     /// Number of terms of all records.
     pub fn terms(&self) -> usize {
         self.terms.len()
     }
 
     /// What each cell measures in a picture of the same size: m of [`RecordTransfer`]; zero for bad pixels.
-    pub fn measure(&self, picture: &Picture) -> Vec<Vec3> {
-        let light = |(m, hit): (Option<Measured>, &super::hits::CellHit)| {
-            let l = m.map_or(Vec3::ZERO, |m| m.radiance);
-            if hit.is_hit() { hit.albedo() * l } else { l }
-        };
-        measured(&self.hits.chart, picture, &self.radiometry).into_par_iter().zip(&self.hits.cells).map(light).collect()
+    pub fn measure(&self, picture: &Picture) -> Vec<Vec3A> {
+        by_cell(&self.hits.chart, |row, x, n| {
+            let l = row_average(picture, &self.radiometry, row, x, n).map_or(Vec3::ZERO, |m| m.radiance);
+            let hit = &self.hits.cells[self.hits.chart.row(row).start + x];
+            Vec3A::from(if hit.is_hit() { hit.albedo() * l } else { l })
+        })
     }
 
     /// The records' irradiance (the sky's radiance), from what the cells measured.
-    pub fn light(&self, measured: &[Vec3]) -> Vec<Vec3> {
+    pub fn light(&self, measured: &[Vec3A]) -> Vec<Vec3A> {
         let one = |(ends, scale): (&[u32], &Vec3)| {
             let terms = &self.terms[ends[0] as usize..ends[1] as usize];
-            let sum: Vec3 = terms.iter().map(|&(cell, weight)| measured[cell as usize] * weight).sum();
+            let sum: Vec3A = terms.iter().map(|&(cell, weight)| measured[cell as usize] * weight).sum();
             if scale.is_finite() {
-                return (sum * *scale).min(Vec3::splat(f32::MAX));
+                return (sum * Vec3A::from(*scale)).min(Vec3A::splat(f32::MAX));
             }
             // as in a record: a channel that is not reflected is as the mean of the others
             let known = |c: &usize| scale[*c].is_finite();
             let count = (0..3).filter(known).count().max(1) as f32;
             let mean = (0..3).filter(known).map(|c| (sum[c] * scale[c]).min(f32::MAX) / count).sum::<f32>();
-            Vec3::from([0, 1, 2].map(|c| if known(&c) { (sum[c] * scale[c]).min(f32::MAX) } else { mean }))
+            Vec3A::from([0, 1, 2].map(|c| if known(&c) { (sum[c] * scale[c]).min(f32::MAX) } else { mean }))
         };
         self.starts.par_windows(2).with_min_len(4096).zip(&self.scale).map(one).collect()
     }

@@ -5,8 +5,7 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::hits::Sunlit;
-use super::hits::{CellHit, Hits, hides, unpack_normal};
+use super::hits::{CellHit, Hits, Sunlit, hides, split_rows, unpack_normal};
 use super::{Chart, Mean, Observation};
 use crate::panorama::{Picture, Radiometry, radius2};
 use crate::scene::{Ray, Scene};
@@ -344,32 +343,55 @@ fn irradiance(rho_l: Vec3, rho2: Vec3) -> [f32; 3] {
 
 /// What each cell of a chart measured, from a picture in the chart's own projection.
 pub(super) fn measured(chart: &Chart, picture: &Picture, radiometry: &Radiometry) -> Vec<Option<Measured>> {
-    let row = |row: usize| {
-        let n = chart.row(row).len();
-        (0..n).map(move |x| row_average(picture, radiometry, row, x, n))
-    };
-    (0..chart.rows()).into_par_iter().flat_map_iter(row).collect()
+    by_cell(chart, |row, x, n| row_average(picture, radiometry, row, x, n))
+}
+
+/// Something of each cell of a chart, given its row, its place in that, and how many cells the row has.
+pub(super) fn by_cell<T: Clone + Default + Send>(
+    chart: &Chart,
+    one: impl Fn(usize, usize, usize) -> T + Sync,
+) -> Vec<T> {
+    let mut all = vec![T::default(); chart.len()];
+    split_rows(chart, &mut all).into_par_iter().for_each(|(row, cells)| {
+        let n = cells.len();
+        cells.iter_mut().enumerate().for_each(|(x, cell)| *cell = one(row, x, n));
+    });
+    all
 }
 
 /// The mean radiance of cell `x` of `n` in a row, from the picture's pixels that it overlaps; pixels that are not
 /// finite or are negative do not count; `None` where none does.
-fn row_average(picture: &Picture, radiometry: &Radiometry, row: usize, x: usize, n: usize) -> Option<Measured> {
+pub(super) fn row_average(
+    picture: &Picture,
+    radiometry: &Radiometry,
+    row: usize,
+    x: usize,
+    n: usize,
+) -> Option<Measured> {
     let pixels = &picture.pixels[row * picture.width..][..picture.width];
+    let light = |i: usize| {
+        let r2 = radius2(picture.width, picture.height, i as f32 + 0.5, row as f32 + 0.5);
+        (radiometry.light(pixels[i], r2), radiometry.is_clipped(pixels[i]))
+    };
+    if n == picture.width {
+        return Picture::valid(pixels[x]).then(|| light(x)).map(|(radiance, clipped)| Measured { radiance, clipped });
+    }
     let scale = picture.width as f32 / n as f32;
     let (from, to) = (x as f32 * scale, (x + 1) as f32 * scale);
     let mut sum = Vec3::ZERO;
-    let (mut weight, mut clipped) = (0.0, false);
-    let last = (to.ceil() as usize).min(picture.width);
-    for (i, &pixel) in pixels.iter().enumerate().take(last).skip(from as usize) {
+    let (mut weight, mut any_clipped) = (0.0, false);
+    // up to the next whole number: f32::ceil is a slow call on plain x86-64
+    let last = (to as usize + usize::from((to as usize as f32) < to)).min(picture.width);
+    for i in from as usize..last {
         let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
-        if Picture::valid(pixel) {
-            let r2 = radius2(picture.width, picture.height, i as f32 + 0.5, row as f32 + 0.5);
-            sum += radiometry.light(pixel, r2) * w;
+        if Picture::valid(pixels[i]) {
+            let (radiance, clipped) = light(i);
+            sum += radiance * w;
             weight += w;
-            clipped |= radiometry.is_clipped(pixel);
+            any_clipped |= clipped;
         }
     }
-    (weight > 0.0).then(|| Measured { radiance: sum / weight, clipped })
+    (weight > 0.0).then(|| Measured { radiance: sum / weight, clipped: any_clipped })
 }
 
 impl CellHit {

@@ -76,7 +76,8 @@ impl Site {
         if let Some(Environment::Image { path, .. }) = &self.environment {
             files.push(path.clone());
         }
-        files.extend(self.probes.iter().flat_map(|p| p.pictures.iter().map(|l| l.path.clone())));
+        let pictures = self.probes.iter().flat_map(|p| &p.pictures);
+        files.extend(pictures.flat_map(|l| std::iter::once(&l.path).chain(l.frames.iter().skip(1))).cloned());
         files.extend(self.views.iter().flat_map(|v| [v.photo.clone(), v.mask.clone()]).flatten());
         files.extend(self.pose_file.iter().flat_map(|path| poses::files(path)));
         files

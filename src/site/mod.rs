@@ -51,6 +51,7 @@ mod poses;
 mod resection;
 mod resolve;
 #[expect(clippy::module_inception, reason = "where a newcomer looks for Site")]
+mod sequence;
 mod site;
 mod walk;
 

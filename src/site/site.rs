@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::panorama::{Coding, Projection, Radiometry};
 use crate::site::camera::Camera;
@@ -193,8 +193,17 @@ impl Probe {
 pub struct LitPicture {
     /// The lighting's name, such as `10:00`; empty where the site has only one.
     pub lighting: String,
-    /// The picture's file.
+    /// The picture's file; of a numbered sequence the first.
     pub path: PathBuf,
+    /// All pictures of a numbered sequence, in their order; empty for a lone picture.
+    pub frames: Vec<PathBuf>,
+}
+
+impl LitPicture {
+    /// The picture at a frame of a video: that of a sequence, which stays at its last, or the lone one.
+    pub fn at(&self, frame: usize) -> &Path {
+        self.frames.get(frame).or(self.frames.last()).unwrap_or(&self.path)
+    }
 }
 
 /// A camera whose picture is rendered.

@@ -1,6 +1,6 @@
 //! The volume as a linear function of records.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::smooth::evened;
@@ -114,14 +114,14 @@ impl<'a> VolumeTransfer<'a> {
 
     /// The vector irradiance of all gathered places, from the records' light, the sun's irradiance, and the factors of the
     /// sky as the site gives it and of what nobody measured.
-    pub fn vectors(&self, records: &[Vec3], sun: Vec3, sky: Vec3, factor: f32) -> Vec<[Vec3; 3]> {
+    pub fn vectors(&self, records: &[Vec3A], sun: Vec3, sky: Vec3, factor: f32) -> Vec<[Vec3; 3]> {
         let first = |(i, ends): (usize, &[u32])| {
             let [mut vectors, guessed] = self.fixed[i];
             for c in 0..3 {
                 vectors[c] = vectors[c] * sky[c] + guessed[c] * factor + self.sun[i][c] * sun[c];
             }
             for t in &self.terms[ends[0] as usize..ends[1] as usize] {
-                add(&mut vectors, t.weight, t.rho * records[t.record as usize]);
+                add(&mut vectors, t.weight, t.rho * Vec3::from(records[t.record as usize]));
             }
             vectors
         };

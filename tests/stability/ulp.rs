@@ -28,7 +28,7 @@ pub(crate) fn asked(built: &Built, options: &Options, ask: impl Fn(&Relit) -> Ve
         picture.pixels.iter_mut().enumerate().for_each(|(k, p)| *p *= nudge(k));
         let path = built.folder.path().join(format!("moved{i}.exr"));
         write_exr(&path, picture.width, picture.height, &[Layer::rgb("", &picture)], None).unwrap();
-        probe.pictures.push(LitPicture { lighting: "moved".to_owned(), path });
+        probe.pictures.push(LitPicture { lighting: "moved".to_owned(), path, frames: Vec::new() });
     }
     // a lighting more of the same probes: rays are cast once
     let options = Options { lightings: vec![String::new(), "moved".to_owned()], ..options.clone() };

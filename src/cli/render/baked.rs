@@ -1,10 +1,9 @@
 //! `render --baked`: views drawn from light on the model's vertices.
 
 use clerestory::bake::{self, Bake, BakeSettings, Baked, BakedLight, Pieces};
-use clerestory::render::{Irradiance, Options, Setup, render};
+use clerestory::render::{Irradiance, Options, Relit, Setup, render};
 use clerestory::report::BakedFrames;
 use clerestory::scene::Scene;
-use clerestory::shoot::Light;
 use clerestory::site::{Camera, Site};
 use clerestory::study::flip;
 use std::time::Instant;
@@ -19,15 +18,17 @@ pub(super) struct Drawn {
     seconds: f64,
 }
 
-/// Bakes a site under the lightings of `options`; direct sun is kept apart, so that its edges are as sharp as when rendered.
+/// Bakes a site under the lightings of `options`. Direct sun is kept apart, so that its edges are as sharp as when rendered; not
+/// for a video, whose pictures tell both together.
 pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     options: &Options,
     args: &RenderArgs,
+    video: bool,
 ) -> anyhow::Result<(Drawn, Setup)> {
     let start = Instant::now();
-    let settings = BakeSettings { vertices: args.vertices, views: false, sun_apart: true, ..BakeSettings::default() };
+    let settings = BakeSettings { vertices: args.vertices, views: false, sun_apart: !video, ..BakeSettings::default() };
     let bar = progress::bar(args.output.talks(), "{spinner} {msg}  {elapsed}");
     bar.set_message("baking …");
     let Bake { baked, setup } =
@@ -41,10 +42,14 @@ pub(super) fn baked(
 
 impl Drawn {
     /// What each lighting's views are drawn with.
-    pub(super) fn lights<'a>(&'a self, scene: &'a Scene, setup: &'a Setup) -> Vec<BakedLight<'a>> {
-        let one =
-            |(i, (_, light)): (usize, &'a (String, Light))| BakedLight::new(scene, &self.baked, i, light, &self.pieces);
-        setup.lights.iter().enumerate().map(one).collect()
+    pub(super) fn lights<'a>(&'a self, scene: &'a Scene, relits: &'a [Relit<'a>]) -> Vec<BakedLight<'a>> {
+        let one = |(i, relit)| BakedLight::new(scene, &self.baked, i, relit, &self.pieces);
+        relits.iter().enumerate().map(one).collect()
+    }
+
+    /// The bake.
+    pub(super) fn baked(&self) -> &Baked {
+        &self.baked
     }
 
     /// What was baked, and how far the first, the middle and the last of some frames are from rendering them in full.
@@ -63,6 +68,6 @@ impl Drawn {
             Some(flip(&drawn, &full))
         };
         let flip = some.into_iter().filter_map(off).collect();
-        BakedFrames { vertices: self.baked.vertices.len(), seconds: self.seconds, flip }
+        BakedFrames { vertices: self.baked.vertices.len(), seconds: self.seconds, flip, video: None }
     }
 }

@@ -2,7 +2,7 @@
 
 use clerestory::radiometry::Fit;
 use clerestory::render::{LeftOut, Timings};
-use clerestory::report::{BakedFrames, NotDone, Rendered};
+use clerestory::report::{BakedFrames, NotDone, Rendered, VideoTimes};
 use clerestory::study::{Comparison, median};
 use std::io::{self, Write};
 
@@ -15,7 +15,7 @@ pub(super) fn print(outcome: &Rendered, out: &mut impl Write) -> io::Result<()> 
     writeln!(out, "load {load_s:.2} s, shoot {shoot_s:.2} s, index {index_s:.2} s, volume {volume_s:.2} s")?;
     let mib = outcome.record_bytes as f64 / f64::from(1 << 20);
     writeln!(out, "{} records in {mib:.0} MiB", outcome.records)?;
-    if let Some(BakedFrames { vertices, seconds, flip }) = &outcome.baked {
+    if let Some(BakedFrames { vertices, seconds, flip, video }) = &outcome.baked {
         let off: Vec<String> = flip.iter().map(|f| format!("{f:.3}")).collect();
         let off = if off.is_empty() {
             String::new()
@@ -23,6 +23,15 @@ pub(super) fn print(outcome: &Rendered, out: &mut impl Write) -> io::Result<()> 
             format!("; FLIP to frames rendered in full: {}", off.join(", "))
         };
         writeln!(out, "drawn from light at {vertices} vertices, baked in {seconds:.2} s{off}")?;
+        if let Some(VideoTimes { operator_s, frames, decode_s, product_s }) = video {
+            let each = 1e3 / *frames as f64;
+            writeln!(
+                out,
+                "{frames} pictures of each probe: operator found in {operator_s:.2} s; reading {:.0} ms, relighting {:.0} ms each",
+                decode_s * each,
+                product_s * each
+            )?;
+        }
     }
     if let Some(fit) = &outcome.gains {
         print_gains(fit, out)?;

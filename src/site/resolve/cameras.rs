@@ -100,7 +100,11 @@ impl Resolver<'_> {
                     name: name.clone(),
                     pose: camera.pose,
                     placed: true,
-                    pictures: vec![LitPicture { lighting: lighting.to_owned(), path: photo.clone() }],
+                    pictures: vec![LitPicture {
+                        lighting: lighting.to_owned(),
+                        path: photo.clone(),
+                        frames: Vec::new(),
+                    }],
                     projection: Projection::Camera(camera.model()),
                     gain: Vec3::ONE,
                     vignetting: Vec2::ZERO,

@@ -7,6 +7,7 @@ use super::super::Pictures;
 use super::super::fault::SiteError;
 use super::super::file::ProjectionKey;
 use super::super::files::{find_by_end, find_loosely, is_url};
+use super::super::sequence::{is_numbered, numbered};
 use super::Resolver;
 use crate::panorama::{self, Projection};
 
@@ -77,6 +78,39 @@ impl Resolver<'_> {
             format!("expected a picture that is {shape}, found {width} × {height} pixels in “{name}”"),
             "Crop the picture, or set projection to what it is",
         ))
+    }
+
+    /// The pictures that a name with # for the digits of a number means, all of one size; `None` for any other name.
+    pub(super) fn sequence(
+        &self,
+        name: &str,
+        projection: &Projection,
+        at: &Range<usize>,
+    ) -> Result<Option<Vec<PathBuf>>, SiteError> {
+        if !is_numbered(name) || self.folder.join(name).exists() {
+            return Ok(None);
+        }
+        let fault = |problem: String, help: &str| self.source.fault(at.clone(), problem, help);
+        let frames = numbered(&self.folder, name)
+            .map_err(|why| fault(why, "Name them as west_####.exr means west_0001.exr, west_0002.exr and so on"))?;
+        let first = frames[0].strip_prefix(&self.folder).unwrap_or(&frames[0]).display().to_string();
+        self.panorama(&first, at.clone(), projection)?;
+        let size = self.size_of(&frames[0], at.clone())?;
+        for frame in &frames[1..] {
+            let other = self.size_of(frame, at.clone())?;
+            if other != size {
+                let problem = format!(
+                    "“{}” has {} × {} pixels, the first of its sequence {} × {}",
+                    frame.display(),
+                    other.0,
+                    other.1,
+                    size.0,
+                    size.1
+                );
+                return Err(fault(problem, "Give all pictures of a sequence one size"));
+            }
+        }
+        Ok(Some(frames))
     }
 
     /// Width and height, from the picture's header alone.

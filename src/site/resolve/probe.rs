@@ -7,6 +7,7 @@ use toml::Spanned;
 use super::super::fault::SiteError;
 use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey};
 use super::super::pose::{Orientation, finite};
+use super::super::sequence::numbered;
 use super::super::site::{LitPicture, Places, Probe, Site};
 use super::Resolver;
 use super::lens::{LensKeys, lens_keys};
@@ -39,8 +40,12 @@ impl Resolver<'_> {
         let pose = orientation.pose(&self.source, &self.frame, position)?;
         let projection = self.probe_projection(table)?;
         let picture = |lighting: &str, name: &str, at: Range<usize>| {
+            let lighting = lighting.to_owned();
+            if let Some(frames) = self.sequence(name, &projection, &at)? {
+                return Ok(LitPicture { lighting, path: frames[0].clone(), frames });
+            }
             let path = self.to_be_made(name).map_or_else(|| self.panorama(name, at, &projection), Ok)?;
-            Ok(LitPicture { lighting: lighting.to_owned(), path })
+            Ok(LitPicture { lighting, path, frames: Vec::new() })
         };
         let pictures = match t.image.get_ref() {
             ImageKey::One(name) => vec![picture("", name, t.image.span())?],
@@ -139,7 +144,11 @@ impl Resolver<'_> {
             ImageKey::PerLighting(all) => all.first().map(|(_, path)| (path.get_ref().as_str(), path.span())),
         };
         let Some((name, at)) = first else { return Ok(Projection::LatLong) };
-        let (width, height) = self.size_of(&self.existing(name, at.clone(), "the picture")?, at)?;
+        let path = match numbered(&self.folder, name) {
+            Ok(frames) => frames[0].clone(),
+            Err(_) => self.existing(name, at.clone(), "the picture")?,
+        };
+        let (width, height) = self.size_of(&path, at)?;
         let model = self.camera_model(&keys, [width, height], lens, false, ("probe", table.span()))?;
         Ok(Projection::Camera(model))
     }
