@@ -93,7 +93,11 @@ pub fn fit(files: &[String]) {
         println!("{way}: {} candidates, {faults} faults; bias {:.2}", all.len(), weights[0]);
         for k in 0..n {
             let even = all[0].cues[k].2;
-            println!("    {:40} even {even:7.2}  weight {:7.3}", names[k], weights[k + 1] / spread[k]);
+            let mut values: Vec<f64> = all.iter().map(|c| c.cues[k].1).collect();
+            values.sort_by(f64::total_cmp);
+            let (low, high) = (values[0], values[values.len() - 1]);
+            let weight = weights[k + 1] / spread[k];
+            println!("    {:46} even {even:6.2}  weight {weight:7.3}  seen: {low:.2} to {high:.2}", names[k]);
         }
     }
     report(&weighed, photographs);

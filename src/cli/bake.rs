@@ -45,7 +45,7 @@ pub(crate) struct BakeHow {
     /// Only this lighting; may be given several times [default: all]
     #[arg(long, value_name = "NAME")]
     pub(super) lighting: Vec<String>,
-    /// At most so many vertices [default: 1000000; for a page 300000]
+    /// At most so many vertices [default: 1000000; for a page 8 a triangle, 300000 to 1000000]
     #[arg(long, value_name = "N", value_parser = vertices)]
     pub(super) vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share

@@ -43,8 +43,11 @@ pub(crate) struct ViewArgs {
     quiet: bool,
 }
 
-/// Vertices that a laptop without a graphics card of its own draws fast enough.
-const VERTICES: usize = 300_000;
+/// How many vertices a page has unless told otherwise: a few for each of the model's triangles, no fewer and no more than browsers
+/// open in seconds.
+fn usual_vertices(triangles: usize) -> usize {
+    (8 * triangles).clamp(300_000, 1_000_000)
+}
 
 /// What was made, for scripts.
 #[derive(Serialize)]
@@ -91,7 +94,11 @@ pub(super) fn viewed(
     let lightings = lightings(site, &how.lighting)?;
     let folder = super::terminal::output::folder(out, site)?;
     let scene = scene::load(site, &mut Health::default())?;
-    let usual = bake::BakeSettings { vertices: VERTICES, sun_apart: true, ..bake::BakeSettings::default() };
+    let usual = bake::BakeSettings {
+        vertices: usual_vertices(scene.mesh.triangles.len()),
+        sun_apart: true,
+        ..bake::BakeSettings::default()
+    };
     let Bake { baked, .. } = baked(site, &scene, &lightings, how, usual, shown)?;
     let file = folder.join("viewer.html");
     write_viewer(&file, site, &scene, &baked, extras)?;

@@ -11,7 +11,7 @@ use crate::audit::verdict::Reason;
 pub(crate) struct Cue {
     test: &'static str,
     unit: &'static str,
-    /// Values beyond these count as these.
+    /// Values beyond these count as these: no weight is known outside what was fitted.
     limits: [f32; 2],
     /// Where it speaks neither way.
     even: f32,
@@ -85,7 +85,7 @@ pub(crate) static PICTURE: Cues<9> = Cues {
         Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, 0.32),
         Cue::new("correlation with the model's texture", "correlation", [-0.5, 1.0], 0.5, -1.20),
         Cue::new(COLOUR, "ΔE00", [0.0, 25.0], 3.0, 0.26),
-        Cue::new("the same, times size", "ΔE00 × logarithm", [0.0, 40.0], 0.0, 0.22),
+        Cue::new("the same, times size", "ΔE00 × logarithm", [0.0, 20.0], 0.0, 0.22),
         Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.29),
         Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.28),
         Cue::new(ELSEWHERE, "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.28),
