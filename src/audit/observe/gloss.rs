@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 use std::f32::consts::FRAC_1_SQRT_2;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
@@ -101,8 +102,11 @@ impl<'a> Gloss<'a> {
             return relit.light.told_sky(direction).unwrap_or_default().max(self.beyond);
         };
         let at = point + direction * hit.t;
-        let lights = self.probes.iter().filter_map(|p| Some((p.origin.distance_squared(at), p.light_of(at)?)));
-        if let Some((_, light)) = lights.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        // the nearest first, as few as need be
+        let mut nearest: SmallVec<[(f32, u32); 32]> =
+            self.probes.iter().enumerate().map(|(i, p)| (p.origin.distance_squared(at), i as u32)).collect();
+        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if let Some(light) = nearest.iter().find_map(|(_, i)| self.probes[*i as usize].light_of(at)) {
             return light;
         }
         let s = scene.surface(&ray, &hit);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 use crate::panorama::{Coding, Picture, latlong, latlong_pixel_fast, neighbours};
-use crate::scene::{Ray, Scene};
+use crate::scene::Scene;
 use crate::site::Probe;
 
 /// Radiance below this share of a probe's mean counts as this much: the logarithm must not run away.
@@ -20,6 +20,7 @@ pub(crate) struct ProbeView {
     /// Local metres.
     pub(crate) origin: Vec3,
     to_probe: Mat3,
+    directions: Directions,
     /// The logarithm of radiance, and averaged 2 × 2, 4 × 4, …
     levels: Vec<Level>,
     /// Distance to the model through each pixel's middle; infinite where there is none.
@@ -70,17 +71,17 @@ impl ProbeView {
         let origin = scene.local(probe.pose.position);
         let to_world = probe.pose.rotation.as_mat3();
         let (width, height) = (levels[0].width, levels[0].height);
-        let depth = (0..width * height)
-            .into_par_iter()
-            .map(|i| {
-                if levels[0].log[i].is_nan() {
-                    return f32::INFINITY;
-                }
-                let direction = to_world * direction(width, height, i);
-                scene.tracer.closest(&Ray { origin, direction }, 1e-3).map_or(f32::INFINITY, |hit| hit.t)
-            })
-            .collect();
-        Self { name: probe.name.clone(), origin, to_probe: to_world.transpose(), levels, depth }
+        let directions = Directions::new(width, height);
+        let mut depth = vec![f32::INFINITY; width * height];
+        depth.par_chunks_mut(width).enumerate().for_each(|(y, depth)| {
+            let row: Vec<Vec3> = (0..width).map(|x| to_world * directions.of(x, y)).collect();
+            let mut hits = vec![None; width];
+            scene.tracer.closest_packet(origin, &row, 1e-3, &mut hits);
+            for (x, (depth, hit)) in depth.iter_mut().zip(hits).enumerate() {
+                *depth = hit.filter(|_| !levels[0].log[y * width + x].is_nan()).map_or(f32::INFINITY, |hit| hit.t);
+            }
+        });
+        Self { name: probe.name.clone(), origin, to_probe: to_world.transpose(), directions, levels, depth }
     }
 
     /// The brightest light in its picture, over 4 × 4 pixels.
@@ -146,6 +147,7 @@ impl ProbeView {
         let footprint = distance * self.pixel_angle() / cos.sqrt();
         let tolerance = 0.6 * distance * self.pixel_angle() / cos + 2e-3;
         let (cx, cy) = (at.x as isize, at.y as isize);
+        let to_world = self.to_probe.transpose();
         for dy in -1..=1 {
             for dx in -1..=1 {
                 let y = cy + dy;
@@ -154,7 +156,7 @@ impl ProbeView {
                 }
                 let x = (cx + dx).rem_euclid(w as isize) as usize;
                 let i = y as usize * w + x;
-                let d = self.to_probe.transpose() * direction(w, h, i);
+                let d = to_world * self.directions.of(x, y as usize);
                 let along = normal.dot(d);
                 let expected = if along < -0.03 { plane / along } else { return None };
                 if (self.depth[i] - expected).abs() > tolerance * (expected / distance).max(1.0) {
@@ -168,21 +170,35 @@ impl ProbeView {
 
 impl Level {
     fn bilinear(&self, at: Vec2) -> Vec3 {
-        let (pixels, fraction) = neighbours(self.width, self.height, at);
-        let [top, bottom] = pixels.map(|row| {
-            let [left, right] = row.map(|[x, y]| self.log[y * self.width + x]);
-            left + (right - left) * fraction.x
-        });
+        let ([top, bottom], fraction) = neighbours(self.width, self.height, at);
+        let at = |[x, y]: [usize; 2]| self.log[y * self.width + x];
+        let between = |[left, right]: [[usize; 2]; 2]| at(left) + (at(right) - at(left)) * fraction.x;
+        let (top, bottom) = (between(top), between(bottom));
         top + (bottom - top) * fraction.y
     }
 }
 
-/// Unit direction of a pixel's middle in the probe's axes.
-fn direction(width: usize, height: usize, i: usize) -> Vec3 {
-    let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
-    let (sin_phi, cos_phi) = ((x / width as f32 - 0.5) * 2.0 * PI).sin_cos();
-    let (sin_theta, cos_theta) = (y / height as f32 * PI).sin_cos();
-    Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
+/// Unit directions of the middles of pixels in the probe's axes.
+struct Directions {
+    /// Per column and per row the sine and the cosine of its longitude, or of its angle from above.
+    columns: Vec<(f32, f32)>,
+    rows: Vec<(f32, f32)>,
+}
+
+impl Directions {
+    fn new(width: usize, height: usize) -> Self {
+        let at = |i: usize, of: usize| (i as f32 + 0.5) / of as f32;
+        Self {
+            columns: (0..width).map(|x| ((at(x, width) - 0.5) * 2.0 * PI).sin_cos()).collect(),
+            rows: (0..height).map(|y| (at(y, height) * PI).sin_cos()).collect(),
+        }
+    }
+
+    #[inline]
+    fn of(&self, x: usize, y: usize) -> Vec3 {
+        let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (self.columns[x], self.rows[y]);
+        Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
+    }
 }
 
 /// Means of 2 × 2 pixels; invalid ones spoil theirs.
