@@ -1,7 +1,6 @@
 //! A rendered view.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::panorama::{Layer, Picture};
 
@@ -60,27 +59,36 @@ pub(super) struct Pixel {
 }
 
 impl Frame {
-    pub(super) fn from_pixels(width: usize, height: usize, pixels: &[Pixel], rays_s: f64, shade_s: f64) -> Self {
-        let picture = |f: fn(&Pixel) -> Vec3| Picture { width, height, pixels: pixels.par_iter().map(f).collect() };
-        let (surface, recorded) =
-            pixels.iter().fold((0u64, 0u64), |sum, p| (sum.0 + u64::from(p.surface), sum.1 + u64::from(p.recorded)));
+    /// A frame without any rows yet.
+    pub(super) fn new(width: usize, height: usize) -> Self {
+        let picture = || Picture { width, height, pixels: Vec::with_capacity(width * height) };
+        Self {
+            radiance: picture(),
+            albedo: picture(),
+            normal: picture(),
+            depth: Vec::with_capacity(width * height),
+            source: Vec::with_capacity(width * height),
+            agreement: Vec::with_capacity(width * height),
+            covered_fraction: 1.0,
+            rays_s: 0.0,
+            shade_s: 0.0,
+        }
+    }
+
+    /// Adds the next rows.
+    pub(super) fn extend(&mut self, pixels: &[Pixel]) {
         let source = |p: &Pixel| match p {
             Pixel { surface: 0, .. } => Source::None,
             p if 2 * p.recorded >= p.surface => Source::Record,
             p if 2 * p.neighboured > p.surface => Source::Neighbour,
             _ => Source::Volume,
         };
-        Self {
-            radiance: picture(|p| p.radiance),
-            albedo: picture(|p| p.albedo),
-            normal: picture(|p| p.normal),
-            depth: pixels.iter().map(|p| p.depth).collect(),
-            source: pixels.iter().map(source).collect(),
-            agreement: pixels.iter().map(|p| p.agreement).collect(),
-            covered_fraction: if surface > 0 { recorded as f64 / surface as f64 } else { 1.0 },
-            rays_s,
-            shade_s,
-        }
+        self.radiance.pixels.extend(pixels.iter().map(|p| p.radiance));
+        self.albedo.pixels.extend(pixels.iter().map(|p| p.albedo));
+        self.normal.pixels.extend(pixels.iter().map(|p| p.normal));
+        self.depth.extend(pixels.iter().map(|p| p.depth));
+        self.source.extend(pixels.iter().map(source));
+        self.agreement.extend(pixels.iter().map(|p| p.agreement));
     }
 
     /// The layers of a linear EXR file: radiance, and where `all` is set albedo, normal, depth, source and agreement.

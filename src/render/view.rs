@@ -40,25 +40,33 @@ pub fn render(
     let rays = PrimaryRays::new(camera, samples);
     let origin = scene.local(camera.pose.position);
     let n = rays.offsets.len();
-    let (mut rays_s, mut shade_s) = (0.0, 0.0);
-    let mut pixels = vec![Pixel::default(); width * height];
-    let mut hits = vec![None; width * BAND.min(height) * n];
-    for (band, pixels) in pixels.chunks_mut(BAND * width).enumerate() {
-        let top = band * BAND;
+    let mut frame = Frame::new(width, height);
+    // a band at a time: what shading needs of a pixel is as large as what is kept of it
+    let mut band = vec![Pixel::default(); width * BAND.min(height)];
+    let mut hits = vec![None; band.len() * n];
+    let (mut surface, mut recorded) = (0u64, 0u64);
+    for top in (0..height).step_by(BAND) {
+        let pixels = &mut band[..width * BAND.min(height - top)];
         let hits = &mut hits[..pixels.len() * n];
         let start = Instant::now();
         cast_band(scene, &rays, origin, width, top, hits);
-        rays_s += start.elapsed().as_secs_f64();
+        frame.rays_s += start.elapsed().as_secs_f64();
         let start = Instant::now();
         let shader = || Shader::new(scene, relit, &rays, camera);
         let strips = pixels.par_chunks_mut(STRIP * width).zip(hits.par_chunks(STRIP * width * n));
         strips.enumerate().for_each_init(shader, |shader, (strip, (pixels, hits))| {
             shader.strip(hits, top + strip * STRIP, pixels);
         });
-        shade_s += start.elapsed().as_secs_f64();
+        surface += pixels.iter().map(|p| u64::from(p.surface)).sum::<u64>();
+        recorded += pixels.iter().map(|p| u64::from(p.recorded)).sum::<u64>();
+        frame.extend(pixels);
+        frame.shade_s += start.elapsed().as_secs_f64();
         progress((top + BAND).min(height) as u64, height as u64);
     }
-    Frame::from_pixels(width, height, &pixels, rays_s, shade_s)
+    if surface > 0 {
+        frame.covered_fraction = recorded as f64 / surface as f64;
+    }
+    frame
 }
 
 /// Finds the hits of a band of rows, a pixel's samples next to each other.

@@ -40,10 +40,11 @@ pub struct Hits {
 }
 
 /// Whether the sun shines on a cell's surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Sunlit {
     /// In shade.
+    #[default]
     No,
     /// In direct sun.
     Yes,
@@ -125,8 +126,9 @@ impl Hits {
             }
         });
         let mut hits = Self { origin, to_probe: to_world.transpose(), chart, cells, sunlit: OnceLock::new() };
-        let purity = hits.purities(scene);
-        for (cell, purity) in hits.cells.iter_mut().zip(purity) {
+        let rows = 0..hits.chart.rows();
+        let purities: Vec<Vec<u16>> = rows.into_par_iter().map(|row| hits.purities_along(scene, row)).collect();
+        for (cell, purity) in hits.cells.iter_mut().zip(purities.into_iter().flatten()) {
             cell.purity = purity;
         }
         hits
@@ -203,12 +205,8 @@ impl Hits {
         self.cells.iter().filter(|c| c.is_hit()).count()
     }
 
-    /// The purity of each cell: 1 within a surface; beside an edge, the share of four rays near the cell's corners
+    /// The purity of each cell of a row: 1 within a surface; beside an edge, the share of four rays near the cell's corners
     /// that find the same surface as its centre.
-    fn purities(&self, scene: &Scene) -> Vec<u16> {
-        (0..self.chart.rows()).into_par_iter().flat_map_iter(|row| self.purities_along(scene, row)).collect()
-    }
-
     fn purities_along(&self, scene: &Scene, row: usize) -> Vec<u16> {
         /// Cells of an edge that lie no farther from each other have their rays cast together.
         const NEAR: usize = 8;

@@ -22,7 +22,7 @@ pub struct Records {
 }
 
 /// One cell's record; 24 bytes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Record {
     /// Surface normal towards the probe, octahedral.
     pub(super) normal: u32,
@@ -48,14 +48,13 @@ impl Records {
         let brightness: Vec<f32> = hits.cells.par_iter().zip(&measured).map(|(hit, l)| brightness(hit, *l)).collect();
         let estimate =
             Estimate { hits: &hits, measured: &measured, brightness: &brightness, sunlit: sunlit.as_deref() };
-        let records = (0..chart.rows())
-            .into_par_iter()
-            .flat_map_iter(|row| {
-                let estimate = &estimate;
-                let middle = chart.middles(row);
-                (0..chart.row(row).len()).map(move |x| estimate.record(row, x, middle(x), |_, _| ()))
-            })
-            .collect();
+        let mut records = vec![Record::default(); chart.len()];
+        split_rows(chart, &mut records).into_par_iter().for_each(|(row, records)| {
+            let middle = chart.middles(row);
+            for (x, record) in records.iter_mut().enumerate() {
+                *record = estimate.record(row, x, middle(x), |_, _| ());
+            }
+        });
         Self { hits, records }
     }
 

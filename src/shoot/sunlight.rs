@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-use super::hits::{Hits, Sunlit, unpack_normal};
+use super::hits::{Hits, Sunlit, split_rows, unpack_normal};
 use crate::scene::{Occluder, Ray, Scene};
 
 /// Whether the sun (unit direction towards it) reaches a point of a surface with this normal (on either side).
@@ -46,34 +46,30 @@ fn sunlit(scene: &Scene, hits: &Hits, sun: Vec3) -> Vec<Sunlit> {
         // the plane may be left behind past a grazing cell's corner
         along < -1e-3 && reaches_past(last, scene, hits.origin + d * (cell.plane / along), normal, sun)
     };
-    let centres: Vec<bool> = (0..chart.rows())
-        .into_par_iter()
-        .flat_map_iter(|row| {
-            let range = chart.row(row);
-            let middle = chart.middles(row);
-            let mut last = Occluder::default();
-            range.clone().map(move |i| hits.cells[i].is_hit() && reaches_along(&mut last, i, middle(i - range.start)))
-        })
-        .collect();
-    (0..chart.rows())
-        .into_par_iter()
-        .flat_map_iter(|row| {
-            let (range, centres) = (chart.row(row), &centres);
-            let mut last = Occluder::default();
-            range.clone().map(move |i| {
-                let here = centres[i];
-                let x = i - range.start;
-                if !hits.cells[i].is_hit() || hits.neighbours(row, x).all(|j| centres[j] == here) {
-                    return if here { Sunlit::Yes } else { Sunlit::No };
-                }
-                let corners = chart.corners();
-                let place = |(dx, dy): (f32, f32)| chart.direction(row, x as f32 + dx, row as f32 + dy);
-                if corners.into_iter().all(|corner| reaches_along(&mut last, i, place(corner)) == here) {
-                    if here { Sunlit::Yes } else { Sunlit::No }
-                } else {
-                    Sunlit::Partly
-                }
-            })
-        })
-        .collect()
+    let mut centres = vec![false; chart.len()];
+    split_rows(chart, &mut centres).into_par_iter().for_each(|(row, centres)| {
+        let (first, middle) = (chart.row(row).start, chart.middles(row));
+        let mut last = Occluder::default();
+        for (x, centre) in centres.iter_mut().enumerate() {
+            *centre = hits.cells[first + x].is_hit() && reaches_along(&mut last, first + x, middle(x));
+        }
+    });
+    let mut sunlit = vec![Sunlit::No; chart.len()];
+    split_rows(chart, &mut sunlit).into_par_iter().for_each(|(row, sunlit)| {
+        let first = chart.row(row).start;
+        let mut last = Occluder::default();
+        for (x, sunlit) in sunlit.iter_mut().enumerate() {
+            let i = first + x;
+            let here = centres[i];
+            let even = || hits.neighbours(row, x).all(|j| centres[j] == here);
+            let place = |(dx, dy): (f32, f32)| chart.direction(row, x as f32 + dx, row as f32 + dy);
+            let mut corners = chart.corners().into_iter();
+            *sunlit = match hits.cells[i].is_hit() && !even() {
+                true if !corners.all(|corner| reaches_along(&mut last, i, place(corner)) == here) => Sunlit::Partly,
+                _ if here => Sunlit::Yes,
+                _ => Sunlit::No,
+            };
+        }
+    });
+    sunlit
 }

@@ -54,22 +54,21 @@ impl<'a> Gloss<'a> {
     ) -> Vec<Vec3> {
         let (w, h) = (surfaces.width, surfaces.height);
         let wide = w.div_ceil(STRIDE);
-        let cells: Vec<Vec3> = (0..h.div_ceil(STRIDE))
-            .into_par_iter()
-            .flat_map_iter(|row| {
-                let mut scratch = Nearby::default();
-                (0..wide).map(move |column| {
-                    // one pixel stands for all of a square: its middle, if that is wanted
-                    let corner = row * STRIDE * w + column * STRIDE;
-                    let inside = |k: &usize| column * STRIDE + k % STRIDE < w && row * STRIDE + k / STRIDE < h;
-                    let middle_first = (0..STRIDE * STRIDE).map(|k| (k + STRIDE * STRIDE / 2) % (STRIDE * STRIDE));
-                    let mut all = middle_first.filter(inside).map(|k| corner + k / STRIDE * w + k % STRIDE);
-                    let Some(i) = all.find(|i| surfaces.triangle[*i] != NONE && wanted(*i)) else { return Vec3::ZERO };
+        let mut cells = vec![Vec3::ZERO; wide * h.div_ceil(STRIDE)];
+        cells.par_chunks_mut(wide).enumerate().for_each(|(row, cells)| {
+            let mut scratch = Nearby::default();
+            for (column, cell) in cells.iter_mut().enumerate() {
+                // one pixel stands for all of a square: its middle, if that is wanted
+                let corner = row * STRIDE * w + column * STRIDE;
+                let inside = |k: &usize| column * STRIDE + k % STRIDE < w && row * STRIDE + k / STRIDE < h;
+                let middle_first = (0..STRIDE * STRIDE).map(|k| (k + STRIDE * STRIDE / 2) % (STRIDE * STRIDE));
+                let mut all = middle_first.filter(inside).map(|k| corner + k / STRIDE * w + k % STRIDE);
+                if let Some(i) = all.find(|i| surfaces.triangle[*i] != NONE && wanted(*i)) {
                     let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
-                    self.mirrored(point, normal, (point - eye).normalize_or_zero(), &mut scratch)
-                })
-            })
-            .collect();
+                    *cell = self.mirrored(point, normal, (point - eye).normalize_or_zero(), &mut scratch);
+                }
+            }
+        });
         (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }
 
