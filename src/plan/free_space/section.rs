@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
+use super::contour::{from_segment, simplified};
 use crate::plan::floors::floor::Floor;
 use crate::plan::floors::raster::Map;
 use crate::scene::Mesh;
@@ -86,18 +87,8 @@ fn joined(segments: &[[DVec2; 2]]) -> Vec<Line> {
 
 /// A line without corners that move it by less than [`STRAIGHT_M`] (Douglas and Peucker 1973).
 fn thinned(line: &[DVec2]) -> Line {
-    let mut keep = vec![false; line.len()];
-    let last = line.len() - 1;
-    (keep[0], keep[last]) = (true, true);
-    let mut open = vec![(0, last)];
-    while let Some((from, to)) = open.pop() {
-        let off = |i: &usize| super::contour::from_segment(line[*i], line[from], line[to]);
-        let worst = (from + 1..to).max_by(|a, b| off(a).total_cmp(&off(b)));
-        if let Some(i) = worst.filter(|i| off(i) > STRAIGHT_M) {
-            keep[i] = true;
-            open.extend([(from, i), (i, to)]);
-        }
-    }
+    let off = |i: usize, [from, to]: [usize; 2]| from_segment(line[i], line[from], line[to]);
+    let keep = simplified(&[0, line.len() - 1], STRAIGHT_M, off);
     line.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
 }
 
