@@ -4,6 +4,12 @@ use glam::{DVec3, Vec3};
 
 use super::{Material, Mesh, Scene};
 
+/// Triangles, each with corners of its own.
+pub(crate) fn triangles(all: &[[Vec3; 3]]) -> Mesh {
+    let corners = (0..all.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Mesh { positions: all.concat(), triangles: corners, materials: vec![0; all.len()], ..Mesh::default() }
+}
+
 /// Parallelograms: a corner and two edges each.
 pub(crate) fn parallelograms(all: &[(Vec3, Vec3, Vec3)]) -> Mesh {
     let mut mesh = Mesh::default();
