@@ -43,10 +43,10 @@ pub(crate) struct BakeHow {
     #[arg(long, value_name = "NAME")]
     pub(super) lighting: Vec<String>,
     /// At most so many vertices [default: 1000000; for a page 300000]
-    #[arg(long, value_name = "N", value_parser = between(1_000..=50_000_000, "a number from 1000 to 50000000"))]
+    #[arg(long, value_name = "N", value_parser = between(1_000..=50_000_000_usize, "a number from 1000 to 50000000"))]
     vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share
-    #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = between(1e-3..=1.0, "a share from 0.001 to 1"))]
+    #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = between(1e-3..=1.0_f32, "a share from 0.001 to 1"))]
     error: f32,
     /// Cells of the irradiance volume along the model's longest side
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]

@@ -37,13 +37,13 @@ pub(crate) struct RegisterArgs {
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Search so many metres around the place in the site file
-    #[arg(long, value_name = "METRES", default_value_t = RegisterSettings::default().within_m, value_parser = between(0.0..=5.0, "metres, from 0 to 5"))]
+    #[arg(long, value_name = "METRES", default_value_t = RegisterSettings::default().within_m, value_parser = between(0.0..=5.0_f32, "metres, from 0 to 5"))]
     within: f32,
     /// Search on all floors, wherever the site file has it; so it is anyway for a probe without a position
     #[arg(long, conflicts_with = "within")]
     anywhere: bool,
     /// Search so many degrees of tilt around the one in the site file; headings are searched all round
-    #[arg(long, value_name = "DEGREES", default_value_t = RegisterSettings::default().tilt_deg, value_parser = between(0.0..=45.0, "degrees, from 0 to 45"))]
+    #[arg(long, value_name = "DEGREES", default_value_t = RegisterSettings::default().tilt_deg, value_parser = between(0.0..=45.0_f32, "degrees, from 0 to 45"))]
     tilt: f32,
     /// The probes' pictures of this lighting [default: the site's first]
     #[arg(long, value_name = "NAME")]

@@ -57,7 +57,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "NAME")]
     blend: Option<String>,
     /// How much of the other lighting, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.5, requires = "blend", value_parser = between(0.0..=1.0, "a number from 0 to 1"))]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, requires = "blend", value_parser = between(0.0..=1.0_f32, "a number from 0 to 1"))]
     share: f32,
     /// How to relight
     #[arg(long, value_enum, default_value_t = Method::Ibs)]
