@@ -6,10 +6,9 @@
 #![allow(clippy::print_stdout)]
 
 use clerestory::panorama::{self, Panorama};
-use clerestory::paper::{PaperSettings, Plain, PlainRelit, ProbeLight};
+use clerestory::paper::{PaperSettings, Plain, PlainRelit};
 use clerestory::render::render;
 use clerestory::scene::{self, Health};
-use clerestory::shoot::read_light;
 use clerestory::site::{Environment, Site};
 use clerestory::study;
 use glam::Vec3;
@@ -24,18 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (site, radii) = arguments.split_first().ok_or("usage: paper_radius SITE [RADIUS_M …]")?;
     let site = Site::load(Path::new(site))?;
     let scene = scene::load(&site, &mut Health::default())?;
-    let pictures = site.probes.iter().map(|p| read_light(p, &p.pictures[0].path)).collect::<Result<Vec<_>, _>>()?;
-    let probes: Vec<ProbeLight> = site
-        .probes
-        .iter()
-        .zip(&pictures)
-        .map(|(probe, picture)| ProbeLight {
-            origin: scene.local(probe.pose.position),
-            to_world: probe.pose.rotation.as_mat3(),
-            picture,
-            projection: probe.projection,
-        })
-        .collect();
+    let lighting = site.lighting(None)?;
     let sky = sky(&site)?;
     let mut settings = vec![PaperSettings::default()];
     for radius in radii {
@@ -43,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("radius_m,view,flip,relmse,covered_fraction,seconds");
     for settings in settings {
-        let plain = Plain::new(&scene, &probes, settings);
+        let plain = Plain::of_probes(&scene, &site.probes, &lighting, settings)?;
         let (mut flip, mut relmse, mut photos) = (0.0, 0.0, 0.0);
         for view in &site.views {
             let Some(photo) = &view.photo else { continue };

@@ -139,6 +139,18 @@ pub fn read(view: &View) -> Result<Option<(Picture, Coding)>, PhotographError> {
     Ok(Some((picture, coding)))
 }
 
+/// The same with NaN where the view's mask leaves pixels out.
+///
+/// # Errors
+///
+/// As [`read`], or a mask that cannot be read.
+pub fn read_masked(view: &View) -> Result<Option<(Picture, Coding)>, PhotographError> {
+    let Some((mut picture, coding)) = read(view)? else { return Ok(None) };
+    let out = left_out(view)?.unwrap_or_default();
+    picture.pixels.iter_mut().zip(out).filter(|(_, out)| *out).for_each(|(pixel, _)| *pixel = glam::Vec3::NAN);
+    Ok(Some((picture, coding)))
+}
+
 /// The pixels that a view's mask leaves out, in the view's size; `None` without a mask.
 ///
 /// # Errors

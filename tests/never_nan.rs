@@ -6,7 +6,6 @@ mod support;
 
 use clerestory::audit::{self, Photo, audit};
 use clerestory::panorama::{EnvironmentSampler, Exposure, Layer, Panorama, Picture, Projection, write_exr};
-use clerestory::plan::cover;
 use clerestory::plan::cover::coverage::Coverage;
 use clerestory::plan::free_space::open_space::OpenSpace;
 use clerestory::plan::free_space::polygon::Polygon;
@@ -53,7 +52,7 @@ proptest! {
             let (a, b) = (&x.pixels, &t.pixels);
             let odd = |i: usize| i % 2 == 1;
             told([study::rmse(a, b), study::relmse(a, b), study::relmse_where(a, b, odd), study::flip(x, t)]);
-            told([study::ssim(x, t), study::median_relative_error(a, b, odd), f64::from(study::exposure(t))]);
+            told([study::ssim(x, t), study::median_relative_error(a, b, odd), f64::from(Exposure::of(t).0)]);
             if (x.width, x.height) == (t.width, t.height) {
                 told([study::mean_where(&study::flip_map(x, t), odd)]);
             }
@@ -95,7 +94,6 @@ proptest! {
         let all: Vec<u32> = (0..weights.len() as u32).collect();
         if let Ok(coverage) = Coverage::new(weights, [all.clone(), all]) {
             told([coverage.coverable()]);
-            assert!(cover::bound::lower_bound(&coverage).at_least <= 1);
         }
     }
 

@@ -208,17 +208,7 @@ fn sibenik_is_relit_as_well_as_the_paper_can() {
     }
     let site = Site::load(&folder).unwrap();
     let scene = scene::load(&site, &mut Health::default()).unwrap();
-    let pictures: Vec<Picture> = site.probes.iter().map(|p| panorama::read(&p.pictures[0].path).unwrap()).collect();
-    let probes: Vec<ProbeLight> = site
-        .probes
-        .iter()
-        .zip(&pictures)
-        .map(|(p, picture)| ProbeLight {
-            to_world: p.pose.rotation.as_mat3(),
-            ..probe(scene.local(p.pose.position), picture)
-        })
-        .collect();
-    let plain = Plain::new(&scene, &probes, PaperSettings::default());
+    let plain = Plain::of_probes(&scene, &site.probes, "", PaperSettings::default()).unwrap();
     let nave = &site.views[0];
     let truth = panorama::read(nave.photo.as_ref().unwrap()).unwrap();
     let relit = PlainRelit { plain: &plain, sky: &|_| Vec3::ZERO };

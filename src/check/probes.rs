@@ -46,16 +46,9 @@ pub struct PictureCheck {
     pub width: usize,
     /// Height in pixels.
     pub height: usize,
-    /// Pixels with a channel that is not a number.
-    pub nan: usize,
-    /// Pixels with an infinite channel.
-    pub infinite: usize,
-    /// Pixels with a negative channel.
-    pub negative: usize,
-    /// Pixels that are zero in every channel.
-    pub black: usize,
-    /// Pixels at the picture's largest value, where many share it.
-    pub clipped: usize,
+    /// Pixels that are no light, or doubtful.
+    #[serde(flatten)]
+    pub health: PictureHealth,
     /// The exposure value that EXIF tells. See [`Exif::exposure_value`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure_value: Option<f64>,
@@ -85,11 +78,7 @@ pub(super) fn probes(
                 frames: lit.frames.len().max(1),
                 width: picture.width,
                 height: picture.height,
-                nan: health.nan,
-                infinite: health.infinite,
-                negative: health.negative,
-                black: health.black,
-                clipped: health.clipped,
+                health,
                 exposure_value: Exif::read(&lit.path).exposure_value(),
             });
         }

@@ -133,22 +133,14 @@ fn apart(mesh: &Mesh, tracer: &Tracer, wall: &MeshComponent, part: &MeshComponen
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::testing::boxes;
 
-    /// Adds a closed box, or one without its lid.
-    fn add(mesh: &mut Mesh, low: Vec3, high: Vec3, lid: bool) {
-        let first = mesh.positions.len() as u32;
-        mesh.positions
-            .extend((0..8).map(|i| Vec3::select(glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low)));
-        let quads = [[0, 1, 3, 2], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5], [4, 5, 7, 6]];
-        for [a, b, c, d] in &quads[..if lid { 6 } else { 5 }] {
-            mesh.triangles.extend([[a, b, c], [a, c, d]].map(|t| t.map(|i| first + i)));
-        }
-        mesh.materials = vec![0; mesh.triangles.len()];
-    }
-
-    fn mesh(boxes: &[(Vec3, Vec3, bool)]) -> Mesh {
-        let mut mesh = Mesh::default();
-        boxes.iter().for_each(|&(low, high, lid)| add(&mut mesh, low, high, lid));
+    /// Boxes, closed or without a lid.
+    fn mesh(all: &[(Vec3, Vec3, bool)]) -> Mesh {
+        let mut mesh = boxes(&all.iter().map(|&(low, high, _)| (low, high)).collect::<Vec<_>>());
+        let parts = mesh.triangles.chunks(12).zip(all);
+        mesh.triangles = parts.flat_map(|(part, b)| &part[..if b.2 { 12 } else { 10 }]).copied().collect();
+        mesh.materials.truncate(mesh.triangles.len());
         mesh
     }
 

@@ -157,31 +157,16 @@ fn downward() -> [glam::Vec3; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Mesh};
-    use glam::DVec3;
+    use crate::scene::testing::{boxes, grey};
 
     /// Boxes with fronts outwards, or inwards for a room.
-    fn scene(boxes: &[([f32; 3], [f32; 3], bool)]) -> Scene {
-        let mut mesh = Mesh::default();
-        for (low, high, room) in boxes {
-            let base = mesh.positions.len() as u32;
-            for i in 0..8 {
-                let side = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
-                mesh.positions.push(Vec3::new(side(0), side(1), side(2)));
-            }
-            let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-            for [a, b, c, d] in quads {
-                for mut t in [[a, b, c], [a, c, d]] {
-                    if *room {
-                        t.swap(1, 2);
-                    }
-                    mesh.triangles.push(t.map(|i| base + i));
-                    mesh.materials.push(0);
-                }
-            }
+    fn scene(all: &[([f32; 3], [f32; 3], bool)]) -> Scene {
+        let corners: Vec<(Vec3, Vec3)> = all.iter().map(|&(low, high, _)| (low.into(), high.into())).collect();
+        let mut mesh = boxes(&corners);
+        for (triangles, _) in mesh.triangles.chunks_mut(12).zip(all).filter(|(_, b)| b.2) {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        let grey = Material { name: String::new(), albedo: Vec3::splat(0.5), texture: None, emission: Vec3::ZERO };
-        Scene::new(mesh, vec![grey], Vec::new(), DVec3::ZERO)
+        grey(mesh, 0.5)
     }
 
     const ROOM: ([f32; 3], [f32; 3], bool) = ([0.0; 3], [6.0, 5.0, 4.0], true);

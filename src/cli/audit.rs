@@ -1,16 +1,17 @@
 //! `clerestory audit SITE`.
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
 use clerestory::report::{markers, write_audit_sheets, write_markers};
-use clerestory::scene::{self, Health, Scene};
+use clerestory::scene::Scene;
 use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::model::Model;
 use super::terminal::output::Output;
-use super::terminal::visible::visible;
+use super::terminal::progress;
 
 /// Find where the model is wrong, from photographs.
 ///
@@ -55,23 +56,16 @@ pub(crate) struct AuditArgs {
 pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let mut site = Site::load(&args.site)?;
     let file = site.file.display();
-    for name in &args.view {
-        match site.views.iter().find(|v| v.name == *name) {
-            Some(view) if view.photo.is_none() => bail!("{file}: the view “{name}” has no photo to compare with"),
-            Some(_) => {}
-            None => {
-                let known: Vec<&str> = site.views.iter().map(|v| v.name.as_str()).collect();
-                bail!("{file}: there is no view “{name}”. The site's views: {}", known.join(", "));
-            }
-        }
+    let views = site.views_named(&args.view).with_context(|| file.to_string())?;
+    if let Some(view) = views.iter().find(|v| v.photo.is_none() && args.view.contains(&v.name)) {
+        bail!("{file}: the view “{}” has no photo to compare with", view.name);
     }
     let folder = args.output.folder(&site)?;
-    let mut health = Health::default();
-    let scene = scene::load(&site, &mut health)?;
+    let Model { scene, health, .. } = Model::of(&site)?;
     let mut found = Vec::new();
     if args.register {
         (site, found) =
-            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.talks())?;
+            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.told.talks())?;
     }
     let settings = Settings {
         longest_px: args.longest,
@@ -82,10 +76,10 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     };
     let said = health.warnings.into_iter().chain(found).collect();
     let lighting = args.lighting.as_deref();
-    let audit = audited(&site, &scene, said, lighting, &args.view, &settings, &folder, args.output.talks())?;
-    if args.output.json {
+    let audit = audited(&site, &scene, said, lighting, &args.view, &settings, &folder, args.output.told.talks())?;
+    if args.output.told.json {
         out.write_all(audit.json()?.as_bytes())?;
-    } else if !args.output.quiet {
+    } else if args.output.told.talks() {
         print(&audit, &folder, out)?;
     }
     Ok(())
@@ -104,13 +98,8 @@ pub(super) fn audited(
     shown: bool,
 ) -> anyhow::Result<Audit> {
     let lighting = lighting.map(str::to_owned).or_else(|| site.lightings().first().cloned()).unwrap_or_default();
-    let bar = super::terminal::progress::bar(shown, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
-    let tell = |what: &str, done: usize, all: usize| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-        bar.set_message(visible(what).into_owned());
-    };
-    let mut audit = audit::audit(site, scene, &lighting, views, settings, &tell)?;
+    let bar = progress::bar(shown, progress::STEPS);
+    let mut audit = audit::audit(site, scene, &lighting, views, settings, &progress::step(&bar))?;
     bar.finish_and_clear();
     audit.warnings.extend(said);
     audit.write(folder)?;

@@ -3,7 +3,7 @@
 use clap::{Args, ValueHint};
 use clerestory::bake::{self, Bake, Baked, bake, write_glb, write_ply};
 use clerestory::render::{Options, Timings};
-use clerestory::scene::{self, Health, Scene};
+use clerestory::scene::Scene;
 use clerestory::site::Site;
 use clerestory::volume;
 use serde::Serialize;
@@ -11,6 +11,10 @@ use serde_json::{Map, Value};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+use super::terminal::model::Model;
+use super::terminal::number::between;
+use super::terminal::output::Output;
 
 /// Put the light of the place on the model's vertices, for any 3D viewer.
 ///
@@ -25,18 +29,11 @@ use std::time::Instant;
 pub(crate) struct BakeArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = ValueHint::AnyPath)]
-    pub(super) site: PathBuf,
-    /// Folder for the files [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(super) out: Option<PathBuf>,
+    site: PathBuf,
     #[command(flatten)]
-    pub(super) how: BakeHow,
-    /// Print JSON
-    #[arg(long)]
-    pub(super) json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
-    pub(super) quiet: bool,
+    how: BakeHow,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// How to bake.
@@ -46,17 +43,17 @@ pub(crate) struct BakeHow {
     #[arg(long, value_name = "NAME")]
     pub(super) lighting: Vec<String>,
     /// At most so many vertices [default: 1000000; for a page 8 a triangle, 300000 to 1000000]
-    #[arg(long, value_name = "N", value_parser = vertices)]
-    pub(super) vertices: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = between(1_000..=50_000_000_usize, "a number from 1000 to 50000000"))]
+    vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share
-    #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = error)]
-    pub(super) error: f32,
+    #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = between(1e-3..=1.0_f32, "a share from 0.001 to 1"))]
+    error: f32,
     /// Cells of the irradiance volume along the model's longest side
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
-    pub(super) cells: u32,
+    cells: u32,
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
-    pub(super) volume_rays: u32,
+    volume_rays: u32,
 }
 
 impl Default for BakeHow {
@@ -92,17 +89,15 @@ struct Outcome {
 pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let lightings = lightings(&site, &args.how.lighting)?;
-    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
+    let folder = args.output.folder(&site)?;
+    let Model { scene, health, seconds } = Model::of(&site)?;
     let start = Instant::now();
-    let mut health = Health::default();
-    let scene = scene::load(&site, &mut health)?;
-    let load_s = start.elapsed().as_secs_f64();
-    let Bake { baked, mut setup } =
-        baked(&site, &scene, &lightings, &args.how, bake::BakeSettings::default(), !args.quiet && !args.json)?;
+    let shown = args.output.told.talks();
+    let Bake { baked, mut setup } = baked(&site, &scene, &lightings, &args.how, bake::BakeSettings::default(), shown)?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
-    let bake_s = start.elapsed().as_secs_f64() - load_s - set_up_s;
-    timings.load_s += load_s;
+    let bake_s = start.elapsed().as_secs_f64() - set_up_s;
+    timings.load_s += seconds;
     let start = Instant::now();
     let files = write(&folder, &site, &scene, &baked)?;
     let share = |of: &dyn Fn(&bake::Vertex) -> bool| {
@@ -125,12 +120,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
         peak_bytes: super::render::peak_bytes(),
         warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
     };
-    if args.json {
-        super::terminal::output::json(&outcome, out)?;
-    } else if !args.quiet {
-        print(&outcome, out)?;
-    }
-    Ok(())
+    args.output.told.tell(&outcome, out, |out| print(&outcome, out))
 }
 
 /// Bakes with a bar that shows how many vertices there are; `usual` is how finely if nothing else is asked for.
@@ -142,14 +132,8 @@ pub(super) fn baked(
     usual: bake::BakeSettings,
     shown: bool,
 ) -> anyhow::Result<Bake> {
-    let options = Options {
-        lightings: lightings.to_vec(),
-        probes: site.probes.len(),
-        sun: true,
-        volume: volume::VolumeSettings { cells: how.cells, rays: how.volume_rays },
-        all_stages: false,
-        volume_for_all: false,
-    };
+    let volume = volume::VolumeSettings { cells: how.cells, rays: how.volume_rays };
+    let options = Options { lightings: lightings.to_vec(), volume, ..Options::of(site) };
     let settings = bake::BakeSettings { vertices: how.vertices.unwrap_or(usual.vertices), error: how.error, ..usual };
     let bar = super::terminal::progress::bar(shown, "{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
@@ -219,14 +203,4 @@ fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
         t.load_s, t.shoot_s, t.index_s, t.volume_s, o.bake_s, o.write_s
     )?;
     o.files.iter().try_for_each(|f| writeln!(out, "{}", f.display()))
-}
-
-pub(super) fn vertices(text: &str) -> Result<usize, String> {
-    let ok = text.parse().ok().filter(|n| (1_000..=50_000_000).contains(n));
-    ok.ok_or_else(|| "expected a number from 1000 to 50000000".to_owned())
-}
-
-fn error(text: &str) -> Result<f32, String> {
-    let ok = text.parse().ok().filter(|e: &f32| (1e-3..=1.0).contains(e));
-    ok.ok_or_else(|| "expected a share from 0.001 to 1".to_owned())
 }

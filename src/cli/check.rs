@@ -7,26 +7,22 @@ use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::terminal::output::Told;
+
 /// Read everything a site names; tell its health and what work it is fit for.
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = clap::ValueHint::AnyPath)]
     site: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    told: Told,
 }
 
 /// Checks a site and writes the result to `out`.
 pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let result = check(&Site::load(&args.site)?)?;
-    if args.json {
-        super::terminal::output::json(&result, out)?;
-    } else {
-        print(&result, out)?;
-    }
-    Ok(())
+    args.told.tell(&result, out, |out| print(&result, out))
 }
 
 fn print(check: &Check, out: &mut impl Write) -> io::Result<()> {

@@ -8,6 +8,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::output::Told;
+
 /// Write a complete sample site: a small chapel with probes and photographs, and a faulty model of it.
 #[derive(Args, Debug)]
 #[command(
@@ -21,9 +23,8 @@ pub(crate) struct DemoArgs {
     /// Write into a folder that is not empty; files of the sample are replaced, others are left alone
     #[arg(long)]
     force: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    told: Told,
 }
 
 /// The files of the sample site, from the program itself: path inside the site, and bytes.
@@ -106,12 +107,7 @@ pub(crate) fn run(args: &DemoArgs, out: &mut impl Write) -> anyhow::Result<()> {
         bytes: FILES.iter().map(|(_, bytes)| bytes.len()).sum(),
         sites: [dir.join("site.toml"), dir.join("as_modelled.toml")],
     };
-    if args.json {
-        super::terminal::output::json(&written, out)?;
-    } else {
-        tell(&written, out)?;
-    }
-    Ok(())
+    args.told.tell(&written, out, |out| tell(&written, out))
 }
 
 fn tell(written: &Written, out: &mut impl Write) -> io::Result<()> {

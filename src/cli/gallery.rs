@@ -1,15 +1,19 @@
 //! `clerestory gallery FILE`.
 
+use anyhow::{Context, anyhow};
 use clap::Args;
 use clerestory::plan::free_space::open_space::OpenSpace;
-use clerestory::plan::free_space::polygon::{Polygon, PolygonError};
+use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::plan::gallery::{Effort, Guards, guard};
-use clerestory::report::{ReportError, gallery_sheet, write_file};
+use clerestory::report::{gallery_sheet, write_file};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
+
+use super::terminal::number::between;
+use super::terminal::output::json;
 
 /// Find the fewest guards that see all of a polygon with holes, and say how few could do.
 #[derive(Args, Debug)]
@@ -24,7 +28,7 @@ pub(crate) struct GalleryArgs {
     #[arg(long)]
     certify: bool,
     /// Seconds that --certify may take
-    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "certify", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "certify", value_parser = between(f64::MIN_POSITIVE..=1e6, "more than 0 and at most 1000000 seconds"))]
     time_limit: f64,
     /// Draw the polygon, the guards and what each sees
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
@@ -35,27 +39,6 @@ pub(crate) struct GalleryArgs {
     /// The same
     #[arg(short, long)]
     quiet: bool,
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "give a number of seconds")?;
-    let fits = value > 0.0 && value <= 1e6;
-    fits.then_some(value).ok_or_else(|| "give more than 0 and at most 1000000 seconds".to_owned())
-}
-
-/// Why `gallery` did not come to an end.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum Error {
-    #[error("cannot read {}: {source}", path.display())]
-    Read { path: PathBuf, source: io::Error },
-    #[error("{}: {source}; expected {{\"outer\": [[x, y], …], \"holes\": [[[x, y], …], …]}}", path.display())]
-    Parse { path: PathBuf, source: serde_json::Error },
-    #[error("{}: {source}", path.display())]
-    Polygon { path: PathBuf, source: PolygonError },
-    #[error(transparent)]
-    Sheet(#[from] ReportError),
-    #[error("cannot write the result: {0}")]
-    Write(#[from] io::Error),
 }
 
 #[derive(Deserialize)]
@@ -76,13 +59,14 @@ struct Output<'a> {
 }
 
 /// Solves the file's polygon and writes the guards to `out`.
-pub(crate) fn run(args: &GalleryArgs, out: &mut impl Write) -> Result<(), Error> {
-    let path = || args.file.clone();
-    let bytes = std::fs::read(&args.file).map_err(|source| Error::Read { path: path(), source })?;
-    let input: Input = serde_json::from_slice(&bytes).map_err(|source| Error::Parse { path: path(), source })?;
+pub(crate) fn run(args: &GalleryArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let path = args.file.display();
+    let bytes = std::fs::read(&args.file).with_context(|| format!("cannot read {path}"))?;
+    let input: Input = serde_json::from_slice(&bytes)
+        .map_err(|e| anyhow!("{path}: {e}; expected {{\"outer\": [[x, y], …], \"holes\": [[[x, y], …], …]}}"))?;
     let ring = |r: Vec<[f64; 2]>| r.into_iter().map(DVec2::from).collect::<Vec<_>>();
     let polygon = Polygon { outer: ring(input.outer), holes: input.holes.into_iter().map(ring).collect() };
-    let open = OpenSpace::new(&[polygon]).map_err(|source| Error::Polygon { path: path(), source })?;
+    let open = OpenSpace::new(&[polygon]).with_context(|| path.to_string())?;
     let time_limit = Some(Duration::from_secs_f64(args.time_limit));
     let result = guard(&open, Effort { certify: args.certify, time_limit });
     let warnings: &[&str] = if open.altered() {
@@ -96,7 +80,7 @@ pub(crate) fn run(args: &GalleryArgs, out: &mut impl Write) -> Result<(), Error>
     let guards = result.guards.iter().map(DVec2::to_array).collect();
     let Guards { covered_fraction, lower_bound, .. } = result;
     let output = Output { guards, covered_fraction, lower_bound, proved: result.proved(), warnings };
-    super::terminal::output::json(&output, out)?;
+    json(&output, out)?;
     if !(args.json || args.quiet) {
         tell(&result, warnings)?;
     }
@@ -110,7 +94,7 @@ fn tell(result: &Guards, warnings: &[&str]) -> io::Result<()> {
         writeln!(err, "! {warning}")?;
     }
     let n = result.guards.len();
-    let guards = if n == 1 { "guard".to_owned() } else { "guards".to_owned() };
+    let guards = if n == 1 { "guard" } else { "guards" };
     let proof = match result.lower_bound {
         bound if bound >= n => "no fewer can do".to_owned(),
         bound => format!("at least {bound} are needed"),

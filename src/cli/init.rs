@@ -8,6 +8,8 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::output;
+
 /// Write a first site file for a model: its unit and up axis, probes, photographs and cameras found beside them.
 ///
 /// Nothing in most models says how large a unit is or which way is up: both are guessed, and the file says from what, and
@@ -34,12 +36,8 @@ pub(crate) struct InitArgs {
     /// Take the place of a file that is there
     #[arg(long)]
     overwrite: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    told: output::Told,
 }
 
 /// What `--json` prints.
@@ -115,12 +113,7 @@ pub(crate) fn run(args: &InitArgs, out: &mut impl Write) -> anyhow::Result<()> {
         warnings: &draft.warnings,
         next: next(&file, &draft),
     };
-    if args.json {
-        super::terminal::output::json(&outcome, out)?;
-    } else if !args.quiet {
-        tell(&outcome, out)?;
-    }
-    Ok(())
+    args.told.tell(&outcome, out, |out| tell(&outcome, out))
 }
 
 fn tell(o: &Outcome, out: &mut impl Write) -> io::Result<()> {

@@ -111,6 +111,38 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
+
+    /// clap ends the program where a parser gives another type than its field has, defaults included.
+    #[test]
+    fn each_verb_takes_its_numbers() {
+        Arguments::command().debug_assert();
+        let lines = [
+            "audit s --json -q",
+            "bake s --vertices 5000 --error 0.1 --json -q",
+            "check s --json -q",
+            "demo d --json -q",
+            "gallery g --certify --time-limit 3 --json -q",
+            "init m --json -q",
+            "plan s --json -q",
+            "register s --within 1 --tilt 2 --json -q",
+            "render s --blend b --share 0.3 --radius 1 --json -q",
+            "report s --json -q",
+            "simulate s --json -q",
+            "study s --budget 9 --share 0.5 --json -q",
+            "summary s --json -q",
+            "view s --json -q",
+        ];
+        let read = |line: &str| Arguments::try_parse_from(std::iter::once("clerestory").chain(line.split(' '))).is_ok();
+        for line in lines {
+            assert!(read(line), "{line}");
+        }
+        for line in
+            ["bake s --vertices 9", "register s --tilt 50", "render s --blend b --share 2", "study s --budget 0"]
+        {
+            assert!(!read(line), "{line}");
+        }
+    }
 
     #[test]
     fn memory_is_read_with_its_unit() {

@@ -6,11 +6,11 @@ use clerestory::plan::export::tables::{self, Outward};
 use clerestory::plan::stations::result::FloorPlan;
 use clerestory::plan::stations::run::{Options, plan};
 use clerestory::report::write_plan;
-use clerestory::scene::{self, Health};
 use clerestory::site::{Pictures, Site};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::terminal::model::Model;
 use super::terminal::output::Output;
 
 /// Plan where to put the tripod: floors, stations, what they see and what nothing will.
@@ -47,10 +47,9 @@ pub(crate) struct PlanArgs {
 pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
     let folder = args.output.folder(&site)?;
-    let spinner = args.output.bar("{spinner} {msg}");
+    let spinner = args.output.told.bar("{spinner} {msg}");
     spinner.set_message("reading the model");
-    let mut health = Health::default();
-    let scene = scene::load(&site, &mut health)?;
+    let Model { scene, health, .. } = Model::of(&site)?;
     spinner.set_message("planning");
     let mut options =
         Options { fresh: args.fresh, floors: args.floor.clone(), all_parts: args.all_parts, ..Options::default() };
@@ -71,18 +70,15 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     spinner.set_message("drawing");
     let (json, files) = write_plan(&site, &scene, &plan, &folder)?;
     spinner.finish_and_clear();
-    if args.output.json {
-        super::terminal::output::json(&json, out)?;
-    } else if !args.output.quiet {
+    args.output.told.tell(&json, out, |out| {
         let outward = Outward::of(&site, &scene);
         for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
             writeln!(out, "! {warning}")?;
         }
         plan.floors.iter().try_for_each(|floor| print(floor, &outward, out))?;
         writeln!(out, "\n{}", tables::probe_blocks(&plan, &outward).trim_end())?;
-        writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())?;
-    }
-    Ok(())
+        writeln!(out, "\n# wrote {} into {}", files.join(", "), folder.display())
+    })
 }
 
 /// The result in lines that a site file takes for comments.

@@ -5,15 +5,17 @@ use clap::{Args, ValueHint};
 use clerestory::atomic_write::folder_of;
 use clerestory::register::{self, RegisterSettings, Registered, Rival, Subject, Verdict};
 use clerestory::report::{RegisterSheet, register_sheet, register_stem, register_words, write_file, write_sheet};
-use clerestory::scene::{self, Health, Scene};
+use clerestory::scene::Scene;
 use clerestory::site::edit::{Listed, PoseChange, in_site_file, length_decimals, number, with_poses};
 use clerestory::site::{CameraSource, Frame, Site};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::model::Model;
+use super::terminal::number::between;
 use super::terminal::output::Output;
-use super::terminal::visible::visible;
+use super::terminal::progress;
 
 /// Find where probes and photographs were taken, against the model and each other.
 ///
@@ -35,13 +37,13 @@ pub(crate) struct RegisterArgs {
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Search so many metres around the place in the site file
-    #[arg(long, value_name = "METRES", default_value_t = RegisterSettings::default().within_m, value_parser = within)]
+    #[arg(long, value_name = "METRES", default_value_t = RegisterSettings::default().within_m, value_parser = between(0.0..=5.0_f32, "metres, from 0 to 5"))]
     within: f32,
     /// Search on all floors, wherever the site file has it; so it is anyway for a probe without a position
     #[arg(long, conflicts_with = "within")]
     anywhere: bool,
     /// Search so many degrees of tilt around the one in the site file; headings are searched all round
-    #[arg(long, value_name = "DEGREES", default_value_t = RegisterSettings::default().tilt_deg, value_parser = tilt)]
+    #[arg(long, value_name = "DEGREES", default_value_t = RegisterSettings::default().tilt_deg, value_parser = between(0.0..=45.0_f32, "degrees, from 0 to 45"))]
     tilt: f32,
     /// The probes' pictures of this lighting [default: the site's first]
     #[arg(long, value_name = "NAME")]
@@ -107,8 +109,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
     let lighting = lighting(&site, args.lighting.as_deref())?;
     let folder = args.output.folder(&site)?;
-    let mut health = Health::default();
-    let scene = scene::load(&site, &mut health)?;
+    let Model { scene, health, .. } = Model::of(&site)?;
     let settings = RegisterSettings {
         within_m: args.within,
         tilt_deg: args.tilt,
@@ -118,7 +119,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
         anywhere: args.anywhere,
         ..RegisterSettings::default()
     };
-    let all = found(&site, &scene, &settings, args.output.talks())?;
+    let all = found(&site, &scene, &settings, args.output.told.talks())?;
     let mut told = Vec::new();
     for (i, f) in all.iter().enumerate() {
         let sheet = sheet(&site, &scene, f, &lighting, [i + 1, all.len()], &folder)?;
@@ -129,12 +130,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     }
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     let outcome = Outcome { pictures: told, written: target, warnings };
-    if args.output.json {
-        super::terminal::output::json(&outcome, out)?;
-    } else if !args.output.quiet {
-        print(&outcome, &site, &all, out)?;
-    }
-    Ok(())
+    args.output.told.tell(&outcome, out, |out| print(&outcome, &site, &all, out))
 }
 
 /// [`Site::lighting`], with the site file in its error.
@@ -143,13 +139,8 @@ pub(super) fn lighting(site: &Site, asked: Option<&str>) -> anyhow::Result<Strin
 }
 
 fn found(site: &Site, scene: &Scene, settings: &RegisterSettings, show: bool) -> anyhow::Result<Vec<Registered>> {
-    let bar = super::terminal::progress::bar(show, "{msg:16} {wide_bar} {pos} of {len}  {eta} left");
-    let tell = |what: &str, done: usize, all: usize| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-        bar.set_message(visible(what).into_owned());
-    };
-    let all = register::register(site, scene, settings, &tell)?;
+    let bar = progress::bar(show, progress::STEPS);
+    let all = register::register(site, scene, settings, &progress::step(&bar))?;
     bar.finish_and_clear();
     Ok(all)
 }
@@ -352,14 +343,4 @@ fn block(site: &Site, f: &Registered) -> String {
         f.subject.name(site),
         position.join(", ")
     )
-}
-
-fn within(text: &str) -> Result<f32, String> {
-    let ok = text.parse().ok().filter(|v: &f32| (0.0..=5.0).contains(v));
-    ok.ok_or_else(|| "expected metres, from 0 to 5".to_owned())
-}
-
-fn tilt(text: &str) -> Result<f32, String> {
-    let ok = text.parse().ok().filter(|v: &f32| (0.0..=45.0).contains(v));
-    ok.ok_or_else(|| "expected degrees, from 0 to 45".to_owned())
 }

@@ -6,20 +6,19 @@ mod left_out;
 mod print;
 mod video;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
 use clerestory::bake::{self, BakedLight};
 use clerestory::check;
 use clerestory::glam::Vec3;
 use clerestory::panorama::{Exposure, write_exr, write_png};
-use clerestory::paper::{Plain, PlainRelit, ProbeLight};
+use clerestory::paper::{PaperSettings, Plain, PlainRelit};
 use clerestory::render::{Frame, Irradiance, Options, Relit, Setup, Timings, exposure_of, prepare, render};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene};
-use clerestory::shoot::read_light;
 use clerestory::site::{Camera, Site, View};
 use clerestory::volume;
-use clerestory::{paper, radiometry, site};
+use clerestory::{radiometry, site};
 use compared::{Compared, compared, photos};
 use left_out::{not_done, not_loaded, unasked};
 use print::print;
@@ -30,6 +29,8 @@ use std::time::Instant;
 use video::Video;
 
 use super::register::lighting;
+use super::terminal::model::Model;
+use super::terminal::number::between;
 use super::terminal::output::Output;
 use super::terminal::visible::visible;
 
@@ -63,7 +64,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "NAME")]
     blend: Option<String>,
     /// How much of the other lighting, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.5, requires = "blend", value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, requires = "blend", value_parser = between(0.0..=1.0_f32, "a number from 0 to 1"))]
     share: f32,
     /// How to relight
     #[arg(long, value_enum, default_value_t = Method::Ibs)]
@@ -76,7 +77,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, conflicts_with_all = ["method", "volume_only", "all_stages"])]
     baked: bool,
     /// With --baked, or where pictures are numbered: at most so many vertices
-    #[arg(long, value_name = "N", default_value_t = bake::BakeSettings::default().vertices, value_parser = super::bake::vertices)]
+    #[arg(long, value_name = "N", default_value_t = bake::BakeSettings::default().vertices, value_parser = between(1_000..=50_000_000_usize, "a number from 1000 to 50000000"))]
     vertices: usize,
     /// Use only the first N probes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -88,7 +89,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
     volume_rays: u32,
     /// With --method paper: the records' radius in metres [default: twice their median spacing]
-    #[arg(long, value_name = "METRES", value_parser = radius)]
+    #[arg(long, value_name = "METRES", value_parser = between(f32::MIN_POSITIVE..=f32::MAX, "a length in metres, more than 0"))]
     radius: Option<f32>,
     /// Do not use the sun's direction to keep shadow edges sharp
     #[arg(long)]
@@ -139,20 +140,15 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         site.views = site::walk(&site, path)?;
     }
     chosen(&site, &args.view)?;
-    if args.register {
-        let scene = scene::load(&site, &mut Health::default())?;
+    let model = args.register.then(|| Model::of(&site)).transpose()?;
+    if let Some(Model { scene, .. }) = &model {
         let (found, lines) =
-            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.talks())?;
+            super::register::in_passing(&site, scene, args.lighting.as_deref(), &args.view, args.output.told.talks())?;
         site = found;
         site.warnings.extend(lines);
     }
-    let outcome = rendered(site, args)?;
-    if args.output.json {
-        super::terminal::output::json(&outcome, out)?;
-    } else if !args.output.quiet {
-        print(&outcome, out)?;
-    }
-    Ok(())
+    let outcome = rendered(site, model, args)?;
+    args.output.told.tell(&outcome, out, |out| print(&outcome, out))
 }
 
 impl RenderArgs {
@@ -165,23 +161,29 @@ impl RenderArgs {
     }
 }
 
-/// Renders views of a site that is loaded, and writes them.
-pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rendered> {
+/// Renders views of a site, and writes them; without its model, reads what of it probes and views can reach.
+pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) -> anyhow::Result<Rendered> {
     let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
     let folder = args.output.folder(&site)?;
 
-    let mut health = Health::default();
     let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
     let marks = |mesh: &Mesh, origin| {
         let eyes = check::eyes(&site, origin, (!names.is_empty()).then_some(&names));
         if args.all_stages { None } else { check::unreachable(mesh, &eyes) }
     };
-    let (scene, spared) = scene::load_without(&site, &mut health, marks)?;
+    let (Model { scene, health, seconds }, spared) = match model {
+        Some(model) => (model, None),
+        None => {
+            let mut health = Health::default();
+            let (scene, spared) = scene::load_without(&site, &mut health, marks)?;
+            (Model { scene, health, seconds: 0.0 }, spared)
+        }
+    };
     let unreached = spared.map(not_loaded);
-    let load_s = start.elapsed().as_secs_f64();
+    let load_s = seconds + start.elapsed().as_secs_f64();
     let fitting = radiometry::FitSettings { response: args.fit_response, ..radiometry::FitSettings::default() };
     let gains = args.fit_gains.then(|| radiometry::fit(&site, &scene, &lightings[0], &fitting)).transpose()?;
     gains.iter().for_each(|fit| fit.apply(&mut site));
@@ -239,7 +241,7 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
     };
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
-    let bar = args.output.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
+    let bar = args.output.told.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
     let shots = video::shots(&views, video, args.path.is_some());
     bar.set_length(shots.iter().map(|s| u64::from(s.0.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
@@ -318,16 +320,11 @@ pub(super) fn rendered(mut site: Site, args: &RenderArgs) -> anyhow::Result<Rend
 
 /// The views that were asked for, in the site's order.
 fn chosen<'a>(site: &'a Site, names: &[String]) -> anyhow::Result<Vec<&'a View>> {
-    let known: Vec<&str> = site.views.iter().map(|v| v.name.as_str()).collect();
+    let file = || site.file.display().to_string();
     if site.views.is_empty() {
-        bail!("{}: the site has no view to render. Add a [[view]]", site.file.display());
+        bail!("{}: the site has no view to render. Add a [[view]]", file());
     }
-    for name in names {
-        if !known.contains(&name.as_str()) {
-            bail!("{}: there is no view “{name}”. The site's views: {}", site.file.display(), known.join(", "));
-        }
-    }
-    Ok(site.views.iter().filter(|v| names.is_empty() || names.contains(&v.name)).collect())
+    site.views_named(names).with_context(file)
 }
 
 /// The lightings that are needed: one, or two to blend.
@@ -345,24 +342,12 @@ fn plain(
     args: &RenderArgs,
     setup: &mut Setup,
 ) -> anyhow::Result<Vec<Plain>> {
-    let settings = paper::PaperSettings { radius_m: args.radius, cells: args.cells, ..paper::PaperSettings::default() };
-    let probes: Vec<&site::Probe> = site.probes.iter().take(options.probes).collect();
-    let (mut all, mut timings) = (Vec::new(), Timings { load_s: setup.timings.load_s, ..Timings::default() });
+    let settings = PaperSettings { radius_m: args.radius, cells: args.cells, ..PaperSettings::default() };
+    let probes = &site.probes[..options.probes.min(site.probes.len())];
+    let mut timings = Timings { load_s: setup.timings.load_s, ..Timings::default() };
+    let mut all = Vec::new();
     for lighting in &options.lightings {
-        let lit =
-            probes.iter().filter_map(|probe| Some((probe, probe.pictures.iter().find(|p| p.lighting == *lighting)?)));
-        let lit: Vec<_> =
-            lit.map(|(probe, file)| Ok((*probe, read_light(probe, &file.path)?))).collect::<anyhow::Result<_>>()?;
-        let lights: Vec<ProbeLight> = lit
-            .iter()
-            .map(|(probe, picture)| ProbeLight {
-                origin: scene.local(probe.pose.position),
-                to_world: probe.pose.rotation.as_mat3(),
-                picture,
-                projection: probe.projection,
-            })
-            .collect();
-        let plain = Plain::new(scene, &lights, settings);
+        let plain = Plain::of_probes(scene, probes, lighting, settings)?;
         let seconds = plain.seconds();
         timings.shoot_s += seconds.shoot;
         timings.index_s += seconds.index;
@@ -400,13 +385,4 @@ pub(super) fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
-}
-
-fn share(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|s| (0.0..=1.0).contains(s)).ok_or_else(|| "expected a number from 0 to 1".to_owned())
-}
-
-fn radius(text: &str) -> Result<f32, String> {
-    let ok = text.parse().ok().filter(|r: &f32| *r > 0.0 && r.is_finite());
-    ok.ok_or_else(|| "expected a length in metres, more than 0".to_owned())
 }

@@ -8,7 +8,6 @@ use clerestory::panorama::{self, Exposure, Picture, write_png};
 use clerestory::plan::{self, stations::run::plan};
 use clerestory::report::page::{Archive, ViewPictures, page};
 use clerestory::report::{Manifest, Mark, Run, fingerprints, marked, pdf, write_file, write_json, write_plan};
-use clerestory::scene::{self, Health};
 use clerestory::site::{Site, View};
 use clerestory::study;
 use clerestory::viewer::Extras;
@@ -22,6 +21,8 @@ use super::register::in_passing;
 use super::render::{RenderArgs, rendered};
 use super::study::studied;
 use super::terminal::command::{as_argument, command, in_words, own_command};
+use super::terminal::model::Model;
+use super::terminal::output::Output;
 use super::view::viewed;
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
@@ -39,9 +40,6 @@ pub(crate) struct ReportArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = ValueHint::AnyPath)]
     site: PathBuf,
-    /// Folder for the report [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
     /// Seconds for the study of error against run time
     #[arg(long, value_name = "SECONDS", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..))]
     budget: u32,
@@ -54,12 +52,8 @@ pub(crate) struct ReportArgs {
     /// Make viewer.html too, a page to walk through the relit model in, and link it
     #[arg(long)]
     viewer: bool,
-    /// Print the manifest as JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// A part of the report: what a verb does.
@@ -114,12 +108,9 @@ fn has_photograph(site: &Site) -> bool {
 /// Makes the report and tells `out` where it is.
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
-    let folder = super::terminal::output::folder(args.out.as_deref(), &site)?;
+    let folder = args.output.folder(&site)?;
     let parts: Vec<Part> = Part::ALL.into_iter().filter(|p| *p != Part::View || args.viewer).collect();
-    let bar = super::terminal::progress::bar(
-        !args.quiet && !args.json,
-        "{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}",
-    );
+    let bar = args.output.told.bar("{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
     bar.set_length(1 + parts.iter().filter(|p| p.left_out(&site, args).is_none()).count() as u64);
 
     let mut archive = Archive {
@@ -172,11 +163,9 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
         inputs: archive.inputs.clone(),
         outputs: fingerprints(&files_in(&folder)?, &folder)?,
     };
-    let json = write_json(&folder.join("manifest.json"), &manifest)?;
+    write_json(&folder.join("manifest.json"), &manifest)?;
     bar.finish_and_clear();
-    if args.json {
-        out.write_all(json.as_bytes())?;
-    } else if !args.quiet {
+    args.output.told.tell(&manifest, out, |out| {
         for run in &archive.runs {
             match (run.seconds, run.note.as_str()) {
                 (None, why) => writeln!(out, "{:<7} left out: {why}", run.verb)?,
@@ -184,9 +173,8 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
                 (Some(_), why) => writeln!(out, "{:<7} came to no end: {why}", run.verb)?,
             }
         }
-        writeln!(out, "{}", folder.join("index.html").display())?;
-    }
-    Ok(())
+        writeln!(out, "{}", folder.join("index.html").display())
+    })
 }
 
 /// What all parts of a report share.
@@ -209,7 +197,7 @@ impl Report<'_> {
                 archive.check = Some(check);
             }
             Part::Plan => {
-                let scene = scene::load(site, &mut Health::default())?;
+                let Model { scene, .. } = Model::of(site)?;
                 let plan = plan(site, &scene, &plan::stations::run::Options::default())
                     .with_context(|| site.file.display().to_string())?;
                 archive.plan = Some(write_plan(site, &scene, &plan, folder)?.0);
@@ -217,14 +205,13 @@ impl Report<'_> {
             Part::Render => {
                 let (mut site, said) = self.registered()?;
                 site.warnings.extend(said);
-                let rendered = rendered(site, &RenderArgs::as_they_come(folder, has_photograph(self.site)))?;
+                let rendered = rendered(site, None, &RenderArgs::as_they_come(folder, has_photograph(self.site)))?;
                 write_json(&folder.join("render.json"), &rendered)?;
                 archive.render = Some(rendered);
             }
             Part::Audit => {
                 let (site, found) = self.registered()?;
-                let mut health = Health::default();
-                let scene = scene::load(&site, &mut health)?;
+                let Model { scene, health, .. } = Model::of(&site)?;
                 let said = health.warnings.into_iter().chain(found).collect();
                 let settings = audit::Settings::default();
                 archive.audit = Some(audited(&site, &scene, said, None, &[], &settings, folder, false)?);
@@ -239,7 +226,7 @@ impl Report<'_> {
                     plan: archive.plan.as_ref().map(|_| folder.join("plan.json")),
                     command: own_command(),
                 };
-                viewed(site, &BakeHow::default(), &extras, Some(folder), false)?;
+                viewed(site, &Model::of(site)?, &BakeHow::default(), &extras, folder, false)?;
                 archive.viewer = Some("viewer.html".to_owned());
             }
         }
@@ -248,16 +235,12 @@ impl Report<'_> {
 
     /// The site to render and audit, and what is to be said of its poses.
     fn registered(&mut self) -> anyhow::Result<(Site, Vec<String>)> {
-        if self.registered.is_none() {
-            self.registered = Some(match self.args.register {
-                true => {
-                    let scene = scene::load(self.site, &mut Health::default())?;
-                    in_passing(self.site, &scene, None, &[], false)?
-                }
-                false => (self.site.clone(), Vec::new()),
-            });
-        }
-        Ok(self.registered.clone().unwrap_or_else(|| (self.site.clone(), Vec::new())))
+        let registered = match self.registered.take() {
+            Some(known) => known,
+            None if self.args.register => in_passing(self.site, &Model::of(self.site)?.scene, None, &[], false)?,
+            None => (self.site.clone(), Vec::new()),
+        };
+        Ok(self.registered.insert(registered).clone())
     }
 
     /// The command line that does a part by hand.

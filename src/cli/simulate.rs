@@ -13,6 +13,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use super::terminal::output::Told;
 use super::terminal::visible::visible;
 
 /// Samples a pixel in the first round of `--noise`.
@@ -66,9 +67,8 @@ pub(crate) struct SimulateArgs {
     /// Write over pictures that are there already
     #[arg(long)]
     force: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    told: Told,
 }
 
 /// A sun as the command line gives it.
@@ -107,16 +107,8 @@ struct Made {
     samples: u32,
     seconds: f64,
     rays: u64,
-    noise: NoiseFigures,
-}
-
-/// Standard errors as shares of the light: 0.01 is 1 %.
-#[derive(Serialize)]
-struct NoiseFigures {
-    median: f64,
-    p95: f64,
-    overall: f64,
-    of_mean: f64,
+    /// Standard errors as shares of the light: 0.01 is 1 %.
+    noise: Noise,
 }
 
 #[derive(Serialize)]
@@ -131,7 +123,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
     let mut site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
     let mut outcome = Outcome::default();
     let jobs = jobs(&site, args, &mut outcome)?;
-    if !args.json {
+    if args.told.talks() {
         for LeftOut { name, why } in &outcome.left_out {
             writeln!(out, "left out {name}: {why}")?;
         }
@@ -145,7 +137,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
         let lights = Lights::load(&site, &scene)?;
         for job in &jobs {
             let made = make(job, &scene, &lights, args)?;
-            if !args.json {
+            if args.told.talks() {
                 print(&made, out)?;
                 out.flush()?;
             }
@@ -153,10 +145,8 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
         }
     }
     outcome.seconds = start.elapsed().as_secs_f64();
-    if args.json {
-        super::terminal::output::json(&outcome, out)?;
-    }
-    Ok(())
+    // in words it was told picture by picture
+    args.told.tell(&outcome, out, |_| Ok(()))
 }
 
 /// What is to be made; what is not goes to the outcome, with the reason.
@@ -293,7 +283,7 @@ fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> anyho
         samples: estimate.samples(),
         seconds: start.elapsed().as_secs_f64(),
         rays: estimate.rays,
-        noise: NoiseFigures { median: noise.median, p95: noise.p95, overall: noise.overall, of_mean: noise.of_mean },
+        noise,
     })
 }
 
@@ -306,7 +296,7 @@ fn add(
     args: &SimulateArgs,
     to: &mut Estimate,
 ) -> Result<(), Stopped> {
-    let bar = super::terminal::progress::bar(!args.json, "{msg} {wide_bar} {percent:>3} %  {eta} left");
+    let bar = args.told.bar("{msg} {wide_bar} {percent:>3} %  {eta} left");
     bar.set_message(visible(&format!("{} {}", job.kind, job.name)).into_owned());
     let progress = |done, total| {
         bar.set_length(total);

@@ -1,6 +1,5 @@
 //! `clerestory study SITE`.
 
-use anyhow::Context;
 use clap::{Args, ValueHint};
 use clerestory::report::write_study;
 use clerestory::site::Site;
@@ -8,6 +7,7 @@ use clerestory::study::{self, How, Metric, Options, Outside, Progress, Study, Su
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::number::{ABOVE_ZERO, between};
 use super::terminal::output::Output;
 use super::terminal::visible::visible;
 
@@ -32,10 +32,10 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "NAME")]
     lighting: Option<String>,
     /// Begin nothing that would probably end later; give the command again to go on
-    #[arg(long, value_name = "SECONDS", default_value_t = Options::default().budget_s, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = Options::default().budget_s, value_parser = between(ABOVE_ZERO, "a number of seconds, more than 0"))]
     budget: f64,
     /// Measure error in tiles that make up this share of each picture; path tracing traces only these
-    #[arg(long, value_name = "SHARE", default_value_t = Options::default().share, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = Options::default().share, value_parser = between(f64::MIN_POSITIVE..=1.0, "a number above 0 and up to 1"))]
     share: f64,
     /// Make a reference by path tracing even where there are photographs
     #[arg(long)]
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
         seed: args.seed,
         fresh: args.fresh,
     };
-    let bar = args.output.bar("{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
+    let bar = args.output.told.bar("{msg:34} {wide_bar} {pos}/{len}  {elapsed}");
     let tell = |p: &Progress| {
         bar.set_length(p.planned as u64);
         bar.set_position(p.done as u64);
@@ -88,13 +88,10 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     };
     let (study, summary) = studied(&site, &args.site, &options, &outside, &folder, &tell)?;
     bar.finish_and_clear();
-    if args.output.json {
-        super::terminal::output::json(&summary, out)?;
-    } else if !args.output.quiet {
-        print(&study, &summary, out).context("cannot write the result")?;
-        writeln!(out, "{}", folder.join("study.svg").display())?;
-    }
-    Ok(())
+    args.output.told.tell(&summary, out, |out| {
+        print(&study, &summary, out)?;
+        writeln!(out, "{}", folder.join("study.svg").display())
+    })
 }
 
 /// Studies a site and writes what came of it; `named` is the site as a person names it.
@@ -203,14 +200,4 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
         writeln!(out, "{}\n\n    {}\n", r.why, r.snippet)?;
     }
     Ok(())
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let ok = text.parse().ok().filter(|s: &f64| *s > 0.0 && s.is_finite());
-    ok.ok_or_else(|| "expected a number of seconds, more than 0".to_owned())
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    let ok = text.parse().ok().filter(|s: &f64| *s > 0.0 && *s <= 1.0);
-    ok.ok_or_else(|| "expected a number above 0 and up to 1".to_owned())
 }

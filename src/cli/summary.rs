@@ -6,6 +6,8 @@ use clerestory::report::{Overview, overview, overview_csv, overview_page, write_
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::output::Told;
+
 /// Gather many reports in one table: a row a site.
 ///
 /// Reads the JSON files of folders that `report` made, and prints a line each; with --out, writes summary.csv and
@@ -22,12 +24,8 @@ pub(crate) struct SummaryArgs {
     /// Write summary.csv and summary.html into this folder
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors; with --json, the JSON alone
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    told: Told,
 }
 
 /// Gathers the reports and tells `out` about them.
@@ -40,12 +38,7 @@ pub(crate) fn run(args: &SummaryArgs, out: &mut impl Write) -> anyhow::Result<()
         write_file(&folder.join("summary.csv"), overview_csv(&rows).as_bytes())?;
         write_file(&folder.join("summary.html"), overview_page(&rows, &links).as_bytes())?;
     }
-    if args.json {
-        super::terminal::output::json(&rows, out)?;
-    } else if !args.quiet {
-        print(&rows, out)?;
-    }
-    Ok(())
+    args.told.tell(&rows, out, |out| print(&rows, out))
 }
 
 fn print(rows: &[Overview], out: &mut impl Write) -> io::Result<()> {

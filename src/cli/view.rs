@@ -2,7 +2,6 @@
 
 use clap::{Args, ValueHint};
 use clerestory::bake::{self, Bake};
-use clerestory::scene::{self, Health};
 use clerestory::site::Site;
 use clerestory::viewer::{Extras, write_viewer};
 use serde::Serialize;
@@ -11,6 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::bake::{BakeHow, baked, lightings};
+use super::terminal::model::Model;
+use super::terminal::output::Output;
 
 /// Make a page to walk through the relit model in: one file, no network.
 ///
@@ -24,9 +25,6 @@ pub(crate) struct ViewArgs {
     /// The site file, or the folder that holds its site.toml
     #[arg(value_hint = ValueHint::AnyPath)]
     site: PathBuf,
-    /// Folder for the page [default: reports/SITE]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
     /// Show what an audit found: the folder with its findings.json
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     findings: Option<PathBuf>,
@@ -35,12 +33,8 @@ pub(crate) struct ViewArgs {
     plan: Option<PathBuf>,
     #[command(flatten)]
     how: BakeHow,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, conflicts_with = "json")]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// How many vertices a page has unless told otherwise: a few for each of the model's triangles, no fewer and no more than browsers
@@ -67,46 +61,44 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
         plan: args.plan.clone(),
         command: super::terminal::command::own_command(),
     };
-    let outcome = viewed(&site, &args.how, &extras, args.out.as_deref(), !args.quiet && !args.json)?;
-    if args.json {
-        super::terminal::output::json(&outcome, out)?;
-    } else if !args.quiet {
+    let folder = args.output.folder(&site)?;
+    let model = Model::of(&site)?;
+    let outcome = viewed(&site, &model, &args.how, &extras, &folder, args.output.told.talks())?;
+    args.output.told.tell(&outcome, out, |out| {
         let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;
         let megabytes = *bytes as f64 / 1e6;
         writeln!(
             out,
             "{}: {megabytes:.1} MB, {vertices} vertices, {triangles} triangles, {seconds:.1} s",
             file.display()
-        )?;
-    }
-    Ok(())
+        )
+    })
 }
 
-/// Bakes a site and writes its page into `out`.
+/// Bakes a site and writes its page into a folder.
 pub(super) fn viewed(
     site: &Site,
+    Model { scene, seconds, .. }: &Model,
     how: &BakeHow,
     extras: &Extras,
-    out: Option<&Path>,
+    folder: &Path,
     shown: bool,
 ) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let lightings = lightings(site, &how.lighting)?;
-    let folder = super::terminal::output::folder(out, site)?;
-    let scene = scene::load(site, &mut Health::default())?;
     let usual = bake::BakeSettings {
         vertices: usual_vertices(scene.mesh.triangles.len()),
         sun_apart: true,
         ..bake::BakeSettings::default()
     };
-    let Bake { baked, .. } = baked(site, &scene, &lightings, how, usual, shown)?;
+    let Bake { baked, .. } = baked(site, scene, &lightings, how, usual, shown)?;
     let file = folder.join("viewer.html");
-    write_viewer(&file, site, &scene, &baked, extras)?;
+    write_viewer(&file, site, scene, &baked, extras)?;
     Ok(Outcome {
         bytes: std::fs::metadata(&file)?.len(),
         file,
         vertices: baked.vertices.len(),
         triangles: baked.triangles.len(),
-        seconds: start.elapsed().as_secs_f64(),
+        seconds: seconds + start.elapsed().as_secs_f64(),
     })
 }

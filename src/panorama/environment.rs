@@ -66,11 +66,6 @@ impl EnvironmentSampler {
         Self { to_camera: to_world.transpose(), to_world, panorama, width, height, shares, rows, columns }
     }
 
-    /// The panorama as it is looked up, in latitude/longitude.
-    pub fn panorama(&self) -> &Panorama {
-        &self.panorama
-    }
-
     /// Radiance that arrives from direction `d` (program's axes, unit).
     pub fn radiance(&self, d: Vec3) -> Vec3 {
         self.panorama.radiance(d)

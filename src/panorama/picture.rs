@@ -1,6 +1,7 @@
 //! Pixels of linear light.
 
 use glam::Vec3;
+use serde::Serialize;
 
 /// A linear RGB picture, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,10 +15,11 @@ pub struct Picture {
 }
 
 /// What a picture's pixels are fit for. Each pixel counts once, under the first heading that fits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct PictureHealth {
     /// All pixels.
+    #[serde(skip)]
     pub pixels: usize,
     /// Pixels with a channel that is not a number.
     pub nan: usize,
@@ -41,11 +43,6 @@ impl Picture {
     /// Whether a pixel can be light: finite and nowhere negative.
     pub fn valid(pixel: Vec3) -> bool {
         pixel.is_finite() && pixel.min_element() >= 0.0
-    }
-
-    /// For each pixel whether it is [valid](Self::valid).
-    pub fn mask(&self) -> Vec<bool> {
-        self.pixels.iter().map(|&p| Self::valid(p)).collect()
     }
 
     /// The same picture with black where pixels are not [valid](Self::valid).
@@ -101,7 +98,6 @@ mod tests {
         let health = picture.health();
         let expected = PictureHealth { pixels: 10_000, nan: 1, infinite: 1, negative: 1, black: 1, clipped: 10 };
         assert_eq!(health, expected);
-        assert_eq!(picture.mask().iter().filter(|v| !**v).count(), 3);
         assert!(picture.cleaned().pixels[..4].iter().all(|p| *p == Vec3::ZERO));
     }
 

@@ -44,9 +44,11 @@ use std::time::Instant;
 use mean::Mean;
 use shoot::Shot;
 
+use crate::panorama::PanoramaError;
 use crate::render::Source;
 use crate::scene::Scene;
-use crate::shoot::KdTree;
+use crate::shoot::{KdTree, read_light};
+use crate::site::Probe;
 use crate::statistics::median;
 use crate::volume::Grid;
 
@@ -110,6 +112,29 @@ impl Plain {
 
         let seconds = Seconds { shoot: shot, index: indexed - shot, volume: built - indexed };
         Self { records, radius_m, volume, seconds }
+    }
+
+    /// The same from a site's probes, as far as they have a picture of a lighting.
+    ///
+    /// # Errors
+    ///
+    /// A picture that cannot be read.
+    pub fn of_probes(
+        scene: &Scene,
+        probes: &[Probe],
+        lighting: &str,
+        settings: PaperSettings,
+    ) -> Result<Self, PanoramaError> {
+        let lit = probes.iter().filter_map(|p| Some((p, p.pictures.iter().find(|l| l.lighting == lighting)?)));
+        let lit =
+            lit.map(|(probe, file)| Ok((probe, read_light(probe, &file.path)?))).collect::<Result<Vec<_>, _>>()?;
+        let lights = lit.iter().map(|(probe, picture)| ProbeLight {
+            origin: scene.local(probe.pose.position),
+            to_world: probe.pose.rotation.as_mat3(),
+            picture,
+            projection: probe.projection,
+        });
+        Ok(Self::new(scene, &lights.collect::<Vec<_>>(), settings))
     }
 
     /// Irradiance at a point (local metres) of a surface with unit normal `normal`, and what knew it. A channel that

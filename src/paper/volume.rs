@@ -37,11 +37,6 @@ impl Volume {
         known.then(|| Vec3::from_array(self.channels.each_ref().map(value)))
     }
 
-    /// Number of cells.
-    pub fn cells(&self) -> usize {
-        self.grid.len()
-    }
-
     /// The eight cells whose middles surround a point, with trilinear weights; the rim's cell in place of one outside.
     fn corners(&self, point: Vec3) -> [(usize, f32); 8] {
         let place = self.grid.place(point) - 0.5;

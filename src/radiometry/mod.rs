@@ -20,8 +20,6 @@ pub use fit::{Fit, FitSettings, Fitted};
 pub use of_render::{PhotographFit, fit_to_render};
 pub use shot::{Eye, Shot};
 
-use glam::Vec3;
-
 use crate::panorama::{self, Exif, PanoramaError, Radiometry};
 use crate::photograph::{self, PhotographError};
 use crate::scene::Scene;
@@ -64,12 +62,7 @@ pub fn fit(site: &Site, scene: &Scene, lighting: &str, settings: &FitSettings) -
         shots.push(Shot { name: probe.name.clone(), eye, picture, coding, guess, camera });
     }
     for view in site.views.iter().filter(|_| settings.photographs) {
-        let (Some(path), Some((mut picture, coding))) = (&view.photo, photograph::read(view)?) else { continue };
-        for (pixel, out) in picture.pixels.iter_mut().zip(photograph::left_out(view)?.unwrap_or_default()) {
-            if out {
-                *pixel = Vec3::NAN;
-            }
-        }
+        let (Some(path), Some((picture, coding))) = (&view.photo, photograph::read_masked(view)?) else { continue };
         let guess = Radiometry { clipped: coding.clipped(), ..Radiometry::default() };
         let eye = Eye::Camera(view.camera);
         shots.push(Shot { name: view.name.clone(), eye, picture, coding, guess, camera: camera(path) });

@@ -62,9 +62,7 @@ impl Shot {
     /// Whether its lens may darken the corners.
     pub(super) fn may_vignette(&self) -> bool {
         match self.eye {
-            Eye::Probe { projection, .. } => {
-                matches!(projection, Projection::Perspective { .. } | Projection::Camera(_))
-            }
+            Eye::Probe { projection, .. } => projection.is_photograph(),
             Eye::Camera(_) => true,
         }
     }
@@ -83,15 +81,13 @@ impl Shot {
                 .filter(|p| camera.shows(p.x, p.y))
                 .map(|p| camera.direction(p.x, p.y).as_vec3())
                 .collect(),
-            Eye::Probe { pose, projection: projection @ (Projection::Perspective { .. } | Projection::Camera(_)) } => {
-                (0..count)
-                    .filter_map(|i| {
-                        let p = pixel(i);
-                        let d = projection.direction(self.picture.width, self.picture.height, p.x, p.y)?;
-                        Some((pose.rotation * d).as_vec3())
-                    })
-                    .collect()
-            }
+            Eye::Probe { pose, projection } if projection.is_photograph() => (0..count)
+                .filter_map(|i| {
+                    let p = pixel(i);
+                    let d = projection.direction(self.picture.width, self.picture.height, p.x, p.y)?;
+                    Some((pose.rotation * d).as_vec3())
+                })
+                .collect(),
             Eye::Probe { .. } => sphere(count).collect(),
         }
     }

@@ -2,27 +2,16 @@
 
 use super::{Eye, Fit, FitSettings, Shot, fit_shots, fit_to_render};
 use crate::panorama::{Coding, Picture, Projection, Radiometry, radius2};
-use crate::scene::{Material, Mesh, Ray, Scene, Surface};
+use crate::scene::testing::{boxes, grey};
+use crate::scene::{Ray, Scene, Surface};
 use crate::site::Pose;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 const FEW: FitSettings = FitSettings { samples: 800, vignetting: true, response: false, photographs: false };
 
 /// Rooms, boxes side by side.
-fn rooms(boxes: &[(Vec3, Vec3)]) -> Scene {
-    let mut mesh = Mesh::default();
-    for &(low, high) in boxes {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(
-            (0..8).map(|i| low + (high - low) * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32)),
-        );
-        for [a, b, c, d] in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
-            mesh.triangles.extend([[a, b, c], [a, c, d]].map(|t| t.map(|i: u32| first + i)));
-        }
-    }
-    mesh.materials = vec![0; mesh.triangles.len()];
-    let plaster = Material { name: String::new(), albedo: Vec3::splat(0.6), texture: None, emission: Vec3::ZERO };
-    Scene::new(mesh, vec![plaster], Vec::new(), DVec3::ZERO)
+fn rooms(all: &[(Vec3, Vec3)]) -> Scene {
+    grey(boxes(all), 0.6)
 }
 
 fn room() -> Scene {

@@ -1,6 +1,7 @@
 //! A picture that is still being measured: running sums of two independent halves, and the noise they tell.
 
 use glam::{DVec3, Vec3};
+use serde::Serialize;
 
 use crate::panorama::Picture;
 
@@ -30,28 +31,23 @@ pub struct Estimate {
 pub(super) struct Sums {
     /// Σ radiance, of each half.
     pub(super) half: [DVec3; 2],
-    /// Σ radiance², both halves.
-    pub(super) square: DVec3,
 }
 
 impl Sums {
     /// Counts one sample in.
     pub(super) fn add(&mut self, half: usize, radiance: Vec3) {
-        let v = radiance.as_dvec3();
-        self.half[half] += v;
-        self.square += v * v;
+        self.half[half] += radiance.as_dvec3();
     }
 
     /// Counts the samples of `other` in.
     pub(super) fn merge(&mut self, other: &Self) {
         self.half[0] += other.half[0];
         self.half[1] += other.half[1];
-        self.square += other.square;
     }
 }
 
 /// How noisy an estimate is: standard errors of the luminance, as a share of the luminance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Noise {
     /// The typical pixel's: the median over blocks of 8 × 8 pixels. 0.018 reads “about 1.8 % noise in the median pixel”.
@@ -85,20 +81,6 @@ impl Estimate {
     pub fn half(&self, index: usize) -> Picture {
         let n = f64::from(self.samples_per_half.max(1));
         self.picture(|p| p.half[index & 1] / n)
-    }
-
-    /// Variance of [`Estimate::mean`] per pixel and channel, from the spread of the samples. The samples are stratified,
-    /// so this is an upper bound in expectation; [`Estimate::noise`], from the halves, sees what stratification gains.
-    /// Zero for fewer than two samples.
-    pub fn variance(&self) -> Picture {
-        let n = f64::from(self.samples());
-        if n < 2.0 {
-            return Picture::new(self.width, self.height);
-        }
-        self.picture(|p| {
-            let sum = p.half[0] + p.half[1];
-            ((p.square - sum * sum / n) / (n * (n - 1.0))).max(DVec3::ZERO)
-        })
     }
 
     /// Noise as the two halves tell it: half their difference is an unbiased draw of the mean's error, pooled over
@@ -185,8 +167,6 @@ mod tests {
         let of_mean = expected / f64::from(64 * 48_u32).sqrt();
         assert!((noise.of_mean / of_mean - 1.0).abs() < 0.05);
         assert!(noise.p95 > noise.median && noise.p95 < 1.5 * expected);
-        let mean_variance: f32 = e.variance().pixels.iter().map(|v| v.x).sum::<f32>() / (64.0 * 48.0);
-        assert!((mean_variance * 3.0 * 16.0 - 1.0).abs() < 0.05, "{mean_variance}");
     }
 
     #[test]
@@ -201,7 +181,7 @@ mod tests {
     #[test]
     fn nothing_measured_is_black_and_noiseless() {
         let e = Estimate::new(5, 3);
-        assert!(e.mean().pixels.iter().chain(&e.variance().pixels).all(|&p| p == Vec3::ZERO));
+        assert!(e.mean().pixels.iter().all(|&p| p == Vec3::ZERO));
         assert_eq!(e.noise(), Noise { median: 0.0, p95: 0.0, overall: 0.0, of_mean: 0.0 });
     }
 }

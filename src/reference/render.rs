@@ -223,13 +223,14 @@ pub fn irradiance(
     let paths = Paths { scene, lights, max_bounces: settings.max_bounces, strategy: settings.strategy };
     let n = settings.samples.max(2);
     let block = block(n);
-    let mut sums = Sums::default();
+    let (mut sum, mut square) = (DVec3::ZERO, DVec3::ZERO);
     for index in 0..n {
         let sampler = Sampler::new(settings.seed, IRRADIANCE_STREAM, index, block);
-        sums.add(0, paths.irradiance(point, normal, &sampler, &mut 0));
+        let e = paths.irradiance(point, normal, &sampler, &mut 0).as_dvec3();
+        (sum, square) = (sum + e, square + e * e);
     }
     let n = f64::from(n);
-    let mean = sums.half[0] / n;
-    let variance = ((sums.square / n - mean * mean) / (n - 1.0)).max(DVec3::ZERO);
+    let mean = sum / n;
+    let variance = ((square / n - mean * mean) / (n - 1.0)).max(DVec3::ZERO);
     (mean.as_vec3(), variance.map(f64::sqrt).as_vec3())
 }

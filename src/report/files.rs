@@ -25,15 +25,14 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     write_atomically(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
 }
 
-/// Writes a value as JSON for people to read, with a line's end; gives the text.
+/// Writes a value as JSON for people to read, with a line's end.
 ///
 /// # Errors
 /// If JSON cannot hold it, or the file system refuses.
-pub fn write_json(path: &Path, value: &impl Serialize) -> Result<String, ReportError> {
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ReportError> {
     let json = |source| ReportError::Json { path: path.into(), source };
     let text = serde_json::to_string_pretty(value).map_err(json)? + "\n";
-    write_file(path, text.as_bytes())?;
-    Ok(text)
+    write_file(path, text.as_bytes())
 }
 
 /// Writes a sheet as `<stem>.svg`, `<stem>.png` (at [`DPI`]) and `<stem>.pdf`; gives the paths of the first two.

@@ -118,66 +118,48 @@ fn read(folder: &Path, name: &str) -> Result<Option<Value>, ReportError> {
     serde_json::from_slice(&bytes).map(Some).map_err(damaged)
 }
 
-/// The columns' names in the table, and their heads on the page.
-const COLUMNS: [(&str, &str); 15] = [
-    ("site", "Site"),
-    ("made", "Made"),
-    ("warnings", "Warnings"),
-    ("findings_geometry", "Wrong in shape"),
-    ("findings_texture", "Wrong in texture"),
-    ("doubts", "Doubts"),
-    ("untestable_share", "Not testable"),
-    ("flip", "FLIP"),
-    ("median_error", "Median error"),
-    ("covered_share", "Seen by probes"),
-    ("stations", "Stations planned"),
-    ("least_stations", "at least"),
-    ("seconds", "Seconds"),
-    ("failed", "Came to no end"),
-    ("folder", "Report"),
-];
-
 impl Overview {
-    /// The row's cells, in the order of the columns; empty where nothing is known.
-    fn cells(&self) -> [String; 15] {
+    /// Each column's name in the table, its head on the page, and the row's cell; empty where nothing is known.
+    fn columns(&self) -> [(&'static str, &'static str, String); 15] {
         let count = |n: Option<usize>| n.map_or_else(String::new, |n| n.to_string());
         let share = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.4}"));
+        let least = self.least_stations.map_or_else(String::new, |v| format!("{v:.0}"));
         [
-            self.site.clone(),
-            self.made.clone(),
-            count(self.warnings),
-            count(self.findings_geometry),
-            count(self.findings_texture),
-            count(self.doubts),
-            share(self.untestable_share),
-            share(self.flip),
-            share(self.median_error),
-            share(self.covered_share),
-            count(self.stations),
-            self.least_stations.map_or_else(String::new, |v| format!("{v:.0}")),
-            format!("{:.1}", self.seconds),
-            self.failed.clone(),
-            self.folder.clone(),
+            ("site", "Site", self.site.clone()),
+            ("made", "Made", self.made.clone()),
+            ("warnings", "Warnings", count(self.warnings)),
+            ("findings_geometry", "Wrong in shape", count(self.findings_geometry)),
+            ("findings_texture", "Wrong in texture", count(self.findings_texture)),
+            ("doubts", "Doubts", count(self.doubts)),
+            ("untestable_share", "Not testable", share(self.untestable_share)),
+            ("flip", "FLIP", share(self.flip)),
+            ("median_error", "Median error", share(self.median_error)),
+            ("covered_share", "Seen by probes", share(self.covered_share)),
+            ("stations", "Stations planned", count(self.stations)),
+            ("least_stations", "at least", least),
+            ("seconds", "Seconds", format!("{:.1}", self.seconds)),
+            ("failed", "Came to no end", self.failed.clone()),
+            ("folder", "Report", self.folder.clone()),
         ]
     }
 }
 
 /// The rows as CSV.
 pub fn overview_csv(rows: &[Overview]) -> String {
-    let mut table = Table::new(COLUMNS.map(|c| c.0));
-    rows.iter().for_each(|row| table.row(row.cells()));
+    let mut table = Table::new(Overview::default().columns().map(|c| c.0));
+    rows.iter().for_each(|row| table.row(row.columns().map(|c| c.2)));
     table.finish()
 }
 
 /// The rows as a page that needs no network. `links` are the addresses of the reports' own pages, one a row.
 pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
-    let heads = &COLUMNS[..COLUMNS.len() - 1];
+    let [heads @ .., _] = Overview::default().columns();
     let row = |(row, link): (&Overview, &String)| -> Markup {
-        let cells = row.cells();
+        let [_, cells @ .., _] = row.columns();
         html! {
             tr {
                 th scope="row" { a href=(link) { (row.site) } }
-                @for cell in &cells[1..cells.len() - 1] {
+                @for (.., cell) in &cells {
                     td class=[cell.parse::<f64>().is_ok().then_some("number")] { (cell) }
                 }
             }
@@ -197,7 +179,7 @@ pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
                 main {
                     div class="scroll" tabindex="0" role="region" aria-label="Reports" {
                         table class="sortable" {
-                            thead { tr { @for (_, head) in heads { th scope="col" { (head) } } } }
+                            thead { tr { @for (_, head, _) in &heads { th scope="col" { (head) } } } }
                             tbody { @for pair in rows.iter().zip(links) { (row(pair)) } }
                         }
                     }

@@ -2,11 +2,10 @@
 //! picture, before and after.
 
 use glam::Vec3;
-use image::{ExtendedColorType, ImageEncoder};
 
 use super::audit_sheet::{picture_png, reduced};
 use super::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
-use super::draw::png::wrap;
+use super::draw::png::{encoded, wrap};
 use super::draw::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
 use super::draw::svg::{Anchor, Svg, Text};
 use crate::panorama::{Exposure, Picture, luminance};
@@ -278,10 +277,7 @@ fn outlines(model: &Preview, ink: Ink, per_mm: f64) -> Option<Vec<u8>> {
             }
         }
     }
-    let mut png = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut png);
-    encoder.write_image(&pixels, w as u32, h as u32, ExtendedColorType::Rgba8).ok()?;
-    Some(png)
+    encoded(&pixels, [w, h], image::ExtendedColorType::Rgba8)
 }
 
 /// The poses in numbers, as the site file has them.

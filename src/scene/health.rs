@@ -257,16 +257,11 @@ impl Edges {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::testing::triangles;
 
-    fn mesh(triangles: &[[[f32; 3]; 3]]) -> Mesh {
-        let positions: Vec<Vec3> = triangles.iter().flatten().map(|p| Vec3::from_array(*p)).collect();
-        let n = triangles.len() as u32;
-        Mesh {
-            positions,
-            triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-            materials: (0..n).map(|i| i % 2).collect(),
-            ..Mesh::default()
-        }
+    fn mesh(all: &[[[f32; 3]; 3]]) -> Mesh {
+        let corners: Vec<[Vec3; 3]> = all.iter().map(|t| t.map(Vec3::from)).collect();
+        Mesh { materials: (0..all.len() as u32).map(|i| i % 2).collect(), ..triangles(&corners) }
     }
 
     const T: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];

@@ -31,6 +31,8 @@ mod ply;
 mod polygon;
 #[expect(clippy::module_inception, reason = "where a newcomer looks for Scene")]
 mod scene;
+#[cfg(test)]
+pub(crate) mod testing;
 mod texture;
 mod tracer;
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::Wrap;
 use crate::site::Frame;
+use crate::statistics;
 
 /// The grey of a surface whose material is not known.
 pub(super) const UNKNOWN_ALBEDO: f32 = 0.5;
@@ -153,11 +154,8 @@ pub(super) fn centre(points: impl Iterator<Item = DVec3> + Clone, frame: &Frame)
     }
     let mut middle = frame.point_in(0.5 * low + 0.5 * high);
     if (frame.point_in(high) - middle).length() >= FAR {
-        let median = |axis: usize| {
-            let mut all: Vec<f64> = points.clone().filter(|p| p.is_finite()).map(|p| p[axis]).collect();
-            let half = all.len() / 2;
-            if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(half, f64::total_cmp).1 }
-        };
+        let median =
+            |axis: usize| statistics::median(points.clone().filter(|p| p.is_finite()).map(|p| p[axis])).unwrap_or(0.0);
         middle = frame.point_in(DVec3::new(median(0), median(1), median(2)));
     }
     let middle = middle.round();

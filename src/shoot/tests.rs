@@ -4,7 +4,8 @@ use super::hits::{pack_normal, unpack_normal};
 use super::{Chart, Hits, Light, charted};
 use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection, Radiometry};
 use crate::render::{Relit, Source};
-use crate::scene::{Material, Mesh, Scene};
+use crate::scene::Scene;
+use crate::scene::testing::{boxes, grey, parallelograms};
 use crate::volume::{self, Nearby, Transport, Volume};
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use proptest::prelude::*;
@@ -13,17 +14,7 @@ use std::sync::Arc;
 
 /// A closed box of one albedo.
 fn closed_box(low: Vec3, high: Vec3, albedo: f32) -> Scene {
-    let mut mesh = Mesh::default();
-    for i in 0..8 {
-        let pick = |bit: usize, axis: usize| if i >> bit & 1 == 1 { high[axis] } else { low[axis] };
-        mesh.positions.push(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2)));
-    }
-    for [a, b, c, d] in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
-        mesh.triangles.extend([[a, b, c], [a, c, d]]);
-        mesh.materials.extend([0, 0]);
-    }
-    let material = Material { name: String::new(), albedo: Vec3::splat(albedo), texture: None, emission: Vec3::ZERO };
-    Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
+    grey(boxes(&[(low, high)]), albedo)
 }
 
 fn charts() -> Vec<Chart> {
@@ -185,17 +176,9 @@ fn a_channel_that_is_not_reflected_takes_the_light_of_the_others() {
 /// bright it is.
 #[test]
 fn the_open_top_of_a_scan_sends_what_records_ask_for() {
-    let mut mesh = Mesh::default();
-    let mut quad = |corner: Vec3, u: Vec3, v: Vec3| {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
-        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-        mesh.materials.extend([0, 0]);
-    };
-    quad(Vec3::new(-5.0, -5.0, 0.0), Vec3::X * 10.0, Vec3::Y * 10.0);
-    quad(Vec3::new(-6.0, -6.0, 0.5), Vec3::X * 0.5, Vec3::Y * 0.5);
-    let grey = Material { name: String::new(), albedo: Vec3::splat(0.5), texture: None, emission: Vec3::ZERO };
-    let scene = Scene::new(mesh, vec![grey], Vec::new(), DVec3::ZERO);
+    let floor = (Vec3::new(-5.0, -5.0, 0.0), Vec3::X * 10.0, Vec3::Y * 10.0);
+    let table = (Vec3::new(-6.0, -6.0, 0.5), Vec3::X * 0.5, Vec3::Y * 0.5);
+    let scene = grey(parallelograms(&[floor, table]), 0.5);
     // straight down; under a sky of radiance 3 the floor sends 1.5
     let picture = Picture { width: 48, height: 48, pixels: vec![Vec3::splat(1.5); 48 * 48] };
     let down = Mat3::from_rotation_x(-0.5 * PI);

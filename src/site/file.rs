@@ -1,7 +1,8 @@
 //! The site file's keys, and nothing else: this is the one place that knows them.
 
 use glam::DVec3;
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
@@ -109,12 +110,6 @@ pub(super) struct CamerasTable {
     pub(super) translation: Option<Vector>,
 }
 
-/// Which of a pose file's photographs are probes: `"all"`, or a list of them.
-pub(super) enum ProbesKey {
-    All,
-    These(Vec<Text>),
-}
-
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ProbeTable {
@@ -217,12 +212,41 @@ pub(super) enum LensKey {
     Fisheye,
 }
 
+/// Reads a type that can be written in several ways, which `$expected` names and the visitor's methods take.
+macro_rules! written {
+    ($type:ident, $expected:literal, $($visit:tt)*) => {
+        impl<'de> Deserialize<'de> for $type {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Ways;
+                impl<'de> Visitor<'de> for Ways {
+                    type Value = $type;
+
+                    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                        f.write_str($expected)
+                    }
+
+                    $($visit)*
+                }
+                deserializer.deserialize_any(Ways)
+            }
+        }
+    };
+}
+
 /// Metres in a model unit.
 pub(super) struct Units(pub(super) f64);
 
-impl<'de> Deserialize<'de> for Units {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(UnitsVisitor).map(Units)
+written! { Units, "\"m\", \"cm\", \"mm\", \"ft\", \"in\" or the number of metres in a model unit",
+    fn visit_str<E: Error>(self, text: &str) -> Result<Units, E> {
+        metres_in(text).map(Units).ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Units, E> {
+        Ok(Units(number))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Units, E> {
+        Ok(Units(number as f64))
     }
 }
 
@@ -238,134 +262,66 @@ pub(crate) fn metres_in(unit: &str) -> Option<f64> {
     }
 }
 
-struct UnitsVisitor;
-
-impl Visitor<'_> for UnitsVisitor {
-    type Value = f64;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("\"m\", \"cm\", \"mm\", \"ft\", \"in\" or the number of metres in a model unit")
-    }
-
-    fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
-        metres_in(text).ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))
-    }
-
-    fn visit_f64<E: Error>(self, number: f64) -> Result<f64, E> {
-        Ok(number)
-    }
-
-    fn visit_i64<E: Error>(self, number: i64) -> Result<f64, E> {
-        Ok(number as f64)
-    }
-}
-
 /// The model's up direction: an axis by its name, or a vector.
 pub(super) struct UpKey(pub(super) DVec3);
 
-impl<'de> Deserialize<'de> for UpKey {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(UpVisitor).map(UpKey)
-    }
-}
-
-struct UpVisitor;
-
-impl<'de> Visitor<'de> for UpVisitor {
-    type Value = DVec3;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("\"y\", \"z\", \"x\", one of them with a minus, or a vector [x, y, z] that points up")
-    }
-
-    fn visit_str<E: Error>(self, text: &str) -> Result<DVec3, E> {
+written! { UpKey, "\"y\", \"z\", \"x\", one of them with a minus, or a vector [x, y, z] that points up",
+    fn visit_str<E: Error>(self, text: &str) -> Result<UpKey, E> {
         let name = text.trim().to_ascii_lowercase();
         let (sign, axis) = match name.strip_prefix('-').or(name.strip_prefix('−')) {
             Some(axis) => (-1.0, axis),
             None => (1.0, name.strip_prefix('+').unwrap_or(&name)),
         };
         match axis {
-            "x" => Ok(DVec3::X * sign),
-            "y" => Ok(DVec3::Y * sign),
-            "z" => Ok(DVec3::Z * sign),
-            _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+            "x" => Ok(UpKey(DVec3::X * sign)),
+            "y" => Ok(UpKey(DVec3::Y * sign)),
+            "z" => Ok(UpKey(DVec3::Z * sign)),
+            _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
         }
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<DVec3, A::Error> {
-        let list = List::<f64, 3>::deserialize(serde::de::value::SeqAccessDeserializer::new(list))?;
-        Ok(DVec3::from_array(*list))
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<UpKey, A::Error> {
+        List::<f64, 3>::deserialize(SeqAccessDeserializer::new(list)).map(|list| UpKey(DVec3::from_array(*list)))
     }
 }
 
-impl<'de> Deserialize<'de> for ProbesKey {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ProbesVisitor)
-    }
+/// Which of a pose file's photographs are probes: `"all"`, or a list of them.
+pub(super) enum ProbesKey {
+    All,
+    These(Vec<Text>),
 }
 
-struct ProbesVisitor;
-
-impl<'de> Visitor<'de> for ProbesVisitor {
-    type Value = ProbesKey;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("\"all\", or a list of photographs")
-    }
-
+written! { ProbesKey, "\"all\", or a list of photographs",
     fn visit_str<E: Error>(self, text: &str) -> Result<ProbesKey, E> {
         match text {
             "all" => Ok(ProbesKey::All),
-            _ => Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+            _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
         }
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<ProbesKey, A::Error> {
-        let mut names = Vec::new();
-        while let Some(name) = list.next_element()? {
-            names.push(name);
-        }
-        Ok(ProbesKey::These(names))
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<ProbesKey, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(list)).map(ProbesKey::These)
     }
 }
 
 /// Radiance per stored value: of all channels, or of red, green and blue.
 pub(super) struct GainKey(pub(super) [f64; 3]);
 
-impl<'de> Deserialize<'de> for GainKey {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(GainVisitor).map(GainKey)
-    }
-}
-
-struct GainVisitor;
-
-impl<'de> Visitor<'de> for GainVisitor {
-    type Value = [f64; 3];
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number, or three numbers for red, green and blue")
+written! { GainKey, "a number, or three numbers for red, green and blue",
+    fn visit_f64<E: Error>(self, number: f64) -> Result<GainKey, E> {
+        Ok(GainKey([number; 3]))
     }
 
-    fn visit_f64<E: Error>(self, number: f64) -> Result<[f64; 3], E> {
-        Ok([number; 3])
+    fn visit_i64<E: Error>(self, number: i64) -> Result<GainKey, E> {
+        Ok(GainKey([number as f64; 3]))
     }
 
-    fn visit_i64<E: Error>(self, number: i64) -> Result<[f64; 3], E> {
-        Ok([number as f64; 3])
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<[f64; 3], A::Error> {
-        let mut numbers: Vec<f64> = Vec::new();
-        while let Some(number) = list.next_element()? {
-            numbers.push(number);
-        }
-        let count = numbers.len();
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<GainKey, A::Error> {
         // one gain in brackets is as clear as one without
-        match numbers[..] {
-            [one] => Ok([one; 3]),
-            [r, g, b] => Ok([r, g, b]),
-            _ => Err(Error::invalid_length(count, &self)),
+        match Vec::<f64>::deserialize(SeqAccessDeserializer::new(list))?[..] {
+            [one] => Ok(GainKey([one; 3])),
+            [r, g, b] => Ok(GainKey([r, g, b])),
+            ref other => Err(Error::invalid_length(other.len(), &self)),
         }
     }
 }
@@ -376,21 +332,7 @@ pub(super) enum ImageKey {
     PerLighting(Vec<(Text, Text)>),
 }
 
-impl<'de> Deserialize<'de> for ImageKey {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ImageVisitor)
-    }
-}
-
-struct ImageVisitor;
-
-impl<'de> Visitor<'de> for ImageVisitor {
-    type Value = ImageKey;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a picture's path, or a table of lighting = path")
-    }
-
+written! { ImageKey, "a picture's path, or a table of lighting = path",
     fn visit_str<E: Error>(self, text: &str) -> Result<ImageKey, E> {
         Ok(ImageKey::One(text.to_owned()))
     }

@@ -63,7 +63,6 @@ pub use frame::{Frame, Pose, UNITS, Unit, Up};
 pub use poses::{PoseFileError, photographs as pose_file_photographs};
 pub use resection::{Match, Resection, ResectionError};
 pub use site::{
-    CameraSource, Environment, LitPicture, Pictures, Plan, Position, Probe, Project, Site, Sun, UnknownLighting,
-    VertexColours, View,
+    CameraSource, Environment, LitPicture, Pictures, Plan, Probe, Project, Site, Sun, UnknownName, VertexColours, View,
 };
 pub use walk::walk;

@@ -20,6 +20,21 @@ pub(super) struct Orientation<'a> {
     pub(super) look_at: &'a Option<Vector>,
 }
 
+/// The orientation keys of a table.
+macro_rules! orientation {
+    ($t:expr) => {
+        Orientation {
+            heading: &$t.heading,
+            pitch: &$t.pitch,
+            roll: &$t.roll,
+            rotation: &$t.rotation,
+            matrix: &$t.matrix,
+            look_at: &$t.look_at,
+        }
+    };
+}
+pub(super) use orientation;
+
 impl Orientation<'_> {
     /// The pose at `position` (model's axes and units). No orientation key at all is heading 0, level.
     pub(super) fn pose(&self, source: &Source, frame: &Frame, position: DVec3) -> Result<Pose, SiteError> {
@@ -49,22 +64,18 @@ impl Orientation<'_> {
 
     /// Where any orientation is given.
     pub(super) fn given(&self) -> Option<std::ops::Range<usize>> {
-        let numbers = [self.heading, self.pitch, self.roll].into_iter().flatten().map(Spanned::span).next();
-        let other = self.rotation.as_ref().map(Spanned::span).or(self.matrix.as_ref().map(Spanned::span));
-        numbers.or(other).or(self.look_at.as_ref().map(Spanned::span))
+        self.ways().next()
+    }
+
+    /// Where each way to give it is used.
+    fn ways(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+        let bearings = [self.heading, self.pitch, self.roll].into_iter().flatten().map(Spanned::span).next();
+        let other = [self.rotation.as_ref().map(Spanned::span), self.matrix.as_ref().map(Spanned::span)];
+        [bearings].into_iter().chain(other).chain([self.look_at.as_ref().map(Spanned::span)]).flatten()
     }
 
     fn only_one_way(&self, source: &Source) -> Result<(), SiteError> {
-        let bearings = [self.heading, self.pitch, self.roll].into_iter().flatten().map(Spanned::span).next();
-        let ways = [
-            bearings,
-            self.rotation.as_ref().map(Spanned::span),
-            self.matrix.as_ref().map(Spanned::span),
-            self.look_at.as_ref().map(Spanned::span),
-        ];
-        let mut given = ways.into_iter().flatten();
-        given.next();
-        given.next().map_or(Ok(()), |second| {
+        self.ways().nth(1).map_or(Ok(()), |second| {
             Err(source.fault(
                 second,
                 "the orientation is given twice",

@@ -1,6 +1,6 @@
 //! A checked site and what it is made of.
 
-use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DMat3, DVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -69,7 +69,7 @@ impl Site {
     /// # Errors
     ///
     /// A name that no probe's picture has.
-    pub fn lighting(&self, asked: Option<&str>) -> Result<String, UnknownLighting> {
+    pub fn lighting(&self, asked: Option<&str>) -> Result<String, UnknownName> {
         let known = self.lightings();
         match asked {
             None => Ok(known.first().cloned().unwrap_or_default()),
@@ -77,9 +77,22 @@ impl Site {
             Some(name) => {
                 let named: Vec<&str> = known.iter().filter(|k| !k.is_empty()).map(String::as_str).collect();
                 let known = if named.is_empty() { "one, without a name".to_owned() } else { named.join(", ") };
-                Err(UnknownLighting { asked: name.to_owned(), known })
+                Err(UnknownName { what: "lighting", asked: name.to_owned(), known })
             }
         }
+    }
+
+    /// The views of some names, in the site's order; all where none is named.
+    ///
+    /// # Errors
+    ///
+    /// A name that no view has.
+    pub fn views_named(&self, names: &[String]) -> Result<Vec<&View>, UnknownName> {
+        if let Some(asked) = names.iter().find(|name| self.views.iter().all(|v| v.name != **name)) {
+            let known = self.views.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(UnknownName { what: "view", asked: asked.clone(), known });
+        }
+        Ok(self.views.iter().filter(|v| names.is_empty() || names.contains(&v.name)).collect())
     }
 
     /// All lightings that any probe has, in the file's order; `""` is the lone picture's.
@@ -94,10 +107,12 @@ impl Site {
     }
 }
 
-/// A lighting was asked for that no probe has.
+/// A lighting or a view was asked for that the site does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no lighting “{asked}”. The site's lightings: {known}")]
-pub struct UnknownLighting {
+#[error("there is no {what} “{asked}”. The site's {what}s: {known}")]
+pub struct UnknownName {
+    /// `lighting` or `view`.
+    pub what: &'static str,
     /// The name.
     pub asked: String,
     /// Those that there are.
@@ -289,6 +304,3 @@ impl Default for Plan {
         }
     }
 }
-
-/// A position in the program's frame before re-centring: metres, z up.
-pub type Position = DVec3;

@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use super::fault::{SiteError, Source};
 use super::file::{Matrix, Quaternion, Vector};
-use super::pose::{Orientation, finite, finite_number};
+use super::pose::{Orientation, finite, finite_number, orientation};
 use super::{Camera, CameraSource, Pose, Site, View};
 
 #[derive(Deserialize)]
@@ -124,11 +124,7 @@ fn key(site: &Site, source: &Source, table: &Spanned<KeyTable>, usual_fov: f64) 
                 source.fault(name.span(), problem, format!("The site's views: {}", names.join(", ")))
             })?
         }
-        (None, Some(position)) => {
-            let KeyTable { heading, pitch, roll, rotation, matrix, look_at, .. } = k;
-            let orientation = Orientation { heading, pitch, roll, rotation, matrix, look_at };
-            orientation.pose(source, &site.frame, finite(source, position)?)?
-        }
+        (None, Some(position)) => orientation!(k).pose(source, &site.frame, finite(source, position)?)?,
         _ => {
             let help = "Give each key frame a position with an orientation, or the name of a view";
             return Err(source.fault(table.span(), "expected either a position or a view", help));

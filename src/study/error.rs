@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::panorama::PanoramaError;
+use crate::photograph::PhotographError;
 use crate::reference::LightError;
 use crate::render::SetupError;
 use crate::scene::SceneError;
@@ -23,18 +24,9 @@ pub enum StudyError {
     /// The sky cannot be read.
     #[error(transparent)]
     Light(#[from] LightError),
-    /// A photograph of another size than its view.
-    #[error("{}: the photograph has {found} pixels, but the view “{view}” has {wanted}", path.display())]
-    Size {
-        /// The photograph.
-        path: PathBuf,
-        /// Its size.
-        found: String,
-        /// The view.
-        view: String,
-        /// The view's size.
-        wanted: String,
-    },
+    /// A photograph cannot be used.
+    #[error(transparent)]
+    Photograph(#[from] PhotographError),
     /// Nothing to measure.
     #[error("{}: {what}", file.display())]
     Nothing {

@@ -12,11 +12,10 @@ use super::sweep::{Base, Method, Parameter, Setting};
 use super::truth::TruthView;
 use super::{Comparison, Ranked, StudyError};
 use crate::panorama::{self, Layer, Panorama, Picture, Projection, convert, write_exr};
-use crate::paper::{self, Plain, PlainRelit, ProbeLight};
+use crate::paper::{self, Plain, PlainRelit};
 use crate::reference::{Estimate, Eye, Lights, ReferenceSettings, add_samples};
 use crate::render::{Irradiance, Options, Relit, prepare, render};
 use crate::scene::Scene;
-use crate::shoot::read_light;
 use crate::site::Site;
 use crate::volume::{self, Volume};
 
@@ -133,22 +132,7 @@ impl Bench<'_> {
         let radius = radius_m.filter(|_| factor != 1.0).map(|r| (r * factor) as f32);
         let settings = paper::PaperSettings { radius_m: radius, cells, ..paper::PaperSettings::default() };
         let clock = Clock::start();
-        let mut pictures = Vec::new();
-        for probe in &self.site.probes {
-            if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == self.lighting) {
-                pictures.push((probe, read_light(probe, &lit.path)?));
-            }
-        }
-        let lights: Vec<ProbeLight> = pictures
-            .iter()
-            .map(|(probe, picture)| ProbeLight {
-                origin: self.scene.local(probe.pose.position),
-                to_world: probe.pose.rotation.as_mat3(),
-                picture,
-                projection: probe.projection,
-            })
-            .collect();
-        let plain = Plain::new(self.scene, &lights, settings);
+        let plain = Plain::of_probes(self.scene, &self.site.probes, self.lighting, settings)?;
         let setup = clock.read() + self.load;
         let relit = PlainRelit { plain: &plain, sky: &sky };
         let mut views = Vec::new();
@@ -182,14 +166,7 @@ impl Bench<'_> {
     }
 
     fn options(&self) -> Options {
-        Options {
-            lightings: vec![self.lighting.to_owned()],
-            probes: self.site.probes.len(),
-            sun: true,
-            volume: volume::VolumeSettings::default(),
-            all_stages: false,
-            volume_for_all: false,
-        }
+        Options { lightings: vec![self.lighting.to_owned()], ..Options::of(self.site) }
     }
 
     /// Renders a view several times; the middle one's time.

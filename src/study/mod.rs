@@ -39,7 +39,7 @@ pub use error::StudyError;
 pub use measure::{Run, ViewRun};
 pub use metrics::blocks::{Block, Interval, Metric, Resamples};
 pub use metrics::flip::{flip, flip_ldr, flip_map};
-pub use metrics::{exposure, mean_where, median, median_relative_error, relmse, relmse_where, rmse, ssim};
+pub use metrics::{mean_where, median, median_relative_error, relmse, relmse_where, rmse, ssim};
 pub use options::Options;
 pub use order::{Ranked, order_said, plan_order};
 pub use outside::{Outside, OutsidePoint, read as read_outside};

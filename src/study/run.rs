@@ -267,13 +267,8 @@ fn lighting(site: &Site, options: &Options) -> Result<String, String> {
 }
 
 fn views<'a>(site: &'a Site, options: &Options) -> Result<Vec<&'a View>, String> {
-    let known: Vec<&str> = site.views.iter().map(|v| v.name.as_str()).collect();
-    if known.is_empty() {
+    if site.views.is_empty() {
         return Err("the site has no view to study. Add a [[view]]".to_owned());
     }
-    if let Some(name) = options.views.iter().find(|n| !known.contains(&n.as_str())) {
-        return Err(format!("there is no view “{name}”. The site's views: {}", known.join(", ")));
-    }
-    let wanted = |v: &&View| options.views.is_empty() || options.views.contains(&v.name);
-    Ok(site.views.iter().filter(wanted).collect())
+    site.views_named(&options.views).map_err(|e| e.to_string())
 }

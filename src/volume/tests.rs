@@ -2,25 +2,12 @@
 
 use super::{CachePoints, Grid, Guide, Nearby, Transport, Volume, VolumeSettings};
 use crate::panorama::{Picture, Radiometry};
-use crate::scene::{Material, Mesh, Scene};
+use crate::scene::testing::{grey, parallelograms};
 use crate::shoot::{Chart, Hits, Light};
-use glam::{DVec3, IVec3, Mat3, Vec2, Vec3};
+use glam::{IVec3, Mat3, Vec2, Vec3};
 use proptest::prelude::*;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
-
-/// Parallelograms: corner and two edges.
-fn scene(quads: &[(Vec3, Vec3, Vec3)], albedo: f32) -> Scene {
-    let mut mesh = Mesh::default();
-    for &(corner, u, v) in quads {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
-        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-        mesh.materials.extend([0, 0]);
-    }
-    let material = Material { name: String::new(), albedo: Vec3::splat(albedo), texture: None, emission: Vec3::ZERO };
-    Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
-}
 
 fn sides(size: Vec3) -> Vec<(Vec3, Vec3, Vec3)> {
     let (x, y, z) = (Vec3::X * size, Vec3::Y * size, Vec3::Z * size);
@@ -53,7 +40,7 @@ proptest! {
         size in prop::array::uniform3(1.0f32..20.0), along in 4u32..40, wall in 0usize..6, at in prop::array::uniform2(0.0f32..1.0), back: bool,
     ) {
         let quads = sides(Vec3::from(size));
-        let scene = scene(&quads, 0.5);
+        let scene = grey(parallelograms(&quads), 0.5);
         let (low, high) = scene.mesh.bounds();
         let cache_points = CachePoints::over(&scene, Grid::over(low, high, along));
         let (corner, u, v) = quads[wall];
@@ -135,7 +122,7 @@ fn guided_rays_have_the_density_they_claim() {
 fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
     let mut quads = sides(Vec3::new(4.0, 3.0, 2.5));
     quads.push((Vec3::new(2.8, 0.8, 0.6), Vec3::Y * 1.2, Vec3::Z * 1.2));
-    let scene = scene(&quads, 1.0);
+    let scene = grey(parallelograms(&quads), 1.0);
     let hits = Hits::shoot(&scene, Vec3::new(1.7, 1.4, 1.3), Mat3::IDENTITY, Chart::latlong(64, 32));
     let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(3.0); 64 * 32] };
     let light = Light::new(&scene, &[(Arc::new(hits), &picture, Radiometry::default())], None, None);
@@ -167,7 +154,7 @@ fn the_bottom_of_a_cup_that_hides_from_all_anchors_gets_one_of_its_own() {
     let (low, size) = (Vec3::new(1.635, 1.635, 0.02), 0.06);
     let cup = sides(Vec3::splat(size)).into_iter().enumerate().filter(|&(i, _)| i != 1);
     quads.extend(cup.map(|(_, (corner, u, v))| (low + corner, u, v)));
-    let scene = scene(&quads, 0.5);
+    let scene = grey(parallelograms(&quads), 0.5);
     let (min, max) = scene.mesh.bounds();
     let mut cache_points = CachePoints::over(&scene, Grid::over(min, max, 8));
     let before = cache_points.list.len();

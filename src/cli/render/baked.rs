@@ -9,7 +9,6 @@ use clerestory::study::flip;
 use std::time::Instant;
 
 use super::RenderArgs;
-use crate::cli::terminal::progress;
 
 /// A bake, ready to be drawn from.
 pub(super) struct Drawn {
@@ -29,7 +28,7 @@ pub(super) fn baked(
 ) -> anyhow::Result<(Drawn, Setup)> {
     let start = Instant::now();
     let settings = BakeSettings { vertices: args.vertices, views: false, sun_apart: !video, ..BakeSettings::default() };
-    let bar = progress::bar(args.output.talks(), "{spinner} {msg}  {elapsed}");
+    let bar = args.output.told.bar("{spinner} {msg}  {elapsed}");
     bar.set_message("baking …");
     let Bake { baked, setup } =
         bake::bake(site, scene, options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;

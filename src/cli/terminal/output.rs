@@ -17,56 +17,75 @@ pub(crate) struct Output {
     /// Folder for the results [default: reports/SITE]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) told: Told,
+}
+
+/// What a verb prints.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct Told {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
     /// Print nothing but errors; with --json, the JSON alone
     #[arg(short, long)]
-    pub(crate) quiet: bool,
+    quiet: bool,
+}
+
+impl Told {
+    /// Whether a person is to be told how it goes.
+    pub(crate) fn talks(self) -> bool {
+        !self.quiet && !self.json
+    }
+
+    /// A progress bar after indicatif's `template`, hidden where nobody is told.
+    pub(crate) fn bar(self, template: &str) -> ProgressBar {
+        bar(self.talks(), template)
+    }
+
+    /// Tells a result: as JSON where that was asked for, in `words` where a person reads.
+    pub(crate) fn tell<W: Write>(
+        self,
+        result: &impl Serialize,
+        out: &mut W,
+        words: impl FnOnce(&mut W) -> io::Result<()>,
+    ) -> anyhow::Result<()> {
+        match self {
+            Self { json: true, .. } => json(result, out)?,
+            Self { quiet: true, .. } => {}
+            _ => words(out)?,
+        }
+        Ok(())
+    }
 }
 
 impl Output {
     /// Into a folder, and nothing printed.
     pub(crate) fn silent(folder: &Path) -> Self {
-        Self { out: Some(folder.to_owned()), json: false, quiet: true }
+        Self { out: Some(folder.to_owned()), told: Told { json: false, quiet: true } }
     }
 
-    /// The folder for results, see [`folder`].
+    /// The folder asked for, else the site's own under `reports`; made where it is not there yet.
+    ///
+    /// # Errors
+    ///
+    /// A folder in which the site's model or pictures lie: a result may have the name of one.
     pub(crate) fn folder(&self, site: &Site) -> anyhow::Result<PathBuf> {
-        folder(self.out.as_deref(), site)
+        let folder = self.out.clone().unwrap_or_else(|| by_default(site));
+        let of = |file: &PathBuf| folder_of(file).canonicalize().ok();
+        if let Ok(known) = folder.canonicalize()
+            && let Some(own) = site.files().iter().find(|f| **f != site.file && of(f).as_ref() == Some(&known))
+        {
+            bail!(
+                "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another \
+                 folder",
+                folder.display(),
+                own.display()
+            );
+        }
+        std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+        Ok(folder)
     }
-
-    /// Whether a person is to be told how it goes.
-    pub(crate) fn talks(&self) -> bool {
-        !self.quiet && !self.json
-    }
-
-    /// A progress bar after indicatif's `template`, hidden where nobody is told.
-    pub(crate) fn bar(&self, template: &str) -> ProgressBar {
-        bar(self.talks(), template)
-    }
-}
-
-/// The folder asked for, else the site's own under `reports`; made where it is not there yet.
-///
-/// # Errors
-///
-/// A folder in which the site's model or pictures lie: a result may have the name of one.
-pub(crate) fn folder(asked: Option<&Path>, site: &Site) -> anyhow::Result<PathBuf> {
-    let folder = asked.map_or_else(|| by_default(site), Path::to_owned);
-    if let Ok(known) = folder.canonicalize()
-        && let Some(own) =
-            site.files().iter().find(|f| **f != site.file && folder_of(f).canonicalize().ok().as_ref() == Some(&known))
-    {
-        bail!(
-            "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another \
-             folder",
-            folder.display(),
-            own.display()
-        );
-    }
-    std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
-    Ok(folder)
 }
 
 /// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.

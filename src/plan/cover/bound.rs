@@ -1,63 +1,7 @@
-//! Lower bounds on how many candidates a cover takes.
+//! Lower bounds on how many candidates a cover takes: the dual of its linear relaxation, climbed by subgradients (Held and
+//! Karp 1971; Beasley 1987).
 
-use super::coverage::Coverage;
 use super::subproblem::Subproblem;
-use crate::lists::Lists;
-
-/// A lower bound and what proves it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bound {
-    /// No cover has fewer candidates.
-    pub at_least: usize,
-    /// Elements no two of which one candidate covers: each takes a candidate of its own. May be fewer than `at_least`,
-    /// when the linear relaxation proves more.
-    pub apart: Vec<usize>,
-}
-
-/// A lower bound for covering everything that can be covered: the better of elements apart and of the linear
-/// relaxation, whose dual is climbed by subgradients (Held and Karp 1971; Beasley 1987) and rounded up.
-pub fn lower_bound(coverage: &Coverage) -> Bound {
-    let apart = disjoint(coverage);
-    let needed: Vec<u32> =
-        (0..coverage.elements()).filter(|&e| !coverage.covered_by(e).is_empty()).map(|e| e as u32).collect();
-    let mut number = vec![u32::MAX; coverage.elements()];
-    for (k, &e) in needed.iter().enumerate() {
-        number[e as usize] = k as u32;
-    }
-    let mut columns = Lists::default();
-    for c in 0..coverage.candidates() {
-        let list: Vec<u32> = coverage.covers(c).iter().map(|&e| number[e as usize]).collect();
-        columns.push(&list);
-    }
-    let part = Subproblem::new(columns, needed.len());
-    let mut dual = Dual::new(&part);
-    for &e in &apart {
-        dual.prices[number[e] as usize] = 1.0;
-    }
-    let free = Free { rows: vec![true; part.rows.len()], columns: vec![true; part.columns.len()] };
-    let by_prices = dual.climb(&part, &free, 300, f64::INFINITY);
-    Bound { at_least: round_up(by_prices).max(apart.len()), apart }
-}
-
-/// Elements no two of which one candidate covers, chosen greedily: those first whose candidates cover least.
-pub fn disjoint(coverage: &Coverage) -> Vec<usize> {
-    let reach = |e: usize| coverage.covered_by(e).iter().map(|&c| coverage.covers(c as usize).len()).sum::<usize>();
-    let mut order: Vec<(usize, usize)> =
-        (0..coverage.elements()).filter(|&e| !coverage.covered_by(e).is_empty()).map(|e| (reach(e), e)).collect();
-    order.sort_unstable();
-    let mut used = vec![false; coverage.candidates()];
-    let mut apart = Vec::new();
-    for (_, e) in order {
-        let candidates = coverage.covered_by(e);
-        if candidates.iter().all(|&c| !used[c as usize]) {
-            apart.push(e);
-            for &c in candidates {
-                used[c as usize] = true;
-            }
-        }
-    }
-    apart
-}
 
 /// The least whole number not below a bound, mindful of rounding in its sum.
 pub(crate) fn round_up(bound: f64) -> usize {

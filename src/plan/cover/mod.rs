@@ -2,9 +2,9 @@
 //!
 //! [`greedy`] is fast: lazy greedy, redundant candidates dropped, two replaced by one and three by two
 //! (`local_search`). [`exact`] reduces, splits into parts and branches, and stopped early still gives a valid lower
-//! bound. [`bound`] is the bound alone.
+//! bound.
 
-pub mod bound;
+mod bound;
 pub mod coverage;
 pub mod exact;
 pub mod greedy;

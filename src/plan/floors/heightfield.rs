@@ -165,17 +165,11 @@ fn half(polygon: &[Vec3], axis: usize, at: f32, sign: f32, out: &mut Vec<Vec3>) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::testing::triangles;
     use glam::DVec2;
 
-    fn columns(triangles: &[[Vec3; 3]]) -> Heightfield {
-        let mut mesh = Mesh::default();
-        for t in triangles {
-            let base = mesh.positions.len() as u32;
-            mesh.positions.extend(t);
-            mesh.triangles.push([base, base + 1, base + 2]);
-            mesh.materials.push(0);
-        }
-        Heightfield::new(&mesh, Grid::covering(DVec2::ZERO, DVec2::splat(4.0), 0.5, 1000))
+    fn columns(all: &[[Vec3; 3]]) -> Heightfield {
+        Heightfield::new(&triangles(all), Grid::covering(DVec2::ZERO, DVec2::splat(4.0), 0.5, 1000))
     }
 
     #[test]

@@ -96,21 +96,26 @@ fn thinned(ring: &[DVec2], tolerance_m: f64) -> Ring {
     let b = far(ring[a]);
     let (a, b) = (a.min(b), a.max(b));
     let turned: Vec<DVec2> = (0..=ring.len()).map(|i| ring[(a + i) % ring.len()]).collect();
-    let mut keep = vec![false; turned.len()];
-    (keep[0], keep[b - a]) = (true, true);
-    let mut open = vec![(0, b - a), (b - a, turned.len() - 1)];
-    while let Some((from, to)) = open.pop() {
-        let (p, q) = (turned[from], turned[to]);
-        let worst = (from + 1..to).map(|i| (from_segment(turned[i], p, q), i)).max_by(|x, y| x.0.total_cmp(&y.0));
-        if let Some((distance, i)) = worst
-            && distance > tolerance_m
-        {
+    let off = |i: usize, [from, to]: [usize; 2]| from_segment(turned[i], turned[from], turned[to]);
+    let keep = simplified(&[0, b - a, ring.len()], tolerance_m, off);
+    // the last point is the first again
+    turned.into_iter().zip(keep).take(ring.len()).filter(|(_, keep)| *keep).map(|(p, _)| p).collect()
+}
+
+/// Which points of a line stay where corners that move it by no more than a tolerance are left out (Douglas and Peucker
+/// 1973): the `anchors`, in order, and those that need to; `off` tells how far a point is from the stretch between two.
+pub(crate) fn simplified(anchors: &[usize], tolerance: f64, off: impl Fn(usize, [usize; 2]) -> f64) -> Vec<bool> {
+    let mut keep = vec![false; anchors.last().map_or(0, |last| last + 1)];
+    anchors.iter().for_each(|anchor| keep[*anchor] = true);
+    let mut open: Vec<[usize; 2]> = anchors.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    while let Some([from, to]) = open.pop() {
+        let worst = (from + 1..to).map(|i| (off(i, [from, to]), i)).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, i)) = worst.filter(|(distance, _)| *distance > tolerance) {
             keep[i] = true;
-            open.extend([(from, i), (i, to)]);
+            open.extend([[from, i], [i, to]]);
         }
     }
-    // the last point is the first again
-    turned.into_iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| p).collect()
+    keep
 }
 
 /// Distance of a point from a segment.

@@ -1,5 +1,6 @@
 //! The region that sight can cross: triangulated once, then asked where a point lies and what it sees.
 
+use super::cells::Cells;
 use super::noding;
 use super::polygon::{Polygon, PolygonError, checked};
 use super::predicates::orient;
@@ -27,7 +28,8 @@ pub struct OpenSpace {
     pub(crate) triangles: Vec<Triangle>,
     /// Triangles around each corner.
     around: Lists,
-    grid: Grid,
+    bounds: [DVec2; 2],
+    cells: Cells,
     polygons: Vec<Polygon>,
     area: f64,
     altered: bool,
@@ -71,12 +73,14 @@ impl OpenSpace {
         let (corners, triangles) = in_order_of_use(parts);
         let fans = || (0u32..).zip(&triangles).flat_map(|(t, triangle)| triangle.corners.map(|c| (c, t)));
         let around = Lists::of(corners.len(), fans);
-        let grid = Grid::new(&corners, &triangles);
+        let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let bounds = [low, corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max)];
+        let cells = by_cell(&corners, &triangles, bounds);
         let twice = |t: &Triangle| {
             orient(corners[t.corners[0] as usize], corners[t.corners[1] as usize], corners[t.corners[2] as usize])
         };
         let area = triangles.iter().map(twice).sum::<f64>() / 2.0;
-        Self { corners, triangles, around, grid, polygons, area, altered }
+        Self { corners, triangles, around, bounds, cells, polygons, area, altered }
     }
 
     /// The area of all of it, in square units.
@@ -106,7 +110,7 @@ impl OpenSpace {
 
     /// Lowest and highest coordinates.
     pub fn bounds(&self) -> (DVec2, DVec2) {
-        (self.grid.low, self.grid.high)
+        self.bounds.into()
     }
 
     /// The point itself if it lies inside, else the nearest found a hair (10⁻¹² of the extent) inside a wall that is
@@ -115,9 +119,10 @@ impl OpenSpace {
         if self.contains(p) {
             return Some(p);
         }
-        let extent = (self.grid.high - self.grid.low).max_element();
+        let [low, high] = self.bounds;
+        let extent = (high - low).max_element();
         let reach = extent * 1e-9;
-        for &t in self.grid.cell(self.grid.clamped(p)) {
+        for &t in self.cells.get(self.cells.xy(p)) {
             let [a, b, c] = self.points(t);
             let near = [(a, b), (b, c), (c, a)].iter().all(|&(a, b)| orient(a, b, p) >= -reach * a.distance(b));
             let pulled = || p + ((a + b + c) / 3.0 - p).normalize_or_zero() * (extent * 1e-12);
@@ -134,7 +139,11 @@ impl OpenSpace {
 
     /// Where a point lies, exactly; `None` outside.
     pub(crate) fn locate(&self, p: DVec2) -> Option<Location> {
-        for &t in self.grid.cell(self.grid.index(p)?) {
+        let [low, high] = self.bounds;
+        if !(p.cmpge(low).all() && p.cmple(high).all()) {
+            return None;
+        }
+        for &t in self.cells.get(self.cells.xy(p)) {
             let [a, b, c] = self.points(t);
             let sides = [orient(b, c, p), orient(c, a, p), orient(a, b, p)];
             if sides.iter().any(|&s| s < 0.0) {
@@ -197,75 +206,29 @@ fn in_order_of_use(parts: Triangles) -> (Vec<DVec2>, Vec<Triangle>) {
     (corners, triangles)
 }
 
-/// A uniform grid that lists the triangles touching each cell.
-#[derive(Clone, Debug)]
-struct Grid {
-    low: DVec2,
-    high: DVec2,
-    per_unit: DVec2,
-    size: [usize; 2],
-    triangles: Lists,
+/// Triangles by the cells that they may touch.
+fn by_cell(corners: &[DVec2], triangles: &[Triangle], [low, high]: [DVec2; 2]) -> Cells {
+    let extent = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+    // about two cells a triangle, as square as the extent allows
+    let count = (2 * triangles.len()).clamp(1, 1 << 22) as f64;
+    let wide = (count * extent.x / extent.y).sqrt().clamp(1.0, count).ceil();
+    let size = [wide as usize, ((count / wide).ceil() as usize).max(1)];
+    Cells::new(low, extent, size, |cells, add| {
+        for (t, triangle) in (0..).zip(triangles) {
+            let points @ [a, b, c] = triangle.corners.map(|c| corners[c as usize]);
+            let touching = cells.within(a.min(b).min(c), a.max(b).max(c)).filter(|cell| touches(cells, *cell, points));
+            touching.for_each(|cell| add(cell, t));
+        }
+    })
 }
 
-impl Grid {
-    fn new(corners: &[DVec2], triangles: &[Triangle]) -> Self {
-        let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let extent = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
-        // about two cells a triangle, as square as the extent allows
-        let cells = (2 * triangles.len()).clamp(1, 1 << 22) as f64;
-        let wide = (cells * extent.x / extent.y).sqrt().clamp(1.0, cells).ceil();
-        let size = [wide as usize, ((cells / wide).ceil() as usize).max(1)];
-        let per_unit = DVec2::new(size[0] as f64, size[1] as f64) / extent;
-        let mut grid = Self { low, high, per_unit, size, triangles: Lists::default() };
-        grid.fill(corners, triangles);
-        grid
-    }
-
-    fn fill(&mut self, corners: &[DVec2], triangles: &[Triangle]) {
-        let mut entries: Vec<(u32, u32)> = Vec::new();
-        for (t, triangle) in triangles.iter().enumerate() {
-            let points = triangle.corners.map(|c| corners[c as usize]);
-            let [x0, y0] = self.cell_of(points[0].min(points[1]).min(points[2]));
-            let [x1, y1] = self.cell_of(points[0].max(points[1]).max(points[2]));
-            for y in y0..=y1 {
-                for x in x0..=x1 {
-                    if self.touches([x, y], points) {
-                        entries.push(((y * self.size[0] + x) as u32, t as u32));
-                    }
-                }
-            }
-        }
-        self.triangles = Lists::of(self.size[0] * self.size[1], || entries.iter().copied());
-    }
-
-    /// Whether a triangle may touch a cell: never a false no, since cells are grown a little.
-    fn touches(&self, [x, y]: [usize; 2], [a, b, c]: [DVec2; 3]) -> bool {
-        let half = 0.5 / self.per_unit;
-        let centre = self.low + (DVec2::new(x as f64, y as f64) + 0.5) / self.per_unit;
-        let out = |a: DVec2, b: DVec2| {
-            let normal = DVec2::new(a.y - b.y, b.x - a.x);
-            normal.dot(centre - a) + 1.01 * half.dot(normal.abs()) < 0.0
-        };
-        !(out(a, b) || out(b, c) || out(c, a))
-    }
-
-    fn cell_of(&self, p: DVec2) -> [usize; 2] {
-        let at = (p - self.low) * self.per_unit;
-        [(at.x as usize).min(self.size[0] - 1), (at.y as usize).min(self.size[1] - 1)]
-    }
-
-    fn index(&self, p: DVec2) -> Option<usize> {
-        let within = p.cmpge(self.low).all() && p.cmple(self.high).all();
-        within.then(|| self.clamped(p))
-    }
-
-    fn clamped(&self, p: DVec2) -> usize {
-        let [x, y] = self.cell_of(p.max(self.low));
-        y * self.size[0] + x
-    }
-
-    fn cell(&self, index: usize) -> &[u32] {
-        self.triangles.get(index)
-    }
+/// Whether a triangle may touch a cell: never a false no, since cells are grown a little.
+fn touches(cells: &Cells, [x, y]: [usize; 2], [a, b, c]: [DVec2; 3]) -> bool {
+    let half = 0.5 / cells.per_unit;
+    let centre = cells.low + (DVec2::new(x as f64, y as f64) + 0.5) / cells.per_unit;
+    let out = |a: DVec2, b: DVec2| {
+        let normal = DVec2::new(a.y - b.y, b.x - a.x);
+        normal.dot(centre - a) + 1.01 * half.dot(normal.abs()) < 0.0
+    };
+    !(out(a, b) || out(b, c) || out(c, a))
 }

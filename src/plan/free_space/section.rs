@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
+use super::contour::{from_segment, simplified};
 use crate::plan::floors::floor::Floor;
 use crate::plan::floors::raster::Map;
 use crate::scene::Mesh;
@@ -86,18 +87,8 @@ fn joined(segments: &[[DVec2; 2]]) -> Vec<Line> {
 
 /// A line without corners that move it by less than [`STRAIGHT_M`] (Douglas and Peucker 1973).
 fn thinned(line: &[DVec2]) -> Line {
-    let mut keep = vec![false; line.len()];
-    let last = line.len() - 1;
-    (keep[0], keep[last]) = (true, true);
-    let mut open = vec![(0, last)];
-    while let Some((from, to)) = open.pop() {
-        let off = |i: &usize| super::contour::from_segment(line[*i], line[from], line[to]);
-        let worst = (from + 1..to).max_by(|a, b| off(a).total_cmp(&off(b)));
-        if let Some(i) = worst.filter(|i| off(i) > STRAIGHT_M) {
-            keep[i] = true;
-            open.extend([(from, i), (i, to)]);
-        }
-    }
+    let off = |i: usize, [from, to]: [usize; 2]| from_segment(line[i], line[from], line[to]);
+    let keep = simplified(&[0, line.len() - 1], STRAIGHT_M, off);
     line.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
 }
 
@@ -115,25 +106,18 @@ pub fn furniture(mesh: &Mesh, floor: &Floor, lens: f64) -> Vec<Line> {
 mod tests {
     use super::*;
     use crate::plan::floors::raster::Grid;
+    use crate::scene::testing::parallelograms;
     use glam::Vec3;
 
     /// Four walls of a room of 4.9 × 5 m, each of many triangles, 3 m high, and a table that the cut misses.
     fn room() -> Mesh {
-        let mut mesh = Mesh::default();
-        let corners = [(0.0, 0.0), (4.9, 0.0), (4.9, 5.0), (0.0, 5.0)];
-        let mut quad = |a: Vec3, b: Vec3, up: f32| {
-            let first = mesh.positions.len() as u32;
-            mesh.positions.extend([a, b, b + Vec3::Z * up, a + Vec3::Z * up]);
-            mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-        };
-        for i in 0..4 {
-            let [a, b] = [corners[i], corners[(i + 1) % 4]].map(|(x, y)| Vec3::new(x, y, 0.0));
-            for k in 0..7 {
-                quad(a.lerp(b, k as f32 / 7.0), a.lerp(b, (k + 1) as f32 / 7.0), 3.0);
-            }
+        let corners = [(0.0, 0.0), (4.9, 0.0), (4.9, 5.0), (0.0, 5.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
+        let mut quads = vec![(Vec3::new(2.0, 2.0, 0.0), Vec3::X, 0.75 * Vec3::Z)];
+        for (i, a) in corners.into_iter().enumerate() {
+            let along = (corners[(i + 1) % 4] - a) / 7.0;
+            quads.extend((0..7).map(|k| (a + k as f32 * along, along, 3.0 * Vec3::Z)));
         }
-        quad(Vec3::new(2.0, 2.0, 0.0), Vec3::new(3.0, 2.0, 0.0), 0.75);
-        mesh
+        parallelograms(&quads)
     }
 
     fn everywhere() -> Map {

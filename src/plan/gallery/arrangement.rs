@@ -8,9 +8,9 @@
 //! Of a face, one corner is enough, and faces that a step over an edge widens (one more region, none less) need none:
 //! [`super::crossings`] leaves those out.
 
-use super::crossings::{Buckets, Rays, place_key};
+use super::crossings::{self, Rays, place_key};
 use super::witness_region::WitnessRegion;
-use crate::lists::Lists;
+use crate::plan::free_space::cells::Cells;
 use crate::plan::free_space::open_space::OpenSpace;
 use glam::DVec2;
 use std::collections::HashMap;
@@ -39,9 +39,9 @@ impl Candidates {
 
     /// Asks all candidates about witnesses that were added since.
     pub(crate) fn ask(&mut self, open: &OpenSpace, regions: &[WitnessRegion]) {
-        let index = Index::new(open, regions, self.asked, self.points.len());
+        let cells = by_cell(open, regions, self.asked, self.points.len());
         for (p, sees) in self.points.iter().zip(&mut self.sees) {
-            sees.extend(index.seen_by(regions, *p));
+            sees.extend(seen_by(&cells, regions, *p));
         }
         self.asked = regions.len();
     }
@@ -52,19 +52,19 @@ impl Candidates {
         let (low, high) = open.bounds();
         let extent = (high - low).max_element();
         let rays = Rays::of(regions, extent);
-        let index = Index::new(open, regions, 0, rays.list.len() * 4);
-        let buckets = Buckets::new((low, high), &rays.list);
-        rays.corners(&buckets, until, |p, of| self.add(p, of, extent, &index, regions))
+        let cells = by_cell(open, regions, 0, rays.list.len() * 4);
+        let rays_of = crossings::by_cell((low, high), &rays);
+        rays.corners(&rays_of, until, |p, of| self.add(p, of, extent, &cells, regions))
     }
 
     /// Adds a corner of the regions of `of`: it lies in these whatever rounding says, which is much where their borders
     /// are nearly parallel.
-    fn add(&mut self, p: DVec2, of: &[u32], extent: f64, index: &Index, regions: &[WitnessRegion]) {
+    fn add(&mut self, p: DVec2, of: &[u32], extent: f64, cells: &Cells, regions: &[WitnessRegion]) {
         let key = place_key(p, extent);
         if self.known.get(&key).is_some_and(|&k| of.iter().all(|w| self.sees[k as usize].contains(w))) {
             return;
         }
-        let mut sees: Vec<u32> = index.seen_by(regions, p).collect();
+        let mut sees: Vec<u32> = seen_by(cells, regions, p).collect();
         for &w in of {
             if let Err(place) = sees.binary_search(&w) {
                 sees.insert(place, w);
@@ -76,42 +76,19 @@ impl Candidates {
     }
 }
 
-/// Witnesses by the cells that their regions' boxes touch.
-struct Index {
-    low: DVec2,
-    per_unit: DVec2,
-    size: [usize; 2],
-    witnesses: Lists,
+/// Witnesses, from one on, by the cells that their regions' boxes touch, for so many questions.
+fn by_cell(open: &OpenSpace, regions: &[WitnessRegion], first: usize, questions: usize) -> Cells {
+    let (low, high) = open.bounds();
+    let across = (questions as f64 / 4.0).sqrt().clamp(1.0, 256.0).ceil() as usize;
+    let reach = (high - low).max_element() * 1e-9;
+    Cells::new(low, high - low, [across; 2], |cells, add| {
+        for (w, region) in (0..).zip(regions).skip(first) {
+            cells.within(region.low - reach, region.high + reach).for_each(|cell| add(cell, w));
+        }
+    })
 }
 
-impl Index {
-    fn new(open: &OpenSpace, regions: &[WitnessRegion], first: usize, cells: usize) -> Self {
-        let (low, high) = open.bounds();
-        let across = (cells as f64 / 4.0).sqrt().clamp(1.0, 256.0).ceil();
-        let per_unit = DVec2::splat(across) / (high - low);
-        let size = [across as usize; 2];
-        let mut index = Self { low, per_unit, size, witnesses: Lists::default() };
-        let reach = (high - low).max_element() * 1e-9;
-        let mut entries = Vec::new();
-        for (w, region) in regions.iter().enumerate().skip(first) {
-            let ([x0, y0], [x1, y1]) = (index.xy(region.low - reach), index.xy(region.high + reach));
-            for y in y0..=y1 {
-                entries.extend((x0..=x1).map(|x| ((y * index.size[0] + x) as u32, w as u32)));
-            }
-        }
-        index.witnesses = Lists::of(index.size[0] * index.size[1], || entries.iter().copied());
-        index
-    }
-
-    fn xy(&self, p: DVec2) -> [usize; 2] {
-        let at = ((p - self.low) * self.per_unit).max(DVec2::ZERO);
-        [(at.x as usize).min(self.size[0] - 1), (at.y as usize).min(self.size[1] - 1)]
-    }
-
-    /// The witnesses that see a point, in rising order.
-    fn seen_by(&self, regions: &[WitnessRegion], p: DVec2) -> impl Iterator<Item = u32> {
-        let [x, y] = self.xy(p);
-        let cell = y * self.size[0] + x;
-        self.witnesses.get(cell).iter().copied().filter(move |&w| regions[w as usize].holds(p))
-    }
+/// The witnesses that see a point, in rising order.
+fn seen_by(cells: &Cells, regions: &[WitnessRegion], p: DVec2) -> impl Iterator<Item = u32> {
+    cells.get(cells.xy(p)).iter().copied().filter(move |&w| regions[w as usize].holds(p))
 }

@@ -8,7 +8,7 @@
 //! Where a ray ends in another, or what they do is unclear, corners are kept: there, cells may be edges or points.
 
 use super::witness_region::{Ray, WitnessRegion};
-use crate::lists::Lists;
+use crate::plan::free_space::cells::Cells;
 use glam::DVec2;
 use std::collections::HashSet;
 use std::ops::Range;
@@ -70,12 +70,7 @@ impl Rays {
 
     /// Gives every corner that some guard may need, but the open space's own, with witnesses whose regions meet there;
     /// false if time ran out.
-    pub(crate) fn corners(
-        &self,
-        buckets: &Buckets,
-        until: Option<Instant>,
-        mut give: impl FnMut(DVec2, &[u32]),
-    ) -> bool {
+    pub(crate) fn corners(&self, cells: &Cells, until: Option<Instant>, mut give: impl FnMut(DVec2, &[u32])) -> bool {
         let mut kept = Kept { pairs: vec![Vec::new(); self.list.len()], ..Kept::default() };
         let mut stamps = vec![u32::MAX; self.list.len()];
         let mut crossings = Vec::new();
@@ -83,7 +78,7 @@ impl Rays {
             if a % 64 == 0 && until.is_some_and(|t| Instant::now() >= t) {
                 return false;
             }
-            self.along(a as u32, buckets, &mut stamps, &mut crossings);
+            self.along(a as u32, cells, &mut stamps, &mut crossings);
             if self.needs_end(ray, &crossings) {
                 give(ray.ends[1], &[*w]);
             }
@@ -188,11 +183,11 @@ impl Rays {
     }
 
     /// All crossings on a ray, in order.
-    fn along(&self, a: u32, buckets: &Buckets, stamps: &mut [u32], crossings: &mut Vec<Crossing>) {
+    fn along(&self, a: u32, cells: &Cells, stamps: &mut [u32], crossings: &mut Vec<Crossing>) {
         crossings.clear();
         let (wa, ra) = self.list[a as usize];
-        buckets.touched(ra.ends, |cell| {
-            for &b in buckets.cell(cell) {
+        touched(cells, ra.ends, |cell| {
+            for &b in cells.get(cell) {
                 let (wb, rb) = self.list[b as usize];
                 if wb == wa || stamps[b as usize] == a {
                     continue;
@@ -253,54 +248,33 @@ fn climb(ray: &Ray) -> f64 {
     if rise.abs() > 1e-6 { rise } else { 0.0 }
 }
 
-/// Rays by the cells they may touch.
-pub(crate) struct Buckets {
-    low: DVec2,
-    per_unit: DVec2,
-    across: usize,
-    rays: Lists,
+/// Rays by the cells that they may touch.
+pub(crate) fn by_cell((low, high): (DVec2, DVec2), rays: &Rays) -> Cells {
+    let across = ((rays.list.len() as f64).sqrt() * 1.5).clamp(1.0, 1024.0).ceil() as usize;
+    Cells::new(low, high - low, [across; 2], |cells, add| {
+        for (k, (_, ray)) in (0..).zip(&rays.list) {
+            touched(cells, ray.ends, |cell| add(cell, k));
+        }
+    })
 }
 
-impl Buckets {
-    pub(crate) fn new((low, high): (DVec2, DVec2), rays: &[(u32, Ray)]) -> Self {
-        let across = ((rays.len() as f64).sqrt() * 1.5).clamp(1.0, 1024.0).ceil();
-        let per_unit = DVec2::splat(across) / (high - low);
-        let mut new = Self { low, per_unit, across: across as usize, rays: Lists::default() };
-        let mut entries = Vec::new();
-        for (k, (_, ray)) in rays.iter().enumerate() {
-            new.touched(ray.ends, |cell| entries.push((cell as u32, k as u32)));
+/// Cells of a segment, column by column, and those within a hair (a hundredth of a cell) of it: two segments that
+/// meet, if only by rounding, share a cell.
+fn touched(cells: &Cells, [a, b]: [DVec2; 2], mut cell: impl FnMut([usize; 2])) {
+    let (a, b) = if a.x <= b.x { (a, b) } else { (b, a) };
+    let hair = 0.01 / cells.per_unit;
+    let slope = if b.x > a.x { (b.y - a.y) / (b.x - a.x) } else { 0.0 };
+    let (low, high) = (a.min(b) - hair, a.max(b) + hair);
+    let ([x0, y0], [x1, y1]) = (cells.xy(low), cells.xy(high));
+    for x in x0..=x1 {
+        let edge = |k: f64| cells.low.x + (x as f64 + k) / cells.per_unit.x;
+        let ys = [-0.01, 1.01].map(|k| a.y + slope * (edge(k).clamp(a.x, b.x) - a.x));
+        let (mut bottom, mut top) = (ys[0].min(ys[1]) - hair.y, ys[0].max(ys[1]) + hair.y);
+        if b.x - a.x <= 2.0 * hair.x {
+            // too steep for its slope to be trusted
+            (bottom, top) = (low.y, high.y);
         }
-        new.rays = Lists::of(new.across * new.across, || entries.iter().copied());
-        new
-    }
-
-    fn xy(&self, p: DVec2) -> [usize; 2] {
-        let at = ((p - self.low) * self.per_unit).max(DVec2::ZERO);
-        [(at.x as usize).min(self.across - 1), (at.y as usize).min(self.across - 1)]
-    }
-
-    fn cell(&self, cell: usize) -> &[u32] {
-        self.rays.get(cell)
-    }
-
-    /// Cells of a segment, column by column, and those within a hair (a hundredth of a cell) of it: two segments that
-    /// meet, if only by rounding, share a cell.
-    fn touched(&self, [a, b]: [DVec2; 2], mut cell: impl FnMut(usize)) {
-        let (a, b) = if a.x <= b.x { (a, b) } else { (b, a) };
-        let hair = 0.01 / self.per_unit;
-        let slope = if b.x > a.x { (b.y - a.y) / (b.x - a.x) } else { 0.0 };
-        let (low, high) = (a.min(b) - hair, a.max(b) + hair);
-        let ([x0, y0], [x1, y1]) = (self.xy(low), self.xy(high));
-        for x in x0..=x1 {
-            let edge = |k: f64| self.low.x + (x as f64 + k) / self.per_unit.x;
-            let ys = [-0.01, 1.01].map(|k| a.y + slope * (edge(k).clamp(a.x, b.x) - a.x));
-            let (mut bottom, mut top) = (ys[0].min(ys[1]) - hair.y, ys[0].max(ys[1]) + hair.y);
-            if b.x - a.x <= 2.0 * hair.x {
-                // too steep for its slope to be trusted
-                (bottom, top) = (low.y, high.y);
-            }
-            let ([_, bottom], [_, top]) = (self.xy(DVec2::new(0.0, bottom)), self.xy(DVec2::new(0.0, top)));
-            (bottom.max(y0)..=top.min(y1)).for_each(|y| cell(y * self.across + x));
-        }
+        let ([_, bottom], [_, top]) = (cells.xy(DVec2::new(0.0, bottom)), cells.xy(DVec2::new(0.0, top)));
+        (bottom.max(y0)..=top.min(y1)).for_each(|y| cell([x, y]));
     }
 }

@@ -1,5 +1,6 @@
 //! What guards leave unseen.
 
+use crate::plan::free_space::contour::from_segment;
 use crate::plan::free_space::noding::{less, union};
 use crate::plan::free_space::open_space::OpenSpace;
 use crate::plan::visibility::isovist::{Isovist, Scratch};
@@ -88,17 +89,11 @@ fn inner_point(shape: &[Contour]) -> Option<(DVec2, f64)> {
         xs.sort_by(f64::total_cmp);
         for pair in xs.chunks_exact(2) {
             let p = DVec2::new((pair[0] + pair[1]) / 2.0, y);
-            let room = edges.iter().map(|e| distance(p, *e)).fold(f64::INFINITY, f64::min);
+            let room = edges.iter().map(|[a, b]| from_segment(p, *a, *b)).fold(f64::INFINITY, f64::min);
             if best.is_none_or(|(_, r)| room > r) {
                 best = Some((p, room));
             }
         }
     }
     best
-}
-
-fn distance(p: DVec2, [a, b]: [DVec2; 2]) -> f64 {
-    let along = b - a;
-    let t = ((p - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    p.distance(a + along * t)
 }

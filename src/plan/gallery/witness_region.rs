@@ -1,5 +1,6 @@
 //! What a witness sees, made for asking whether a point lies in it.
 
+use crate::plan::free_space::contour::from_segment;
 use crate::plan::free_space::open_space::OpenSpace;
 use crate::plan::visibility::isovist::{Isovist, Scratch};
 use glam::DVec2;
@@ -137,10 +138,7 @@ impl WitnessRegion {
     }
 
     fn in_slit(&self, p: DVec2) -> bool {
-        self.slits.iter().any(|&[a, b]| {
-            let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            p.distance(a + (b - a) * t) <= self.tolerance
-        })
+        self.slits.iter().any(|&[a, b]| from_segment(p, a, b) <= self.tolerance)
     }
 }
 

@@ -10,8 +10,6 @@ pub struct Patches {
     cuts: Vec<u16>,
     /// Per triangle: its first patch; one more than there are triangles.
     starts: Vec<u32>,
-    /// The longest side aimed at, metres.
-    pub side_m: f32,
 }
 
 impl Patches {
@@ -33,7 +31,7 @@ impl Patches {
                     *sum += u32::from(*n).pow(2);
                     Some(*sum)
                 }));
-                return Self { cuts, starts, side_m };
+                return Self { cuts, starts };
             }
             side_m *= 1.25;
         }

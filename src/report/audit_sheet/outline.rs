@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::plan::free_space::contour::simplified;
 use crate::report::Point;
 
 /// A grid of truth values, rows from the top.
@@ -115,20 +116,12 @@ fn straightened(ring: &[(isize, isize)], slack: f64) -> Vec<(isize, isize)> {
     let far = far.unwrap_or(0);
     let mut closed = ring.to_vec();
     closed.push(ring[0]);
-    let mut keep = vec![false; closed.len()];
-    (keep[0], keep[far]) = (true, true);
-    let mut todo = vec![(0, far), (far, closed.len() - 1)];
-    while let Some((a, b)) = todo.pop() {
-        let (p, q) = (closed[a], closed[b]);
+    let off = |i: usize, [from, to]: [usize; 2]| {
+        let (p, q) = (closed[from], closed[to]);
         let (dx, dy) = ((q.0 - p.0) as f64, (q.1 - p.1) as f64);
-        let length = dx.hypot(dy).max(1e-9);
-        let off = |i: usize| ((closed[i].0 - p.0) as f64 * dy - (closed[i].1 - p.1) as f64 * dx).abs() / length;
-        let worst = (a + 1..b).max_by(|i, j| off(*i).total_cmp(&off(*j)));
-        if let Some(i) = worst.filter(|i| off(*i) > slack) {
-            keep[i] = true;
-            todo.extend([(a, i), (i, b)]);
-        }
-    }
+        ((closed[i].0 - p.0) as f64 * dy - (closed[i].1 - p.1) as f64 * dx).abs() / dx.hypot(dy).max(1e-9)
+    };
+    let keep = simplified(&[0, far, ring.len()], slack, off);
     ring.iter().zip(&keep).filter(|(_, k)| **k).map(|(p, _)| *p).collect()
 }
 

@@ -6,6 +6,7 @@ use super::outline::Cells;
 use super::subject::{AuditSheet, look, look_of};
 use crate::audit::{AuditedView, Finding, Verdict};
 use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
+use crate::report::draw::png::encoded;
 use crate::report::style::{BLACK, Style, WHITE};
 use crate::report::{Anchor, Point, Svg, Text};
 
@@ -66,13 +67,9 @@ fn picture(svg: &mut Svg, frame: [f64; 4], picture: &Picture, says: &str, show: 
 
 /// A PNG of a picture as `show` shows it, sRGB-encoded 0..=1.
 pub(in crate::report) fn png(picture: &Picture, show: impl Fn(Vec3) -> Vec3) -> Option<Vec<u8>> {
-    use image::ImageEncoder;
     let bytes: Vec<u8> =
         picture.pixels.iter().flat_map(|p| show(*p).to_array()).map(|v| (v * 255.0).round() as u8).collect();
-    let mut png = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut png);
-    let done = encoder.write_image(&bytes, picture.width as u32, picture.height as u32, image::ExtendedColorType::Rgb8);
-    done.is_ok().then_some(png)
+    encoded(&bytes, [picture.width, picture.height], image::ExtendedColorType::Rgb8)
 }
 
 /// A picture averaged down to at most so many pixels along its longer side.

@@ -1,5 +1,7 @@
 //! PNG pictures of sheets, drawn by resvg from the very SVG that is shipped, with the one font that is shipped.
 
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Pixmap, Transform};
@@ -38,6 +40,17 @@ pub fn png(svg: &str, dpi: f32) -> Result<Vec<u8>, ReportError> {
     let mut pixmap = pixmap.ok_or_else(|| bad(format!("{width} × {height} pixels at {dpi} dpi")))?;
     resvg::render(&tree, Transform::default(), &mut pixmap.as_mut());
     pixmap.encode_png().map_err(|e| bad(e.to_string()))
+}
+
+/// A PNG file of pixels, rows from the top; `None` where the encoder refuses.
+pub(in crate::report) fn encoded(
+    pixels: &[u8],
+    [width, height]: [usize; 2],
+    kind: ExtendedColorType,
+) -> Option<Vec<u8>> {
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png).write_image(pixels, width as u32, height as u32, kind).ok()?;
+    Some(png)
 }
 
 /// The width of a line of text in the unit of `size` (the em), without kerning. A letter that the font lacks counts as

@@ -91,16 +91,6 @@ impl Svg {
         Self { width, height, head, hatches: BTreeMap::new(), clips: Vec::new(), body: String::new() }
     }
 
-    /// Width in millimetres.
-    pub fn width(&self) -> f64 {
-        self.width
-    }
-
-    /// Height in millimetres.
-    pub fn height(&self) -> f64 {
-        self.height
-    }
-
     /// What `draw` draws, as a group with a class and an id; the id must be used once in a sheet. Empty: none.
     pub fn group(&mut self, class: &str, id: &str, draw: impl FnOnce(&mut Self)) {
         let id = if id.is_empty() { String::new() } else { format!(r#" id="{}""#, escape(id)) };

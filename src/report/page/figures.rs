@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 
 use super::archive::Archive;
-use super::parts::{heads, percent, scroll, sheet, snippet};
+use super::parts::{percent, scroll, sheet, snippet, sortable};
 use crate::report::rendered::Rendered;
-use crate::report::study::{COLUMNS, study_rows};
+use crate::report::study::{columns, study_rows};
 use crate::study::{How, Summary, rounded};
 
 /// `None` where nothing was measured.
@@ -28,7 +28,7 @@ pub(super) fn figures(archive: &Archive) -> Option<Markup> {
 
 fn errors(render: &Rendered) -> Markup {
     let with_error: Vec<_> = render.views.iter().filter_map(|v| Some((v, v.error.as_ref()?))).collect();
-    let columns = [
+    let heads = [
         ("View", false),
         ("Seen by probes", true),
         ("FLIP", true),
@@ -37,26 +37,21 @@ fn errors(render: &Rendered) -> Markup {
         ("Milliseconds a frame", true),
     ];
     let rows = html! {
-        table class="sortable" {
-            (heads(&columns))
-            tbody {
-                @for (v, e) in &with_error {
-                    tr {
-                        th scope="row" { (v.name) }
-                        td class="number" { (percent(v.covered_fraction)) }
-                        td class="number" { (format!("{:.4}", e.all.flip)) }
-                        td class="number" { (format!("{:.4}", e.all.relmse)) }
-                        td class="number" { (percent(e.all.median)) }
-                        td class="number" { (format!("{:.0}", 1e3 * (v.rays_s + v.shade_s))) }
-                    }
-                }
+        @for (v, e) in &with_error {
+            tr {
+                th scope="row" { (v.name) }
+                td class="number" { (percent(v.covered_fraction)) }
+                td class="number" { (format!("{:.4}", e.all.flip)) }
+                td class="number" { (format!("{:.4}", e.all.relmse)) }
+                td class="number" { (percent(e.all.median)) }
+                td class="number" { (format!("{:.0}", 1e3 * (v.rays_s + v.shade_s))) }
             }
         }
     };
     html! {
         @if !with_error.is_empty() {
             h3 { "How far the pictures are from the photographs" }
-            (scroll("Errors", &rows))
+            (sortable("Errors", &heads, &rows))
         }
     }
 }
@@ -70,7 +65,7 @@ fn measured(study: &Summary) -> Markup {
             summary { "All runs" }
             (scroll("All runs", &html! {
                 table class="sortable runs" {
-                    thead { tr { @for cell in COLUMNS { th scope="col" { (cell) } } } }
+                    thead { tr { @for cell in columns() { th scope="col" { (cell) } } } }
                     tbody { @for row in study_rows(&study.rows) { tr { @for cell in row { td { (cell) } } } } }
                 }
             }))

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::parts::{heads, percent, scroll, warnings};
+use super::parts::{heads, percent, scroll, sortable, warnings};
 use crate::audit::{Audit, Finding};
 
 pub(super) fn findings(audit: &Audit) -> Markup {
@@ -44,22 +44,17 @@ fn tested(audit: &Audit) -> Markup {
         ("Not testable", true),
     ];
     let rows = html! {
-        table class="sortable" {
-            (heads(&columns))
-            tbody {
-                @for v in audit.views.iter().map(|v| &v.summary) {
-                    @let s = v.shares;
-                    tr {
-                        th scope="row" { (v.view) }
-                        @for share in [s.ok, s.geometry, s.texture, s.ambiguous, s.untestable] {
-                            td class="number" data-value=(share) { (percent(share)) }
-                        }
-                    }
+        @for v in audit.views.iter().map(|v| &v.summary) {
+            @let s = v.shares;
+            tr {
+                th scope="row" { (v.view) }
+                @for share in [s.ok, s.geometry, s.texture, s.ambiguous, s.untestable] {
+                    td class="number" data-value=(share) { (percent(share)) }
                 }
             }
         }
     };
-    scroll("What was tested", &rows)
+    sortable("What was tested", &columns, &rows)
 }
 
 fn table(title: &str, list: &[Finding]) -> Markup {

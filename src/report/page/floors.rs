@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::parts::{heads, percent, scroll, sheet, snippet};
+use super::parts::{percent, sheet, snippet, sortable};
 use crate::plan::export::tables::{FloorJson, PlanJson, StationJson, counted};
 
 pub(super) fn floors(plan: &PlanJson) -> Markup {
@@ -45,21 +45,16 @@ fn floor(index: usize, floor: &FloorJson) -> Markup {
 fn stations(stations: &[StationJson]) -> Markup {
     let columns = [("Station", false), ("Position in the model", false), ("Sees, m²", true), ("Adds", true)];
     let rows = html! {
-        table class="sortable" {
-            (heads(&columns))
-            tbody {
-                @for s in stations {
-                    tr {
-                        th scope="row" { (s.name) }
-                        td { (s.position.map(|v| format!("{v:.2}")).join(", ")) }
-                        td class="number" { (format!("{:.1}", s.covers_m2)) }
-                        td class="number" data-value=(s.adds_fraction) { (percent(s.adds_fraction)) }
-                    }
-                }
+        @for s in stations {
+            tr {
+                th scope="row" { (s.name) }
+                td { (s.position.map(|v| format!("{v:.2}")).join(", ")) }
+                td class="number" { (format!("{:.1}", s.covers_m2)) }
+                td class="number" data-value=(s.adds_fraction) { (percent(s.adds_fraction)) }
             }
         }
     };
-    scroll("Stations", &rows)
+    sortable("Stations", &columns, &rows)
 }
 
 /// A station as the site file takes it.

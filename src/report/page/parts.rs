@@ -21,6 +21,11 @@ pub(super) fn heads(columns: &[(&str, bool)]) -> Markup {
     }
 }
 
+/// A table that a click on a column's head sorts.
+pub(super) fn sortable(label: &str, columns: &[(&str, bool)], rows: &Markup) -> Markup {
+    scroll(label, &html! { table class="sortable" { (heads(columns)) tbody { (rows) } } })
+}
+
 /// A sheet that can be zoomed into, with its files in these formats.
 pub(super) fn sheet(stem: &str, says: &str, formats: &[&str]) -> Markup {
     let href = file(stem);

@@ -6,4 +6,4 @@ mod write;
 
 pub use sheet::study_sheet;
 pub use write::write_study;
-pub(super) use write::{COLUMNS, study_rows};
+pub(super) use write::{columns, study_rows};

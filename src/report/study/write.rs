@@ -10,28 +10,33 @@ use crate::report::files::{write_file, write_sheet};
 use crate::site::Site;
 use crate::study::{Outside, Row, Study, Summary};
 
-/// The columns of `study.csv`. Seconds are of a frame on the wall; `cpu_` ones of the processor, all threads.
-pub(in crate::report) const COLUMNS: [&str; 19] = [
-    "method",
-    "setting",
-    "seconds",
-    "rmse",
-    "relmse",
-    "flip",
-    "ssim",
-    "cpu_seconds",
-    "setup_seconds",
-    "setup_cpu_seconds",
-    "flip_low",
-    "flip_high",
-    "relmse_low",
-    "relmse_high",
-    "rmse_low",
-    "rmse_high",
-    "ssim_low",
-    "ssim_high",
-    "pareto",
+/// A figure of `study.csv`: its column and where a row has it. Seconds are of a frame on the wall; `cpu_` ones of the
+/// processor, all threads.
+type Figure = (&'static str, fn(&Row) -> f64);
+
+const FIGURES: [Figure; 16] = [
+    ("seconds", |r| r.frame.wall_s),
+    ("rmse", |r| r.rmse.value),
+    ("relmse", |r| r.relmse.value),
+    ("flip", |r| r.flip.value),
+    ("ssim", |r| r.ssim.value),
+    ("cpu_seconds", |r| r.frame.cpu_s),
+    ("setup_seconds", |r| r.setup.wall_s),
+    ("setup_cpu_seconds", |r| r.setup.cpu_s),
+    ("flip_low", |r| r.flip.low),
+    ("flip_high", |r| r.flip.high),
+    ("relmse_low", |r| r.relmse.low),
+    ("relmse_high", |r| r.relmse.high),
+    ("rmse_low", |r| r.rmse.low),
+    ("rmse_high", |r| r.rmse.high),
+    ("ssim_low", |r| r.ssim.low),
+    ("ssim_high", |r| r.ssim.high),
 ];
+
+/// The columns of `study.csv`.
+pub(in crate::report) fn columns() -> impl Iterator<Item = &'static str> {
+    ["method", "setting"].into_iter().chain(FIGURES.map(|f| f.0)).chain(["pareto"])
+}
 
 /// Writes `study.svg`, `.png` and `.pdf`, and `study.csv`. `shown` is what a person calls the site on the command line.
 ///
@@ -45,7 +50,7 @@ pub fn write_study(
     outside: &[Outside],
     folder: &Path,
 ) -> Result<(), ReportError> {
-    let mut table = Table::new(COLUMNS);
+    let mut table = Table::new(columns());
     study_rows(&summary.rows).iter().for_each(|row| table.row(row));
     write_file(&folder.join("study.csv"), table.finish().as_bytes())?;
     let made_by = format!("clerestory {}, clerestory study {shown}", env!("CARGO_PKG_VERSION"));
@@ -60,26 +65,8 @@ pub(in crate::report) fn study_rows(runs: &[Row]) -> Vec<Vec<String>> {
     let row = |r: &Row| {
         let first = last.replace(r.setting.method) != Some(r.setting.method);
         let setup = if first { format!("; set-up {:.3} s", r.setup.wall_s) } else { String::new() };
-        let figures = [
-            r.frame.wall_s,
-            r.rmse.value,
-            r.relmse.value,
-            r.flip.value,
-            r.ssim.value,
-            r.frame.cpu_s,
-            r.setup.wall_s,
-            r.setup.cpu_s,
-            r.flip.low,
-            r.flip.high,
-            r.relmse.low,
-            r.relmse.high,
-            r.rmse.low,
-            r.rmse.high,
-            r.ssim.low,
-            r.ssim.high,
-        ];
         let mut cells = vec![r.setting.method.name().to_owned(), format!("{}{setup}", r.label)];
-        cells.extend(figures.map(|v| format!("{v:.6}")));
+        cells.extend(FIGURES.map(|(_, of)| format!("{:.6}", of(r))));
         cells.push(u8::from(r.pareto).to_string());
         cells
     };

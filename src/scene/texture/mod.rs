@@ -296,9 +296,7 @@ fn floor(x: f32) -> f32 {
 
 impl Level {
     fn texel(&self, x: usize, y: usize) -> Vec3 {
-        let [r, g, b, _] = self.texels[y * self.width + x];
-        let table = &self.linear;
-        Vec3::new(table[r as usize], table[g as usize], table[b as usize])
+        self.at(y * self.width + x).truncate()
     }
 
     #[inline]

@@ -109,15 +109,11 @@ impl Tracer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::testing::triangles;
 
     fn pile(count: usize, step: f32) -> Mesh {
-        let mut mesh = Mesh::default();
-        for i in 0..count {
-            let z = i as f32 * step;
-            mesh.positions.extend([Vec3::new(0.0, 0.0, z), Vec3::new(1.0, 0.0, z), Vec3::new(0.0, 1.0, z)]);
-            mesh.triangles.push([0, 1, 2].map(|k| 3 * i as u32 + k));
-        }
-        mesh
+        let at = |i: usize| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + Vec3::Z * (i as f32 * step));
+        triangles(&(0..count).map(at).collect::<Vec<_>>())
     }
 
     #[test]

@@ -1,35 +1,23 @@
 //! Looking records up in the probe's chart against the paper's radius search in a k-d tree: the same records, the same
 //! weights.
 
-use glam::{DVec3, Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use std::sync::Arc;
 
 use super::*;
-use crate::scene::{Material, Mesh, Ray};
+use crate::scene::Ray;
+use crate::scene::testing::{boxes, grey};
 use crate::shoot::{Chart, KdTree};
 
 /// A room with a pillar and half a ceiling, every wall of two triangles.
 fn pillared_room() -> Scene {
-    let mut mesh = Mesh::default();
-    let boxes = [
-        (Vec3::new(-3.0, -2.0, -1.5), Vec3::new(3.5, 2.5, 1.5)),
-        (Vec3::new(1.2, 0.8, -1.5), Vec3::new(1.9, 1.4, 1.5)),
-    ];
-    for (low, high) in boxes {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend((0..8).map(|i| {
-            let upper = |bit: i32| if i >> bit & 1 == 1 { 1.0 } else { 0.0 };
-            low + (high - low) * Vec3::new(upper(0), upper(1), upper(2))
-        }));
-        for [a, b, c, d] in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
-            mesh.triangles.extend([[a, b, c], [a, c, d]].map(|t| t.map(|i: u32| first + i)));
-        }
-    }
+    let room = (Vec3::new(-3.0, -2.0, -1.5), Vec3::new(3.5, 2.5, 1.5));
+    let pillar = (Vec3::new(1.2, 0.8, -1.5), Vec3::new(1.9, 1.4, 1.5));
+    let mut mesh = boxes(&[room, pillar]);
     // the first box's fourth triangle is one half of its upper side
     mesh.triangles.remove(3);
-    mesh.materials = vec![0; mesh.triangles.len()];
-    let plaster = Material { name: String::new(), albedo: Vec3::splat(0.6), texture: None, emission: Vec3::ZERO };
-    Scene::new(mesh, vec![plaster], Vec::new(), DVec3::ZERO)
+    mesh.materials.pop();
+    grey(mesh, 0.6)
 }
 
 /// A picture in which no two pixels are alike.

@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera};
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, bytes};
 use crate::panorama::{Distortion, Lens};
 
 /// The models' names, by number, and how many parameters each has.
@@ -42,8 +42,7 @@ pub(super) fn read(folder: &Path, ending: &str) -> Result<PoseFile> {
 }
 
 fn text(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|source| PoseFileError::Io { path: path.into(), source })?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(String::from_utf8_lossy(&bytes(path)?).into_owned())
 }
 
 fn text_cameras(path: &Path, text: &str) -> Result<Cameras> {
@@ -213,8 +212,7 @@ struct Bytes {
 
 impl Bytes {
     fn open(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|source| PoseFileError::Io { path: path.into(), source })?;
-        Ok(Self { path: path.into(), bytes, at: 0 })
+        Ok(Self { path: path.into(), bytes: bytes(path)?, at: 0 })
     }
 
     fn place(&self) -> FilePlace {

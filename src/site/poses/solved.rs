@@ -1,7 +1,7 @@
 //! What another program's pose file holds, and what can be wrong with it.
 
 use glam::{DMat3, DVec2, DVec3};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::panorama::{Distortion, Lens};
 
@@ -75,6 +75,11 @@ pub enum PoseFileError {
         /// What to do instead.
         remedy: &'static str,
     },
+}
+
+/// A file's bytes.
+pub(in crate::site) fn bytes(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|source| PoseFileError::Io { path: path.into(), source })
 }
 
 pub(in crate::site) type Result<T> = std::result::Result<T, PoseFileError>;

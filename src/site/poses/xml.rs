@@ -3,12 +3,11 @@
 use roxmltree::{Document, Node};
 use std::path::Path;
 
-use super::solved::{PoseFileError, Result};
+use super::solved::{PoseFileError, Result, bytes};
 
 /// An XML file's text.
 pub(super) fn text(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|source| PoseFileError::Io { path: path.into(), source })?;
-    Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
+    Ok(String::from_utf8_lossy(&bytes(path)?).trim_start_matches('\u{feff}').to_owned())
 }
 
 /// The parsed file.

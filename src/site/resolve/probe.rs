@@ -6,7 +6,7 @@ use toml::Spanned;
 
 use super::super::fault::SiteError;
 use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey};
-use super::super::pose::{Orientation, finite};
+use super::super::pose::{Orientation, finite, orientation};
 use super::super::sequence::numbered;
 use super::super::site::{LitPicture, Places, Probe, Site};
 use super::Resolver;
@@ -18,14 +18,7 @@ impl Resolver<'_> {
     pub(super) fn probe(&self, table: &Spanned<ProbeTable>) -> Result<Probe, SiteError> {
         let t = table.get_ref();
         safe_name(&self.source, &t.name, "probe")?;
-        let orientation = Orientation {
-            heading: &t.heading,
-            pitch: &t.pitch,
-            roll: &t.roll,
-            rotation: &t.rotation,
-            matrix: &t.matrix,
-            look_at: &t.look_at,
-        };
+        let orientation = orientation!(t);
         let position = match &t.position {
             Some(position) => finite(&self.source, position)?,
             None if self.places == Places::MayBeMissing && t.look_at.is_none() => DVec3::ZERO,
@@ -67,9 +60,7 @@ impl Resolver<'_> {
         let gain = t.gain.as_ref().map_or(Ok(Vec3::ONE), |g| self.gain(g))?;
         let two = |key: &Option<Pair>| key.as_ref().map_or(Ok(Vec2::ZERO), |k| self.two(k));
         let (vignetting, response) = (two(&t.vignetting)?, two(&t.response)?);
-        if let (Some(key), false) =
-            (&t.vignetting, matches!(projection, Projection::Perspective { .. } | Projection::Camera(_)))
-        {
+        if let (Some(key), false) = (&t.vignetting, projection.is_photograph()) {
             return Err(self.source.fault(
                 key.span(),
                 "vignetting belongs to projection = \"perspective\" only",

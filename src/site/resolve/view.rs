@@ -8,7 +8,7 @@ use super::super::camera::Camera;
 use super::super::fault::SiteError;
 use super::super::file::{LensKey, MatchTable, ViewTable};
 use super::super::frame::Pose;
-use super::super::pose::{Orientation, finite};
+use super::super::pose::{Orientation, finite, orientation};
 use super::super::resection::{Resection, ResectionError};
 use super::super::{CameraSource, Match, View};
 use super::Resolver;
@@ -32,14 +32,7 @@ impl Resolver<'_> {
         let mask = file(&t.mask, "the mask")?;
         let [width, height] = self.picture_size_of(table, photo.as_deref(), mask.as_deref())?;
         let matches = self.matches(t, width, height)?;
-        let orientation = Orientation {
-            heading: &t.heading,
-            pitch: &t.pitch,
-            roll: &t.roll,
-            rotation: &t.rotation,
-            matrix: &t.matrix,
-            look_at: &t.look_at,
-        };
+        let orientation = orientation!(t);
         let lens = match t.projection.as_ref().map(Spanned::get_ref) {
             Some(LensKey::Fisheye) => Lens::Fisheye,
             Some(LensKey::Perspective) | None => Lens::Perspective,

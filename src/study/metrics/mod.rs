@@ -13,11 +13,6 @@ use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
 /// The share of worst pixels that [`relmse`] leaves out, so that a few fireflies do not decide.
 pub(crate) const TRIMMED: f64 = 0.001;
 
-/// The exposure under which metrics look: puts the truth's log-average luminance, floored at 10⁻⁴ of its mean, at 0.18.
-pub fn exposure(truth: &Picture) -> f32 {
-    Exposure::of(truth).0
-}
-
 /// Root of the mean squared error over all pixels and channels; 0 where no pixel is left.
 pub fn rmse(x: &[Vec3], t: &[Vec3]) -> f64 {
     let (sum, count) = pairs(x, t).fold((0.0, 0usize), |(s, n), (x, t)| (s + (x - t).length_squared(), n + 1));

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::{Tile, TruthNoise, TruthView, cut, stack, tiles};
 use crate::panorama;
-use crate::panorama::{Layer, Picture, luminance, write_exr};
+use crate::panorama::{Layer, Picture, write_exr};
+use crate::photograph;
 use crate::reference::{Estimate, Lights};
 use crate::scene::Scene;
 use crate::site::View;
@@ -19,30 +20,8 @@ pub(crate) type Photographed = (Vec<TruthView>, Vec<Option<Picture>>);
 pub(crate) fn photographed(views: &[&View], share: f64) -> Result<Photographed, StudyError> {
     let (mut truth, mut photos) = (Vec::new(), Vec::new());
     for view in views {
-        let Some(path) = &view.photo else { continue };
+        let Some((photo, _)) = photograph::read_masked(view)? else { continue };
         let (w, h) = (view.camera.width, view.camera.height);
-        let size = |p: &Picture| format!("{} × {}", p.width, p.height);
-        let check = |path: &Path, p: &Picture| {
-            let wrong = (p.width as u32, p.height as u32) != (w, h);
-            let error = || StudyError::Size {
-                path: path.to_owned(),
-                found: size(p),
-                view: view.name.clone(),
-                wanted: format!("{w} × {h}"),
-            };
-            if wrong { Err(error()) } else { Ok(()) }
-        };
-        let mut photo = panorama::read(path)?;
-        check(path, &photo)?;
-        if let Some(path) = &view.mask {
-            let mask = panorama::read(path)?;
-            check(path, &mask)?;
-            for (p, m) in photo.pixels.iter_mut().zip(&mask.pixels) {
-                if luminance(*m) < 0.5 {
-                    *p = glam::Vec3::NAN;
-                }
-            }
-        }
         let tile = |r: [u32; 4]| Tile { x: r[0], y: r[1], truth: cut(&photo, r), halves: None };
         let tiles = tiles(w, h, share).into_iter().map(tile).collect();
         truth.push(TruthView::new(&view.name, view.camera, tiles, &photo));
