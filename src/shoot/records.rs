@@ -381,9 +381,9 @@ pub(super) fn row_average(
     let (mut weight, mut any_clipped) = (0.0, false);
     // up to the next whole number: f32::ceil is a slow call on plain x86-64
     let last = (to as usize + usize::from((to as usize as f32) < to)).min(picture.width);
-    for i in from as usize..last {
+    for (i, pixel) in pixels.iter().enumerate().take(last).skip(from as usize) {
         let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
-        if Picture::valid(pixels[i]) {
+        if Picture::valid(*pixel) {
             let (radiance, clipped) = light(i);
             sum += radiance * w;
             weight += w;

@@ -50,8 +50,8 @@ mod pose;
 mod poses;
 mod resection;
 mod resolve;
-#[expect(clippy::module_inception, reason = "where a newcomer looks for Site")]
 mod sequence;
+#[expect(clippy::module_inception, reason = "where a newcomer looks for Site")]
 mod site;
 mod walk;
 
