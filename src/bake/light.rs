@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::Baked;
+use super::baked::{Baked, Origin};
 use crate::render::{Irradiance, Lit, Relit, ShadingPoint};
 use crate::scene::Scene;
 use crate::volume::Nearby;
@@ -62,26 +62,6 @@ impl Irradiance for BakedLight<'_> {
 
     fn sky(&self, direction: Vec3) -> Vec3 {
         self.relit.sky(direction) * self.brightness
-    }
-}
-
-/// Where a baked triangle lies in the model.
-#[derive(Clone, Copy, Debug)]
-pub struct Origin {
-    /// The side of the model's triangle t: 2 t is its front, 2 t + 1 its back.
-    pub side: u32,
-    /// Barycentric coordinates of the corners in the model's triangle: of its second and third corner.
-    pub at: [Vec2; 3],
-}
-
-impl Origin {
-    /// How much the corners count at a place (barycentric coordinates in the model's triangle), none less than nothing.
-    fn weights(&self, place: Vec2) -> [f32; 3] {
-        let [a, b, c] = self.at;
-        let area = (b - a).perp_dot(c - a);
-        let second = ((place - a).perp_dot(c - a) / area).clamp(0.0, 1.0);
-        let third = ((b - a).perp_dot(place - a) / area).clamp(0.0, 1.0 - second);
-        [1.0 - second - third, second, third]
     }
 }
 

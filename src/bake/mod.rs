@@ -4,6 +4,7 @@
 //! [`Relit`] lights pictures, and cut again where light between two corners is not what they say (`refine`); pieces that
 //! share an edge are cut at the same place. Scans, whose colour is at their vertices, keep these.
 
+mod baked;
 mod glb;
 mod light;
 mod mesh;
@@ -12,7 +13,8 @@ mod refine;
 mod settings;
 mod sides;
 
-pub use light::{BakedLight, Origin, Pieces};
+pub use baked::{Baked, Origin, Vertex};
+pub use light::{BakedLight, Pieces};
 pub use settings::BakeSettings;
 
 pub use glb::write_glb;
@@ -25,65 +27,11 @@ use std::f32::consts::PI;
 use std::path::PathBuf;
 
 use crate::panorama::{Exposure, Picture, Projection};
-use crate::render::{self, Options, Relit, Setup, SetupError, Source, exposure_of, shown_points};
+use crate::render::{self, Options, Relit, Setup, SetupError, exposure_of, shown_points};
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::site::{Camera, Site};
 use refine::Lit;
-
-/// A baked model, local metres.
-pub struct Baked {
-    /// Names of the lightings.
-    pub lightings: Vec<String>,
-    /// The vertices.
-    pub vertices: Vec<Vertex>,
-    /// Irradiance, per lighting one for each vertex; without direct sun where that is kept apart.
-    pub irradiance: Vec<Vec<Vec3>>,
-    /// Per lighting what the sun adds where it reaches, one for each vertex; empty where it is not kept apart or not known.
-    pub sunlight: Vec<Vec<Vec3>>,
-    /// Per lighting the direction towards the sun, where it is known.
-    pub suns: Vec<Option<Vec3>>,
-    /// Triangles, sorted by material; counter-clockwise on the side that they were baked for.
-    pub triangles: Vec<[u32; 3]>,
-    /// Where each triangle lies in the model.
-    pub origins: Vec<Origin>,
-    /// Per material (in the scene's order) its first triangle; one more at the end.
-    pub materials: Vec<u32>,
-    /// Per lighting, the geometric mean of the views' exposures; without them, what brings the surface's log-average radiance to
-    /// middle grey.
-    pub exposures: Vec<Exposure>,
-    /// Per view and lighting, what brings the view's picture to middle grey, as its PNG has it; empty if not asked for.
-    pub views: Vec<Vec<Exposure>>,
-    /// Per lighting the sky, latitude/longitude, the centre column looking along the program's +y.
-    pub skies: Vec<Picture>,
-    /// Triangles of the model no side of which can be seen from within: left out.
-    pub hidden: usize,
-    /// Irradiance and exposure are on one side of a triangle; so many have both.
-    pub two_sided: usize,
-}
-
-/// A vertex.
-#[derive(Clone, Copy, Debug)]
-pub struct Vertex {
-    /// Where it is.
-    pub position: Vec3,
-    /// Unit normal.
-    pub normal: Vec3,
-    /// Where light was asked for: a hair beside its place where that is on a rim.
-    pub lit_at: Vec3,
-    /// Texture coordinates, v = 0 at the picture's bottom row.
-    pub uv: Vec2,
-    /// Linear colour of the model's own vertices; white where it has none.
-    pub colour: Vec3,
-    /// Where the light came from.
-    pub source: Source,
-    /// How far probes agree, 0..=1.
-    pub agreement: f32,
-    /// The probe that sees it most sharply.
-    pub probe: Option<u32>,
-    /// Number of probes that see it.
-    pub seen_by: u8,
-}
 
 /// Why a baked model cannot be written.
 #[derive(Debug, thiserror::Error)]

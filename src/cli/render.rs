@@ -205,9 +205,8 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         );
     }
     let (baked, mut setup) = match args.baked || video.is_some() {
-        true => {
-            baked::baked(&site, &scene, &options, args, video.is_some()).map(|(baked, setup)| (Some(baked), setup))?
-        }
+        true => baked::baked(&site, &scene, &options, (args.vertices, video.is_some()), args.output.told)
+            .map(|(baked, setup)| (Some(baked), setup))?,
         false => (None, prepare(&site, &scene, &cameras, &options)?),
     };
     // all stages: the lightings that nobody asked for too
@@ -301,7 +300,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     drop(skies);
     drop(relits);
     drop(volumes);
-    let left_out = not_done(&site, args, &options, unreached, &setup, pictures_s)?;
+    let left_out = not_done(&site, args.all_stages, &options, unreached, &setup, pictures_s)?;
     let Setup { mut timings, records, record_bytes, .. } = setup;
     timings.volume_s += volume_s;
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();

@@ -6,45 +6,13 @@
 
 use glam::Vec3;
 
-use super::Lit;
-use crate::scene::Surface;
+use super::{Lit, ShadingPoint};
 
 /// Pixels between lattice points.
 const STEP: usize = 8;
 
 /// Irradiances that differ by less than this share of their mean are interpolated between.
 const ALIKE: f32 = 0.03;
-
-/// A point of the surface that a pixel shows.
-#[derive(Clone, Copy, Debug)]
-pub struct ShadingPoint {
-    /// Local metres.
-    pub position: Vec3,
-    /// Unit normal, on the side that is seen.
-    pub normal: Vec3,
-    /// A triangle that it is part of, or that the surface around it is.
-    pub triangle: u32,
-    /// How far off its plane another point of the same surface may lie, metres.
-    pub(super) near_m: f32,
-}
-
-impl ShadingPoint {
-    pub(super) fn new(surface: &Surface, near_m: f32) -> Self {
-        let Surface { position, normal, triangle, .. } = *surface;
-        Self { position, normal, triangle, near_m }
-    }
-
-    /// Whether another point lies on this one's surface.
-    #[inline]
-    pub(super) fn shares(&self, position: Vec3, normal: Vec3) -> bool {
-        normal.dot(self.normal) > 0.995 && self.normal.dot(position - self.position).abs() < self.near_m
-    }
-
-    #[inline]
-    fn joins(&self, other: &Self) -> bool {
-        self.shares(other.position, other.normal)
-    }
-}
 
 /// A pixel's column and row.
 type LatticePoint = (usize, usize);

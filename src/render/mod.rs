@@ -38,8 +38,7 @@ mod tests;
 mod view;
 
 pub use frame::{Frame, Source};
-pub use lattice::ShadingPoint;
 pub use rays::PrimaryRays;
-pub use relight::{Irradiance, Lit, Relit};
+pub use relight::{Irradiance, Lit, Relit, ShadingPoint};
 pub use setup::{LeftOut, Options, Setup, SetupError, Timings, pictures, prepare, prepare_for};
 pub use view::{exposure_of, render, shown_points};

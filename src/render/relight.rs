@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::{ShadingPoint, Source};
-use crate::scene::Scene;
+use super::Source;
+use crate::scene::{Scene, Surface};
 use crate::shoot::Light;
 use crate::volume::{Nearby, Volume};
 
@@ -24,6 +24,37 @@ pub trait Irradiance: Sync {
     /// they see, and pixels beside each other their irradiance; else every sample looks up both at one point.
     fn shares(&self) -> bool {
         true
+    }
+}
+
+/// A point of the surface that a pixel shows.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingPoint {
+    /// Local metres.
+    pub position: Vec3,
+    /// Unit normal, on the side that is seen.
+    pub normal: Vec3,
+    /// A triangle that it is part of, or that the surface around it is.
+    pub triangle: u32,
+    /// How far off its plane another point of the same surface may lie, metres.
+    pub(super) near_m: f32,
+}
+
+impl ShadingPoint {
+    pub(super) fn new(surface: &Surface, near_m: f32) -> Self {
+        let Surface { position, normal, triangle, .. } = *surface;
+        Self { position, normal, triangle, near_m }
+    }
+
+    /// Whether another point lies on this one's surface.
+    #[inline]
+    pub(super) fn shares(&self, position: Vec3, normal: Vec3) -> bool {
+        normal.dot(self.normal) > 0.995 && self.normal.dot(position - self.position).abs() < self.near_m
+    }
+
+    #[inline]
+    pub(super) fn joins(&self, other: &Self) -> bool {
+        self.shares(other.position, other.normal)
     }
 }
 

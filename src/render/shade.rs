@@ -5,8 +5,8 @@ use glam::Vec3;
 use std::f32::consts::PI;
 
 use super::frame::Pixel;
-use super::lattice::{Lattice, ShadingPoint};
-use super::{Irradiance, Lit, PrimaryRays, Source};
+use super::lattice::Lattice;
+use super::{Irradiance, Lit, PrimaryRays, ShadingPoint, Source};
 use crate::scene::{Face, Hit, Paint, Ray, Scene, Surface, Texture};
 use crate::site::Camera;
 use crate::volume::Nearby;

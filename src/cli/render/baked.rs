@@ -8,7 +8,7 @@ use clerestory::site::{Camera, Site};
 use clerestory::study::flip;
 use std::time::Instant;
 
-use super::RenderArgs;
+use crate::cli::terminal::output::Told;
 
 /// A bake, ready to be drawn from.
 pub(super) struct Drawn {
@@ -23,12 +23,12 @@ pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     options: &Options,
-    args: &RenderArgs,
-    video: bool,
+    (vertices, video): (usize, bool),
+    told: Told,
 ) -> anyhow::Result<(Drawn, Setup)> {
     let start = Instant::now();
-    let settings = BakeSettings { vertices: args.vertices, views: false, sun_apart: !video, ..BakeSettings::default() };
-    let bar = args.output.told.bar("{spinner} {msg}  {elapsed}");
+    let settings = BakeSettings { vertices, views: false, sun_apart: !video, ..BakeSettings::default() };
+    let bar = told.bar("{spinner} {msg}  {elapsed}");
     bar.set_message("baking …");
     let Bake { baked, setup } =
         bake::bake(site, scene, options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;

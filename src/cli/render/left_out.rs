@@ -7,8 +7,6 @@ use clerestory::report::NotDone;
 use clerestory::scene::{Scene, Spared};
 use clerestory::site::Site;
 
-use super::RenderArgs;
-
 /// The light of the lightings that nobody asked for.
 pub(super) fn unasked(site: &Site, scene: &Scene, options: &Options) -> anyhow::Result<Option<Setup>> {
     let others = site.lightings().into_iter().filter(|l| !options.lightings.contains(l)).collect::<Vec<_>>();
@@ -35,7 +33,7 @@ pub(super) fn not_loaded(spared: Spared) -> NotDone {
 /// What was not done, and what that saved. `pictures_s` is what reading the pictures took that were read.
 pub(super) fn not_done(
     site: &Site,
-    args: &RenderArgs,
+    all_stages: bool,
     options: &Options,
     unreached: Option<NotDone>,
     setup: &Setup,
@@ -53,7 +51,7 @@ pub(super) fn not_done(
         }
     }
     // with all stages they were
-    if count > 0 && !args.all_stages {
+    if count > 0 && !all_stages {
         let why = format!("{count} pictures of lightings that were not asked for are not decoded");
         let seconds = (pictures_s + setup.timings.index_s) * spared as f64 / read.max(1) as f64;
         let bytes = (spared * size_of::<glam::Vec3>()) as u64;
