@@ -52,6 +52,15 @@ impl Faults {
         result.map_err(|fault| self.0.push(fault)).ok()
     }
 
+    /// Adds several.
+    pub(super) fn add(&mut self, faults: impl IntoIterator<Item = SiteError>) {
+        self.0.extend(faults);
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// What was gathered, in the file's order.
     pub(super) fn into_error(mut self) -> Option<SiteError> {
         let line = |fault: &SiteError| match fault {
@@ -87,10 +96,11 @@ impl Source<'_> {
     /// A parser's error in a person's words.
     pub(super) fn parse_fault(&self, error: &toml::de::Error) -> SiteError {
         let at = error.span().unwrap_or(0..0);
-        let (problem, mut help) = explain(error.message());
-        if help == NOT_TOML && torn_at_comma(self.text, at.start) {
-            help = "Decimals take a point, not a comma: write 1.6 for 1,6".to_owned();
-        }
+        let (problem, help) = explain(error.message());
+        let (problem, help) = match help == NOT_TOML {
+            true => untangled(&problem, self.text, at.start).unwrap_or((problem, help)),
+            false => (problem, help),
+        };
         self.fault(at, problem, help)
     }
 
@@ -149,6 +159,35 @@ fn offer(span: Range<usize>, name: &str, offset: usize, best: &mut Best) {
 
 /// What to do where the parser cannot go on.
 const NOT_TOML: &str = "Correct the file so that it is valid TOML";
+
+/// Problem and cure of what people often write, by the parser's message and the text where it stopped.
+fn untangled(message: &str, text: &str, offset: usize) -> Option<(String, String)> {
+    const COMMA: &str = "Put a comma between the two";
+    let told = |problem: &str, help: &str| Some((problem.to_owned(), help.to_owned()));
+    if message.contains("escape") || message.contains("unicode") {
+        let help = "Write / between folders, or put the path in single quotes";
+        return told("in double quotes \\ begins a special character", help);
+    }
+    if message.starts_with("missing comma") {
+        return told("a comma is missing before this", COMMA);
+    }
+    if message.starts_with("string values must be quoted") {
+        let bare = text.get(offset..).unwrap_or("").split([',', ']', '}', '#', '\n']).next().unwrap_or("").trim();
+        let words: Vec<&str> = bare.split_whitespace().collect();
+        let numbers = words.len() > 1 && words.iter().all(|word| word.parse::<f64>().is_ok());
+        return match numbers {
+            true => Some((format!("a comma is missing between {} and {}", words[0], words[1]), COMMA.to_owned())),
+            false => {
+                Some((format!("expected a number or text in quotes, found {bare}"), "Put text in quotes".to_owned()))
+            }
+        };
+    }
+    if message.starts_with("unclosed") {
+        return told(message, "Close it");
+    }
+    let help = "Decimals take a point, not a comma: write 1.6 for 1,6";
+    torn_at_comma(text, offset).then(|| (message.to_owned(), help.to_owned()))
+}
 
 /// Whether digits, a comma and digits stand around a place in the text without a blank.
 fn torn_at_comma(text: &str, offset: usize) -> bool {
