@@ -1,5 +1,5 @@
-//! How long a model takes to load, with the ray caster over it: `load_model MODEL [UP]`, the best of five times. For the memory
-//! that it takes: `/usr/bin/time -v target/release/examples/load_model MODEL`.
+//! How long a model takes to load, with the ray caster over it: `load_model MODEL [UP [TIMES]]`, the best of so many
+//! times. For the memory that it takes once: `/usr/bin/time -v target/release/examples/load_model MODEL`.
 
 #![allow(clippy::print_stdout, reason = "its result goes to the console")]
 
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let site = Site::of_text(Path::new("site.toml"), &text)?;
     let mut best = f64::INFINITY;
     let mut triangles = 0;
-    for _ in 0..5 {
+    for _ in 0..words.get(2).map_or(Ok(1), |times| times.parse())? {
         let start = Instant::now();
         triangles = scene::load(&site, &mut Health::default())?.mesh.triangles.len();
         best = best.min(start.elapsed().as_secs_f64());

@@ -212,7 +212,7 @@ fn each_fault_names_line_key_and_cure() {
 #[test]
 fn faults_of_the_head_and_of_the_file_itself() {
     for (text, parts) in [
-        ("[site]\nup = \"z\"\n", vec![":1:1", "`model` is missing"]),
+        ("[site]\nup = \"z\"\n", vec![":1:1", "`model` is missing", "Add a line [model]"]),
         ("[site]\nunits = \"km\"\n[model]\npath = \"m.obj\"\n", vec![":2:", "site.units", "\"cm\", \"mm\", \"ft\""]),
         ("[site]\nunits = 0\n[model]\npath = \"m.obj\"\n", vec!["site.units", "above zero"]),
         ("[site]\nup = \"w\"\n[model]\npath = \"m.obj\"\n", vec!["site.up", "string \"w\"", "a vector [x, y, z]"]),

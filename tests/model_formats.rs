@@ -106,8 +106,8 @@ fn materials_of_chapel(names: &[String]) -> (Vec<Value>, Vec<String>) {
     (all, pictures)
 }
 
-/// A scene as a glTF document and its buffer: a primitive a run of triangles of one material, which keeps their order, and half of
-/// the turn into glTF's axes in a node.
+/// A scene as a glTF document and its buffer: a primitive a run of triangles of one material, which keeps their order, and the
+/// turn into glTF's axes in nodes.
 fn gltf(scene: &Scene, binary: bool) -> (Value, Vec<u8>) {
     let names: Vec<String> = scene.materials.iter().map(|m| m.name.clone()).collect();
     let (materials, pictures) = materials_of_chapel(&names);
@@ -153,7 +153,6 @@ fn gltf(scene: &Scene, binary: bool) -> (Value, Vec<u8>) {
         json!({ "bufferView": views.len() - 1, "mimeType": "image/jpeg" })
     };
     let images: Vec<Value> = pictures.iter().map(picture).collect();
-    let half = std::f32::consts::FRAC_1_SQRT_2;
     let mut buffer = json!({ "byteLength": bytes.len() });
     if !binary {
         buffer["uri"] = json!("the%20buffer.bin");
@@ -162,8 +161,10 @@ fn gltf(scene: &Scene, binary: bool) -> (Value, Vec<u8>) {
         "asset": { "version": "2.0" },
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
+        // half a turn about z, and what remains of the way from z up; numbers that no rounding touches
         "nodes": [
-            { "rotation": [-half, 0.0, 0.0, half], "children": [1] },
+            { "rotation": [0, 0, 1, 0], "children": [1] },
+            { "matrix": [-1, 0, 0, 0, 0, 0, -1, 0, 0, -1, 0, 0, 0, 0, 0, 1], "children": [2] },
             { "translation": scene.origin.to_array(), "mesh": 0 },
         ],
         "meshes": [{ "primitives": primitives }],
@@ -383,6 +384,23 @@ fn a_plys_texture_hangs_on_its_faces() {
 }
 
 #[test]
+fn heads_in_latin_1_strips_and_coloured_faces_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    image::RgbImage::from_pixel(1, 1, image::Rgb([255, 0, 0])).save(folder.path().join("Gewölbe.png")).unwrap();
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile Gewölbe.png\nelement vertex 5\nproperty float x\nproperty float y\n\
+                property float z\nproperty float u\nproperty float v\nelement tristrips 1\nproperty list int int vertex_indices\n\
+                element face 1\nproperty list uchar int vertex_indices\nproperty uchar red\nend_header\n0 0 0 0 0\n1 0 0 0 0\n\
+                0 1 0 0 0\n1 1 0 0 0\n0 2 0 0 0\n8 0 1 2 3 -1 2 3 4\n3 0 1 4 9\n";
+    let latin_1: Vec<u8> = text.chars().map(|c| c as u8).collect();
+    fs::write(folder.path().join("m.ply"), latin_1).unwrap();
+    let (scene, health) = load(folder.path(), "m.ply", "z").unwrap();
+    assert_eq!((health.triangles, health.files.len(), health.warnings.len()), (4, 1, 1), "{:?}", health.warnings);
+    assert!(health.warnings[0].contains("Colours of faces"));
+    // the strip's quad is wound one way
+    assert!(scene.mesh.normal(1).dot(scene.mesh.normal(2)) > 0.99, "{:?}", scene.mesh.triangles);
+}
+
+#[test]
 fn clouds_and_damaged_files_are_refused_with_what_to_do() {
     let refused = |name: &str, bytes: &[u8], words: &[&str]| {
         let said = load_bytes(name, bytes).err().expect(name).to_string();
@@ -395,6 +413,17 @@ fn clouds_and_damaged_files_are_refused_with_what_to_do() {
     refused("m.ply", format!("{head}{faces}").as_bytes(), &["face 0 names vertex 7 of 2"]);
     let huge = head.replace("vertex 2", "vertex 4000000000");
     refused("m.ply", format!("{huge}end_header\n").as_bytes(), &["4000000000", "more than the file holds"]);
+    // a byte a face, and a mesh that is placed again and again
+    let empty = "element face 50000000\nproperty list uchar int vertex_indices\nend_header\n";
+    let mut bomb = format!("{}{empty}", head.replace("ascii", "binary_little_endian")).into_bytes();
+    bomb.resize(bomb.len() + 24 + 50_000_000, 0);
+    refused("m.ply", &bomb, &["allow more with --memory"]);
+    let nodes = vec![r#"{"mesh":0}"#; 100_000].join(",");
+    let placed = format!(
+        r#"{{"asset":{{"version":"2.0"}},"accessors":[{{"componentType":5126,"count":60000,"type":"VEC3","min":[0,0,0],
+        "max":[0,0,0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"nodes":[{nodes}]}}"#
+    );
+    refused("m.gltf", placed.as_bytes(), &["allow more with --memory"]);
     refused("m.gltf", b"{}", &["m.gltf"]);
     refused("m.glb", b"glTF\x02\0\0\0\x0c\0\0\0", &["m.glb"]);
     let draco = br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#;

@@ -16,6 +16,9 @@ pub(crate) struct CheckArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print nothing but errors; with --json, the JSON alone
+    #[arg(short, long)]
+    quiet: bool,
 }
 
 /// Checks a site and writes the result to `out`.
@@ -23,7 +26,7 @@ pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let result = check(&Site::load(&args.site)?)?;
     if args.json {
         super::terminal::output::json(&result, out)?;
-    } else {
+    } else if !args.quiet {
         print(&result, out)?;
     }
     Ok(())

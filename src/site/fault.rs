@@ -57,8 +57,9 @@ impl Faults {
         self.0.extend(faults);
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
+    /// How many.
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
     }
 
     /// What was gathered, in the file's order.
@@ -91,6 +92,12 @@ impl Source<'_> {
     fn fault_of(&self, key: String, at: Range<usize>, problem: String, help: String) -> SiteError {
         let (line, column) = self.line_and_column(at.start);
         SiteError::Fault { path: self.path.to_owned(), line, column, key, problem, help }
+    }
+
+    /// What the file lacks as a whole.
+    pub(super) fn without_model(&self) -> SiteError {
+        let help = "Add a line [model], and below it path = \"…\"";
+        self.fault_of("site file".to_owned(), 0..0, "the table `model` is missing".to_owned(), help.to_owned())
     }
 
     /// A parser's error in a person's words.

@@ -9,6 +9,9 @@ use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 use super::fault::{Faults, Source};
 use super::file::SiteFile;
 
+/// So many faults are enough to mend at once.
+const MOST: usize = 20;
+
 /// The tables, without the probes and views that hold a fault; `None` where too little remains.
 pub(super) fn parsed(source: &Source, faults: &mut Faults) -> Option<SiteFile> {
     let (mut tree, torn) = DeTable::parse_recoverable(source.text);
@@ -26,12 +29,15 @@ pub(super) fn parsed(source: &Source, faults: &mut Faults) -> Option<SiteFile> {
         };
         if error.message().starts_with("missing field `model`") {
             // perhaps since it held a fault
-            faults.add(faults.is_empty().then(|| source.parse_fault(&error)));
+            faults.add((faults.len() == 0).then(|| source.without_model()));
             return None;
         }
         let follows = mended.take_fault(tree.get_mut(), &error);
         faults.add((follows != Some(true)).then(|| source.parse_fault(&error)));
         follows?;
+        if faults.len() >= MOST {
+            return None;
+        }
     }
     let top = std::mem::take(tree.get_mut()).into_iter().map(|(key, mut value)| {
         if let DeValue::Array(items) = value.get_mut() {

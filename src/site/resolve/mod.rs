@@ -29,13 +29,10 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places:
     let source = Source { path, text };
     // what is wrong in one table says nothing of another: all is told at once
     let mut faults = Faults::default();
-    let file = match parsed(&source, &mut faults) {
-        Some(file) => file,
-        None => {
-            return Err(faults.into_error().unwrap_or_else(|| source.fault(0..0, "it has no model", "Add [model]")));
-        }
+    let Some(file) = parsed(&source, &mut faults) else {
+        return Err(faults.into_error().unwrap_or_else(|| source.without_model()));
     };
-    let whole = faults.is_empty();
+    let whole = faults.len() == 0;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut warnings = Vec::new();
     let frame = faults.keep(frame(&source, &file, &mut warnings));
