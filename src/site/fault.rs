@@ -184,9 +184,10 @@ fn untangled(message: &str, text: &str, offset: usize) -> Option<(String, String
         let numbers = words.len() > 1 && words.iter().all(|word| word.parse::<f64>().is_ok());
         return match numbers {
             true => Some((format!("a comma is missing between {} and {}", words[0], words[1]), COMMA.to_owned())),
-            false => {
-                Some((format!("expected a number or text in quotes, found {bare}"), "Put text in quotes".to_owned()))
-            }
+            false => Some((
+                format!("expected a number or text in quotes, found {bare}"),
+                "Put text in quotes; a number stands alone".to_owned(),
+            )),
         };
     }
     if message.starts_with("unclosed") {
