@@ -1,4 +1,4 @@
-//! How much memory decoding one file may take: one limit for all readers of pictures, held against an estimate from the
+//! How much memory decoding one file may take: one limit for all readers of pictures and models, held against an estimate from the
 //! file's head before anything is decoded.
 //!
 //! A few hundred bytes can stand for gigabytes of pixels, and Rust ends a program that runs out of memory. So each reader

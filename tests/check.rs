@@ -91,7 +91,12 @@ fn each_fault_names_line_key_and_cure() {
         ("[sun]\ndirection = [0, 0, 1]\n".into(), 7, "sun", &["the key `irradiance` is missing"]),
         ("probe = 3\n".into(), 7, "model.probe", &["unknown key `probe`"]),
         (good_probe("name = \"b\""), 11, "", &["duplicate key"]),
-        ("[[probe]\n".into(), 7, "", &["valid TOML"]),
+        ("[[probe]\n".into(), 7, "", &["unclosed array table", "Close it"]),
+        (good_probe("look_at = [1 2, 3]"), 11, "probe.a.look_at", &["a comma is missing between 1 and 2"]),
+        (good_probe("look_at = [1,2\n3]"), 12, "", &["a comma is missing before this"]),
+        (good_probe("look_at = [1,2,3"), 11, "", &["unclosed array", "Close it"]),
+        (probe("image = \"C:\\data\\p.png\""), 10, "probe.a.image", &["single quotes", "Write / between folders"]),
+        (probe("image = p.png"), 10, "probe.a.image", &["text in quotes, found p.png"]),
         (
             good_probe("projection = \"lat-long\""),
             11,
@@ -207,7 +212,7 @@ fn each_fault_names_line_key_and_cure() {
 #[test]
 fn faults_of_the_head_and_of_the_file_itself() {
     for (text, parts) in [
-        ("[site]\nup = \"z\"\n", vec![":1:1", "`model` is missing"]),
+        ("[site]\nup = \"z\"\n", vec![":1:1", "`model` is missing", "Add a line [model]"]),
         ("[site]\nunits = \"km\"\n[model]\npath = \"m.obj\"\n", vec![":2:", "site.units", "\"cm\", \"mm\", \"ft\""]),
         ("[site]\nunits = 0\n[model]\npath = \"m.obj\"\n", vec!["site.units", "above zero"]),
         ("[site]\nup = \"w\"\n[model]\npath = \"m.obj\"\n", vec!["site.up", "string \"w\"", "a vector [x, y, z]"]),
@@ -418,6 +423,19 @@ fn all_faults_of_a_file_are_told_at_once() {
     for (line, part) in lines.iter().zip(["probe.a.position", "Did you mean “q.png”", "view.v.fov_y", "plan.overlap"])
     {
         assert!(line.contains("site.toml:") && line.contains(part), "{line}");
+    }
+    // unknown keys and wrong kinds beside what is wrong in their values; what a table lacks for them is not held against it
+    let told = fault(&format!(
+        "[site]\nunits = \"parsec\"\nnorht = 3\n[model]\npath = \"none.obj\"\n\
+         [[probe]]\nname = \"a\"\nposition = [1, 2, 3]\nimage = 7\nheding = 1\n\
+         [[probe]]\nname = \"b\"\nposition = [1, 2, 3]\nimage = \"none.png\"\n{VIEW}fov_y = 50\n"
+    ));
+    let lines: Vec<&str> = told.lines().collect();
+    let parts =
+        ["site.units", "site.norht", "model.path", "probe.a.image", "probe.a.heding", "probe.b.image", "view.v"];
+    assert_eq!(lines.len(), parts.len(), "{told}");
+    for (line, part) in lines.iter().zip(parts) {
+        assert!(line.contains(part), "{line}");
     }
 }
 

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::cause::{Cause, CauseKind};
 use crate::scene::{Ray, Scene};
 use crate::sphere::sphere;
+use crate::statistics::median;
 
 /// What a few thousand rays from a point tell of its surroundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +20,7 @@ pub(super) struct Surroundings {
     pub(super) back_share: f64,
     /// Share of rays that hit nothing.
     pub(super) open_share: f64,
-    /// Distance straight down, if anything is there.
+    /// Height above what is beneath, if anything is there.
     pub(super) beneath_m: Option<f32>,
     /// Whether rays went into a photograph's field of view only, not all around.
     pub(super) in_a_field: bool,
@@ -78,7 +79,7 @@ impl Surroundings {
             close_share: share(hits.iter().filter(|h| h.0 < CLOSE_M).count(), all.len()),
             back_share: share(hits.iter().filter(|h| h.1).count(), hits.len()),
             open_share: share(all.len() - hits.len(), all.len()),
-            beneath_m: downward().into_iter().find_map(cast).map(|h| h.0),
+            beneath_m: beneath(|direction| cast(direction).map(|hit| hit.0)),
             in_a_field,
         }
     }
@@ -149,6 +150,23 @@ pub(super) fn usual_side<'a>(around: impl Iterator<Item = &'a Surroundings>) -> 
     2 * fronts >= all
 }
 
+/// Height above what is beneath; where nothing is straight below, in the narrowest ring around that mostly meets something:
+/// scanners do not see what they stand on.
+fn beneath(distance: impl Fn(Vec3) -> Option<f32>) -> Option<f32> {
+    const TILTS_DEG: [f32; 5] = [2.0, 8.0, 16.0, 30.0, 45.0];
+    const RAYS: usize = 12;
+    let around = |tilt: &f32| {
+        let (sin, cos) = tilt.to_radians().sin_cos();
+        let rays = (0..RAYS).filter_map(|i| {
+            let (y, x) = (std::f32::consts::TAU * i as f32 / RAYS as f32).sin_cos();
+            distance(Vec3::new(sin * x, sin * y, -cos)).map(|t| t * cos)
+        });
+        let heights: Vec<f32> = rays.collect();
+        median(heights.iter().copied()).filter(|_| 2 * heights.len() > RAYS)
+    };
+    downward().into_iter().find_map(&distance).or_else(|| TILTS_DEG.iter().find_map(around))
+}
+
 /// Straight down, and a little beside it: a ray that meets an edge exactly may slip through.
 fn downward() -> [glam::Vec3; 3] {
     [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)].map(|(x, y)| glam::Vec3::new(x, y, -1.0).normalize())
@@ -203,6 +221,18 @@ mod tests {
         assert!(told(3.0, 2.5, -0.5).contains("below a floor"));
         assert!(told(3000.0, 2.5, 1.6).contains("nothing of the model"));
         assert!(told(3.0, 2.5, 0.1).contains("only 10 cm above"));
+    }
+
+    #[test]
+    fn a_scanner_stands_in_a_hole_of_its_own() {
+        // a floor around a hole of 60 cm
+        let slab = |x: [f32; 2], y: [f32; 2]| ([x[0], y[0], -0.1], [x[1], y[1], 0.0], false);
+        let [west, east] = [[0.0, 2.7], [3.3, 6.0]].map(|x| slab(x, [0.0, 5.0]));
+        let [south, north] = [[0.0, 2.2], [2.8, 5.0]].map(|y| slab([2.7, 3.3], y));
+        let scene = scene(&[west, east, south, north]);
+        let beneath = |x| Surroundings::of(&scene, Vec3::new(x, 2.5, 1.6)).beneath_m;
+        assert!((beneath(3.0).unwrap() - 1.6).abs() < 1e-3);
+        assert_eq!(beneath(8.0), None, "a floor far to one side is not beneath");
     }
 
     #[test]

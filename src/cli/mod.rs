@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     /// Work on so many threads; results do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Let decoding one picture take so much memory, such as 512M or 4G [default: 2G]
+    /// Let decoding one picture or model take so much memory, such as 512M or 4G [default: 2G]
     #[arg(long, global = true, value_name = "BYTES", value_parser = bytes)]
     memory: Option<u64>,
     #[command(subcommand)]

@@ -14,9 +14,9 @@ use super::terminal::output::Told;
 /// summary.html, which links the reports.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    clerestory summary reports/*\n  \
-    clerestory summary reports/* --out reports\n  \
-    clerestory summary reports/* --json")]
+    clerestory summary reports/*/\n  \
+    clerestory summary reports/*/ --out reports\n  \
+    clerestory summary reports/*/ --json")]
 pub(crate) struct SummaryArgs {
     /// Folders that `report` made
     #[arg(required = true, value_name = "DIR", value_hint = ValueHint::DirPath)]

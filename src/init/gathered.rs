@@ -26,7 +26,7 @@ pub(super) struct Findings<'a> {
     /// The site file's folder, which paths are relative to.
     pub(super) folder: &'a Path,
     pub(super) model: &'a Path,
-    /// Whether the model has colours of vertices, whose coding nothing tells.
+    /// Whether the model has colours of vertices whose coding nothing tells, as of glTF, where it is linear.
     pub(super) coloured: bool,
     pub(super) guess: &'a Guess,
     pub(super) pictures: &'a Gathered,

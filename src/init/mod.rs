@@ -68,7 +68,8 @@ pub fn draft(file: &Path, sources: &Sources) -> Result<Draft, InitError> {
     let mut warnings = Vec::new();
     let mut pictures = Gathered::of(sources, &mut warnings)?;
     let mut hints = hints::of_file(&sources.model, &mesh);
-    if ModelFormat::of(&sources.model) == Some(ModelFormat::E57) {
+    let format = ModelFormat::of(&sources.model);
+    if format == Some(ModelFormat::E57) {
         let stem = sources.model.file_stem().unwrap_or_default().to_string_lossy();
         let folder = crate::atomic_write::folder_of(file).join(format!("{stem}-pictures"));
         pictures.scanned = scans::taken_out(&sources.model, &folder, sources.overwrite, &mut warnings)?;
@@ -81,7 +82,7 @@ pub fn draft(file: &Path, sources: &Sources) -> Result<Draft, InitError> {
             name: site_name(file, &sources.model),
             folder: crate::atomic_write::folder_of(file),
             model: &sources.model,
-            coloured: !mesh.colours.is_empty(),
+            coloured: !mesh.colours.is_empty() && format != Some(ModelFormat::Gltf),
             guess,
             pictures,
         });

@@ -46,9 +46,9 @@ pub fn write_markers(markers: &[Marker], folder: &Path) -> Result<(), ReportErro
 }
 
 /// A Maya ASCII scene with a locator a marker under one group, to import beside the model: its numbers are the model's,
-/// as Maya takes those of an OBJ file. Each locator has the sentence as its attribute `note`.
+/// as Maya takes those of an OBJ file. Each locator has the sentence among its notes, which the attribute editor shows.
 pub fn maya(markers: &[Marker]) -> String {
-    let mut text = "//Maya ASCII 2018 scene\nrequires maya \"2018\";\ncurrentUnit -l centimeter -a degree -t film;\n\
+    let mut text = "//Maya ASCII 2018 scene\n//Codeset: UTF-8\nrequires maya \"2018\";\ncurrentUnit -l centimeter -a degree -t film;\n\
                     createNode transform -n \"clerestory_findings\";\n"
         .to_owned();
     for m in placed(markers) {
@@ -59,9 +59,9 @@ pub fn maya(markers: &[Marker]) -> String {
         let _ = write!(
             text,
             "createNode transform -n \"{name}\" -p \"clerestory_findings\";\n\
-             \taddAttr -ci true -sn \"note\" -ln \"note\" -dt \"string\";\n\
+             \taddAttr -ci true -sn \"nts\" -ln \"notes\" -dt \"string\";\n\
              \tsetAttr \".t\" -type \"double3\" {x} {y} {z} ;\n\
-             \tsetAttr -k on \".note\" -type \"string\" \"{}\";\n\
+             \tsetAttr \".nts\" -type \"string\" \"{}\";\n\
              createNode locator -n \"{name}Shape\" -p \"{name}\";\n\
              \tsetAttr \".los\" -type \"double3\" {size} {size} {size} ;\n",
             quoted(&m.note)
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn each_finding_is_a_locator_where_it_is() {
         let text = maya(&markers());
-        assert!(text.starts_with("//Maya ASCII 2018 scene\n"));
+        assert!(text.starts_with("//Maya ASCII 2018 scene\n//Codeset: UTF-8\n"));
         assert_eq!(text.matches("createNode locator").count(), 2, "a place that is not finite is left out");
         assert!(text.contains("createNode transform -n \"F1_geometry_moved\" -p \"clerestory_findings\";"));
         assert!(text.contains("setAttr \".t\" -type \"double3\" 1.5 -2.25 3.0 ;"));

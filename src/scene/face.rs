@@ -26,7 +26,12 @@ impl Scene {
         let corners = self.mesh.triangles[face.triangle as usize];
         if !self.mesh.colours.is_empty() {
             let [a, b, c] = corners.map(|i| self.mesh.colours[i as usize]);
-            paint.colours = Some([a, b - a, c - a]);
+            // of one colour: painted as by a material of that colour
+            if a == b && a == c {
+                paint.plain *= a;
+            } else {
+                paint.colours = Some([a, b - a, c - a]);
+            }
         }
         if let Some(texture) = material.texture
             && !self.mesh.uvs.is_empty()

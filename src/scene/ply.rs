@@ -1,17 +1,19 @@
 //! Geometry from PLY files (Turk, *The PLY Polygon File Format*, 1994), the one door to ply-rs-bw: ASCII and binary of both
-//! byte orders, colours of vertices, texture coordinates of vertices or of faces, faces of any number of corners.
+//! byte orders, colours of vertices, texture coordinates of vertices or of faces, faces of any number of corners,
+//! triangle strips.
 
 use glam::{DVec3, Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult as Access};
 use smallvec::SmallVec;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufRead, BufReader, Chain, Cursor, Read};
 use std::path::Path;
 
 use super::error::SceneError;
 use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO, centre};
 use super::polygon;
+use crate::memory::{self, OverLimit};
 use crate::site::Frame;
 
 /// A vertex as the file has it.
@@ -23,15 +25,21 @@ struct Vertex {
     uv: Vec2,
 }
 
-/// A face as the file has it.
+/// A face as the file has it, small since there are many.
 #[derive(Default)]
 struct Face {
-    corners: SmallVec<[i64; 4]>,
+    /// [`NONE`] for what is less than 0.
+    corners: SmallVec<[u32; 3]>,
     /// Two numbers a corner, or none.
-    uvs: Vec<f32>,
+    uvs: Box<[f32]>,
     /// Which of the texture files.
-    picture: usize,
+    picture: u32,
+    /// Whether it has a colour of its own.
+    coloured: bool,
 }
+
+/// What no vertex is numbered by.
+const NONE: u32 = u32::MAX;
 
 /// An element of no use here.
 struct Ignored;
@@ -87,17 +95,18 @@ impl PropertyAccess for Face {
             ("vertex_indices" | "vertex_index", Property::ListUShort(v)) => self.corners = from(v),
             ("vertex_indices" | "vertex_index", Property::ListInt(v)) => self.corners = from(v),
             ("vertex_indices" | "vertex_index", Property::ListUInt(v)) => self.corners = from(v),
-            ("texcoord", Property::ListFloat(v)) => self.uvs = v,
+            ("texcoord", Property::ListFloat(v)) => self.uvs = v.into_boxed_slice(),
             ("texcoord", Property::ListDouble(v)) => self.uvs = v.into_iter().map(|v| v as f32).collect(),
-            ("texnumber", property) => self.picture = scalar(&property).map_or(0, |(value, _)| value.max(0.0) as usize),
+            ("red" | "r" | "diffuse_red", _) => self.coloured = true,
+            ("texnumber", property) => self.picture = scalar(&property).map_or(0, |(value, _)| value as u32),
             _ => return Access::Ignored,
         }
         Access::Set
     }
 }
 
-fn from<T: Into<i64>>(list: Vec<T>) -> SmallVec<[i64; 4]> {
-    list.into_iter().map(Into::into).collect()
+fn from<T: TryInto<u32>>(list: Vec<T>) -> SmallVec<[u32; 3]> {
+    list.into_iter().map(|corner| corner.try_into().unwrap_or(NONE)).collect()
 }
 
 impl PropertyAccess for Ignored {
@@ -113,16 +122,17 @@ impl PropertyAccess for Ignored {
 /// A file that cannot be read, is damaged, or has points but no faces.
 pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
     let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
-    let fault = |e: ParseError| SceneError::Malformed {
-        path: path.to_owned(),
-        line: e.line().unwrap_or(0),
-        problem: e.to_string().lines().next().unwrap_or_default().to_owned(),
+    let fault = |e: ParseError| {
+        let (line, said) = (e.line().unwrap_or(0), e.to_string());
+        let said = said.lines().next().unwrap_or_default();
+        let problem = said.strip_prefix(&format!("Line {line}: ")).unwrap_or(said).trim_end_matches('.').to_owned();
+        SceneError::Malformed { path: path.to_owned(), line, problem }
     };
     let file = File::open(path).map_err(|e| SceneError::io(path, &e))?;
     let bytes = file.metadata().map_err(|e| SceneError::io(path, &e))?.len();
-    let mut reader = Reader::new(BufReader::new(file));
+    let mut reader = Reader::new(decoded(BufReader::new(file)).map_err(|e| SceneError::io(path, &e))?);
     let header = Parser::<Ignored>::new().read_header(&mut reader).map_err(fault)?;
-    let (mut vertices, mut faces, mut others) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut vertices, mut faces, mut strips, mut others) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for element in header.elements.values() {
         // each takes a byte at least: a header alone must not eat the machine
         if element.count as u64 > bytes || (element.properties.is_empty() && element.count > 0) {
@@ -131,15 +141,20 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneErr
                 element.count, element.name
             )));
         }
+    }
+    check_memory(&header, bytes).map_err(|over| SceneError::Memory { path: path.to_owned(), over })?;
+    for element in header.elements.values() {
         match element.name.as_str() {
             "vertex" => vertices = elements::<Vertex>(&mut reader, element, &header).map_err(fault)?,
             "face" => faces = elements::<Face>(&mut reader, element, &header).map_err(fault)?,
+            "tristrips" => strips = elements::<Face>(&mut reader, element, &header).map_err(fault)?,
             name => {
                 elements::<Ignored>(&mut reader, element, &header).map_err(fault)?;
                 others.push(format!("Elements “{name}” ignored: {}.", element.count));
             }
         }
     }
+    faces.extend(strips.iter().flat_map(triangles));
     if faces.is_empty() && !vertices.is_empty() {
         let problem = format!(
             "it is a cloud of {} points without faces, and light needs surfaces. Mesh it first, as MeshLab's screened \
@@ -150,12 +165,57 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneErr
     }
     let mut model = meshed(&vertices, &faces, frame).map_err(malformed)?;
     name_materials(&mut model, path, &header);
+    if faces.iter().any(|f| f.coloured) {
+        others.push("Colours of faces are passed over: save them as colours of vertices.".to_owned());
+    }
     model.oddities.others = others;
     Ok(model)
 }
 
+/// Whether what the head announces may be held in memory. What takes its room in the file, too, is no small file that stands
+/// for much.
+fn check_memory(header: &Header, bytes: u64) -> Result<(), OverLimit> {
+    /// Faces of a text file take eight bytes at least.
+    const HONEST: u64 = 8;
+    let size = |element: &ElementDef| match element.name.as_str() {
+        "vertex" => size_of::<Vertex>(),
+        "face" | "tristrips" => size_of::<Face>(),
+        _ => 0,
+    };
+    let all = header.elements.values().map(|e| (e.count as u64).saturating_mul(size(e) as u64));
+    let needed = all.fold(0, u64::saturating_add);
+    if needed > HONEST.saturating_mul(bytes) { memory::check(needed) } else { Ok(()) }
+}
+
+/// A file whose head is UTF-8, which the parser wants: other programs name pictures in Latin-1.
+fn decoded(mut file: BufReader<File>) -> io::Result<Text> {
+    /// No head is longer.
+    const HEAD: u64 = 1 << 20;
+    let mut head = Vec::new();
+    loop {
+        let begin = head.len();
+        let read = (&mut file).take(HEAD.saturating_sub(begin as u64)).read_until(b'\n', &mut head)?;
+        if read == 0 || head[begin..].trim_ascii() == b"end_header" {
+            break;
+        }
+    }
+    let head = String::from_utf8(head).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
+    Ok(Cursor::new(head.into_bytes()).chain(file))
+}
+
+type Text = Chain<Cursor<Vec<u8>>, BufReader<File>>;
+
+/// The triangles of a strip, in which every other one is wound the other way and −1 ends a run.
+fn triangles(strips: &Face) -> impl Iterator<Item = Face> {
+    let runs = strips.corners.split(|corner| *corner == NONE);
+    runs.flat_map(|run| run.windows(3).enumerate()).map(|(i, t)| {
+        let corners = if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] };
+        Face { corners: SmallVec::from_slice(&corners), ..Face::default() }
+    })
+}
+
 fn elements<E: PropertyAccess>(
-    reader: &mut Reader<BufReader<File>>,
+    reader: &mut Reader<Text>,
     element: &ElementDef,
     header: &Header,
 ) -> Result<Vec<E>, ParseError> {
@@ -194,21 +254,21 @@ fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Imported
         }
         corners.clear();
         for (k, &i) in face.corners.iter().enumerate() {
-            let vertex = usize::try_from(i)
-                .ok()
-                .and_then(|i| vertices.get(i))
-                .ok_or_else(|| format!("face {number} names vertex {i} of {}", vertices.len()))?;
+            let vertex = vertices.get(i as usize).ok_or_else(|| match i {
+                NONE => format!("face {number} names a vertex below 0"),
+                _ => format!("face {number} names vertex {i} of {}", vertices.len()),
+            })?;
             let uv = face.uvs.get(2 * k..2 * k + 2).map(Vec2::from_slice);
-            corners.push(if mapped { add(&mut model, vertex, uv.unwrap_or(Vec2::NAN))? } else { i as u32 });
+            corners.push(if mapped { add(&mut model, vertex, uv.unwrap_or(Vec2::NAN))? } else { i });
         }
         if let [a, b, c] = corners[..] {
             model.triangles.push([a, b, c]);
-            model.materials.push(face.picture as u32);
+            model.materials.push(face.picture);
             continue;
         }
         let points: Vec<DVec3> = corners.iter().map(|&i| model.positions[i as usize].as_dvec3()).collect();
         let order: Vec<u32> = (0..corners.len() as u32).collect();
-        let picture = face.picture as u32;
+        let picture = face.picture;
         let mut triangle = |t: [u32; 3]| {
             model.triangles.push(t.map(|k| corners[k as usize]));
             model.materials.push(picture);

@@ -52,6 +52,16 @@ impl Faults {
         result.map_err(|fault| self.0.push(fault)).ok()
     }
 
+    /// Adds several.
+    pub(super) fn add(&mut self, faults: impl IntoIterator<Item = SiteError>) {
+        self.0.extend(faults);
+    }
+
+    /// How many.
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+
     /// What was gathered, in the file's order.
     pub(super) fn into_error(mut self) -> Option<SiteError> {
         let line = |fault: &SiteError| match fault {
@@ -84,13 +94,20 @@ impl Source<'_> {
         SiteError::Fault { path: self.path.to_owned(), line, column, key, problem, help }
     }
 
+    /// What the file lacks as a whole.
+    pub(super) fn without_model(&self) -> SiteError {
+        let help = "Add a line [model], and below it path = \"…\"";
+        self.fault_of("site file".to_owned(), 0..0, "the table `model` is missing".to_owned(), help.to_owned())
+    }
+
     /// A parser's error in a person's words.
     pub(super) fn parse_fault(&self, error: &toml::de::Error) -> SiteError {
         let at = error.span().unwrap_or(0..0);
-        let (problem, mut help) = explain(error.message());
-        if help == NOT_TOML && torn_at_comma(self.text, at.start) {
-            help = "Decimals take a point, not a comma: write 1.6 for 1,6".to_owned();
-        }
+        let (problem, help) = explain(error.message());
+        let (problem, help) = match help == NOT_TOML {
+            true => untangled(&problem, self.text, at.start).unwrap_or((problem, help)),
+            false => (problem, help),
+        };
         self.fault(at, problem, help)
     }
 
@@ -149,6 +166,36 @@ fn offer(span: Range<usize>, name: &str, offset: usize, best: &mut Best) {
 
 /// What to do where the parser cannot go on.
 const NOT_TOML: &str = "Correct the file so that it is valid TOML";
+
+/// Problem and cure of what people often write, by the parser's message and the text where it stopped.
+fn untangled(message: &str, text: &str, offset: usize) -> Option<(String, String)> {
+    const COMMA: &str = "Put a comma between the two";
+    let told = |problem: &str, help: &str| Some((problem.to_owned(), help.to_owned()));
+    if message.contains("escape") || message.contains("unicode") {
+        let help = "Write / between folders, or put the path in single quotes";
+        return told("in double quotes \\ begins a special character", help);
+    }
+    if message.starts_with("missing comma") {
+        return told("a comma is missing before this", COMMA);
+    }
+    if message.starts_with("string values must be quoted") {
+        let bare = text.get(offset..).unwrap_or("").split([',', ']', '}', '#', '\n']).next().unwrap_or("").trim();
+        let words: Vec<&str> = bare.split_whitespace().collect();
+        let numbers = words.len() > 1 && words.iter().all(|word| word.parse::<f64>().is_ok());
+        return match numbers {
+            true => Some((format!("a comma is missing between {} and {}", words[0], words[1]), COMMA.to_owned())),
+            false => Some((
+                format!("expected a number or text in quotes, found {bare}"),
+                "Put text in quotes; a number stands alone".to_owned(),
+            )),
+        };
+    }
+    if message.starts_with("unclosed") {
+        return told(message, "Close it");
+    }
+    let help = "Decimals take a point, not a comma: write 1.6 for 1,6";
+    torn_at_comma(text, offset).then(|| (message.to_owned(), help.to_owned()))
+}
 
 /// Whether digits, a comma and digits stand around a place in the text without a blank.
 fn torn_at_comma(text: &str, offset: usize) -> bool {

@@ -46,6 +46,7 @@ pub(crate) mod files;
 mod frame;
 mod load;
 mod numbers;
+mod parse;
 mod pose;
 mod poses;
 mod resection;

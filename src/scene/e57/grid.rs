@@ -5,6 +5,8 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
+use crate::memory;
+
 /// A point in the scanner's own axes, metres, and where in its raster it was taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
@@ -57,6 +59,7 @@ impl Grid {
                 cells.len()
             ));
         }
+        memory::check(4 * (rows * columns) as u64).map_err(|over| over.to_string())?;
         let index = vec![NONE; rows * columns];
         let mut grid = Self { rows, columns, index, points: Vec::new(), colours: Vec::new() };
         for cell in cells {

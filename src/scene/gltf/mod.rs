@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
 use super::model::{ImportedModel, centre};
+use crate::memory;
 use crate::site::Frame;
 use crate::site::files::find_loosely;
 use document::{File, KNOWN, document, embedded, unescaped};
@@ -60,6 +61,17 @@ struct Placed<'a> {
     to_scene: DMat4,
 }
 
+impl Placed<'_> {
+    /// About how much memory it takes while it is read: a mesh may be placed any number of times.
+    fn bytes(&self) -> u64 {
+        /// A vertex as it is read and as it is kept, and a corner of a triangle.
+        const BYTES: [u64; 2] = [72, 12];
+        let vertices = self.primitive.get(&Semantic::Positions).map_or(0, |a| a.count());
+        let corners = self.primitive.indices().map_or(vertices, |a| a.count());
+        BYTES[0] * vertices as u64 + BYTES[1] * corners as u64
+    }
+}
+
 impl<'a> File<'a> {
     fn open(path: &'a Path, document: Document, mut blob: Option<Vec<u8>>) -> Result<Self, String> {
         let (mut buffers, mut files) = (Vec::new(), Vec::new());
@@ -88,6 +100,8 @@ impl<'a> File<'a> {
     fn model(self, frame: &Frame) -> Result<ImportedModel, String> {
         let mut model = ImportedModel::default();
         let placed = self.placed();
+        memory::check(placed.iter().map(Placed::bytes).fold(0, u64::saturating_add))
+            .map_err(|over| over.to_string())?;
         let points = placed.iter().map(|p| self.points(p)).collect::<Result<Vec<_>, String>>()?;
         model.origin = centre(points.iter().flatten().copied(), frame);
         // faces without a material come first

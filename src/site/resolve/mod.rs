@@ -18,6 +18,7 @@ use std::path::Path;
 use super::fault::{Faults, SiteError, Source};
 use super::file::SiteFile;
 use super::frame::{Frame, Up};
+use super::parse::parsed;
 use super::pose::finite_number;
 use super::site::{Pictures, Places, Site};
 use names::unique;
@@ -26,15 +27,19 @@ use probe::{with_exif_gains, with_lighting_warnings};
 /// Reads and checks a site file's text. `path` is the file itself.
 pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places: Places) -> Result<Site, SiteError> {
     let source = Source { path, text };
-    let file: SiteFile = toml::from_str(text).map_err(|e| source.parse_fault(&e))?;
+    // what is wrong in one table says nothing of another: all is told at once
+    let mut faults = Faults::default();
+    let Some(file) = parsed(&source, &mut faults) else {
+        return Err(faults.into_error().unwrap_or_else(|| source.without_model()));
+    };
+    let whole = faults.len() == 0;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut warnings = Vec::new();
-    let frame = frame(&source, &file, &mut warnings)?;
+    let frame = faults.keep(frame(&source, &file, &mut warnings));
+    let frame = frame.unwrap_or(Frame { metres_per_unit: 1.0, up: Up::Y, north_deg: 0.0 });
     let resolver = Resolver { source, folder: folder.clone(), frame, pictures, places };
     let s = &resolver.source;
 
-    // what is wrong in one table says nothing of another: all is told at once
-    let mut faults = Faults::default();
     let mut probes: Vec<_> = file.probe.iter().filter_map(|p| faults.keep(resolver.probe(p))).collect();
     faults.keep(unique(s, "probe", file.probe.iter().map(|p| &p.get_ref().name)));
     faults.keep(unique(s, "view", file.view.iter().map(|v| &v.get_ref().name)));
@@ -55,7 +60,7 @@ pub(in crate::site) fn site(path: &Path, text: &str, pictures: Pictures, places:
     let environment = file.environment.as_ref().and_then(|e| faults.keep(resolver.environment(e)));
     let sun = file.sun.as_ref().and_then(|t| faults.keep(resolver.sun(&t.direction, &t.irradiance)));
     // which lightings there are is known only if all probes are
-    let suns = file.sun.as_ref().filter(|_| probes.len() >= file.probe.len());
+    let suns = file.sun.as_ref().filter(|_| whole && probes.len() >= file.probe.len());
     let suns = suns.and_then(|t| faults.keep(resolver.suns(t, &probes)));
     let plan = faults.keep(resolver.plan(&file.plan));
     if let Some(fault) = faults.into_error() {
