@@ -235,3 +235,13 @@ fn a_walk_leads_through_its_key_frames() {
     let told = walk(&built.site, &file).unwrap_err().to_string();
     assert!(told.contains("nowhere") && told.contains("v0") && told.contains(":4:"), "{told}");
 }
+
+/// A program that was built without graphics cards says how to build one with them.
+#[cfg(not(feature = "gpu"))]
+#[test]
+fn without_the_feature_a_graphics_card_is_asked_for_in_vain() {
+    let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
+    let out = command.args(["render", concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel"), "--gpu"]).output().unwrap();
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert!(out.status.code() == Some(1) && told.contains("--features gpu"), "{told}");
+}

@@ -1,6 +1,7 @@
 //! `clerestory render SITE`.
 
 mod compared;
+mod gpu;
 mod print;
 
 use anyhow::bail;
@@ -104,6 +105,11 @@ pub(crate) struct RenderArgs {
     /// Leave no stage out, needed or not
     #[arg(long)]
     all_stages: bool,
+    /// Bake the light onto the model once and have the graphics card draw the views or frames: fast, light a little less fine.
+    /// Rays a pixel are a square: 1, 4, 9, … Needs a program built with the feature gpu
+    #[arg(long, conflicts_with_all = ["blend", "method", "probes", "radius", "no_sun", "volume_only", "compare", "fit_gains",
+        "layers", "register", "all_stages"])]
+    gpu: bool,
     #[command(flatten)]
     output: Output,
 }
@@ -125,6 +131,9 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         site.views = site::walk(&site, path)?;
     }
     chosen(&site, &args.view)?;
+    if args.gpu {
+        return gpu::run(&site, args, out);
+    }
     if args.register {
         let scene = scene::load(&site, &mut Health::default())?;
         let (found, lines) =
