@@ -64,6 +64,8 @@ pub(crate) mod cholesky;
 pub(crate) mod components;
 pub mod csv;
 pub(crate) mod edge_aware;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod init;
 pub(crate) mod lists;
 pub mod memory;

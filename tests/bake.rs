@@ -298,3 +298,13 @@ fn numbered_pictures_light_the_frames_of_a_walk() {
     let told = String::from_utf8(render().failure().get_output().stderr.clone()).unwrap();
     assert!(told.contains("number 2 is missing") && told.contains("site.toml:"), "{told}");
 }
+
+/// A program that was built without graphics cards says how to build one with them.
+#[cfg(not(feature = "gpu"))]
+#[test]
+fn without_the_feature_a_graphics_card_is_asked_for_in_vain() {
+    let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
+    let out = command.args(["render", concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel"), "--gpu"]).output().unwrap();
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert!(out.status.code() == Some(1) && told.contains("--features gpu"), "{told}");
+}

@@ -44,16 +44,16 @@ pub(crate) struct BakeHow {
     pub(super) lighting: Vec<String>,
     /// At most so many vertices [default: 1000000; for a page 8 a triangle, 300000 to 1000000]
     #[arg(long, value_name = "N", value_parser = between(1_000..=50_000_000_usize, "a number from 1000 to 50000000"))]
-    vertices: Option<usize>,
+    pub(super) vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share
     #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = between(1e-3..=1.0_f32, "a share from 0.001 to 1"))]
-    error: f32,
+    pub(super) error: f32,
     /// Cells of the irradiance volume along the model's longest side
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
-    cells: u32,
+    pub(super) cells: u32,
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
-    volume_rays: u32,
+    pub(super) volume_rays: u32,
 }
 
 impl Default for BakeHow {
@@ -117,7 +117,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
         neighbours: by(clerestory::render::Source::Neighbour),
         unseen: share(&|v| v.seen_by == 0),
         files,
-        peak_bytes: super::render::peak_bytes(),
+        peak_bytes: super::terminal::peak_memory::peak_bytes(),
         warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
     };
     args.output.told.tell(&outcome, out, |out| print(&outcome, out))

@@ -2,6 +2,7 @@
 
 mod baked;
 mod compared;
+mod gpu;
 mod left_out;
 mod print;
 mod video;
@@ -28,10 +29,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use video::Video;
 
+use super::bake::BakeHow;
 use super::register::lighting;
 use super::terminal::model::Model;
 use super::terminal::number::between;
 use super::terminal::output::Output;
+use super::terminal::peak_memory::peak_bytes;
 use super::terminal::visible::visible;
 
 /// Rays a pixel, unless others are asked for.
@@ -119,6 +122,11 @@ pub(crate) struct RenderArgs {
     /// Leave no stage out, needed or not
     #[arg(long)]
     all_stages: bool,
+    /// Bake the light onto the model once and have the graphics card draw the views or frames: fast, light a little less fine.
+    /// Rays a pixel are a square: 1, 4, 9, … Needs a program built with the feature gpu
+    #[arg(long, conflicts_with_all = ["blend", "method", "probes", "radius", "no_sun", "volume_only", "compare", "fit_gains",
+        "layers", "register", "all_stages"])]
+    gpu: bool,
     #[command(flatten)]
     output: Output,
 }
@@ -140,6 +148,9 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
         site.views = site::walk(&site, path)?;
     }
     chosen(&site, &args.view)?;
+    if args.gpu {
+        return gpu(&site, args, out);
+    }
     let model = args.register.then(|| Model::of(&site)).transpose()?;
     if let Some(Model { scene, .. }) = &model {
         let (found, lines) =
@@ -149,6 +160,27 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     }
     let outcome = rendered(site, model, args)?;
     args.output.told.tell(&outcome, out, |out| print(&outcome, out))
+}
+
+/// Has a graphics card draw the views.
+fn gpu(site: &Site, args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()> {
+    let lighting = lighting(site, args.lighting.as_deref())?;
+    let numbered = |p: &site::Probe| p.pictures.iter().any(|l| l.lighting == lighting && !l.frames.is_empty());
+    if site.probes.iter().any(numbered) {
+        bail!(
+            "{}: probes have numbered pictures, which a graphics card is not fed with yet. Leave out --gpu",
+            site.file.display()
+        );
+    }
+    let views = chosen(site, &args.view)?;
+    let how = BakeHow {
+        cells: args.cells,
+        volume_rays: args.volume_rays,
+        vertices: Some(args.vertices),
+        ..BakeHow::default()
+    };
+    let asked = gpu::Asked { views, lighting, how, samples: args.samples, walk: args.path.is_some() };
+    gpu::run(site, &asked, &args.output, out)
 }
 
 impl RenderArgs {
@@ -377,11 +409,4 @@ fn write(frame: &Frame, view: &View, folder: &Path, layers: bool, exposure: Expo
     write_exr(&file, width, height, &frame.layers(layers), None)?;
     write_png(&file.with_extension("png"), &frame.radiance, exposure)?;
     Ok(file)
-}
-
-/// The most memory that the process has held, where the system tells.
-pub(super) fn peak_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
-    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib * 1024)
 }

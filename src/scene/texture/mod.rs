@@ -159,6 +159,13 @@ impl Texture {
         (self.levels[0].width, self.levels[0].height)
     }
 
+    /// A level of the pyramid: its size, and its sRGB texels by rows from the top. 0 is the picture itself, which alone has
+    /// alpha.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn level(&self, level: usize) -> Option<([usize; 2], &[[u8; 4]])> {
+        self.levels.get(level).map(|l| ([l.width, l.height], l.texels.as_slice()))
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(|l| l.texels.len() * 4).sum()

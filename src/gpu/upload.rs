@@ -1,0 +1,261 @@
+//! What a card holds of a baked model: vertices, light, runs of triangles, pictures, the sky.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use std::f32::consts::PI;
+use wgpu::BufferUsages;
+
+use super::GpuError;
+use super::device::Card;
+use super::mips;
+use crate::bake::Baked;
+use crate::panorama::{Picture, srgb_to_linear};
+use crate::scene::{Scene, Texture, Wrap};
+
+/// Triangles that are drawn, or left out, together.
+const RUN: u32 = 2048;
+
+/// A vertex but for its light.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Corner {
+    pub(super) at: [f32; 3],
+    /// v = 0 at the picture's top row.
+    pub(super) uv: [f32; 2],
+    /// Albedo but for the picture, ÷ π.
+    pub(super) reflectance: [f32; 3],
+}
+
+/// Some triangles of a material that lie close together.
+pub(super) struct Run {
+    pub(super) indices: std::ops::Range<u32>,
+    /// Place of its picture in [`Model::pictures`].
+    pub(super) picture: usize,
+    /// The box around them.
+    pub(super) low: Vec3,
+    pub(super) high: Vec3,
+}
+
+/// A baked model on a card.
+pub(super) struct Model {
+    pub(super) corners: wgpu::Buffer,
+    pub(super) irradiance: wgpu::Buffer,
+    pub(super) vertices: usize,
+    /// What the sun adds, where it is kept apart.
+    pub(super) sunlight: Option<wgpu::Buffer>,
+    pub(super) indices: wgpu::Buffer,
+    pub(super) runs: Vec<Run>,
+    /// The first is white.
+    pub(super) pictures: Vec<wgpu::BindGroup>,
+    pub(super) sky: wgpu::TextureView,
+}
+
+impl Model {
+    /// Hands a baked model under a lighting to the card; `layout` is that of a picture and its sampler.
+    pub(super) fn new(
+        card: &Card,
+        layout: &wgpu::BindGroupLayout,
+        scene: &Scene,
+        baked: &Baked,
+        lighting: usize,
+    ) -> Result<Self, GpuError> {
+        let known = (baked.irradiance.get(lighting), baked.skies.get(lighting));
+        let (Some(irradiance), Some(sky)) = known else {
+            return Err(GpuError::Lighting { asked: lighting, baked: baked.irradiance.len() });
+        };
+        let sunlight = baked.sunlight.get(lighting).filter(|s| !s.is_empty());
+        let light = |light: &[Vec3]| {
+            card.buffer("the vertices' light", &floats(light), BufferUsages::VERTEX | BufferUsages::COPY_DST)
+        };
+        let (pictures, number) = pictures(card, layout, scene, baked);
+        Ok(Self {
+            corners: card.buffer("the vertices", &corners(scene, baked), BufferUsages::VERTEX)?,
+            irradiance: light(irradiance)?,
+            vertices: irradiance.len(),
+            sunlight: sunlight.map(|s| light(s)).transpose()?,
+            indices: card.buffer("the triangles", baked.triangles.as_flattened(), BufferUsages::INDEX)?,
+            runs: runs(scene, baked, &number),
+            pictures,
+            sky: sky_texture(card, sky),
+        })
+    }
+}
+
+/// Colours as a card reads them.
+pub(super) fn floats(colours: &[Vec3]) -> Vec<[f32; 3]> {
+    colours.iter().map(Vec3::to_array).collect()
+}
+
+/// Triangles of each material that is in use.
+fn in_use(baked: &Baked) -> impl Iterator<Item = (usize, std::ops::Range<u32>)> + '_ {
+    baked.materials.windows(2).enumerate().map(|(m, ends)| (m, ends[0]..ends[1])).filter(|(_, t)| !t.is_empty())
+}
+
+/// The picture that a material is painted with; what a lamp sends out is all in its light, and it has none.
+fn texture_of(scene: &Scene, material: usize) -> Option<u32> {
+    let material = &scene.materials[material];
+    material.texture.filter(|_| material.emission == Vec3::ZERO)
+}
+
+fn corners(scene: &Scene, baked: &Baked) -> Vec<Corner> {
+    // no vertex is part of two materials
+    let mut albedo = vec![Vec3::ZERO; baked.vertices.len()];
+    for (m, triangles) in in_use(baked) {
+        let material = &scene.materials[m];
+        let lamp = material.emission != Vec3::ZERO;
+        for &v in baked.triangles[triangles.start as usize..triangles.end as usize].as_flattened() {
+            let v = v as usize;
+            albedo[v] = if lamp { Vec3::ONE } else { material.albedo * baked.vertices[v].colour };
+        }
+    }
+    (baked.vertices.par_iter().zip(&albedo))
+        .map(|(v, albedo)| {
+            let uv = if v.uv.is_finite() { Vec2::new(v.uv.x, 1.0 - v.uv.y) } else { Vec2::ZERO };
+            Corner { at: v.position.to_array(), uv: uv.to_array(), reflectance: (albedo / PI).to_array() }
+        })
+        .collect()
+}
+
+fn runs(scene: &Scene, baked: &Baked, number: &[usize]) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for (m, triangles) in in_use(baked) {
+        let picture = texture_of(scene, m).map_or(0, |t| number[t as usize]);
+        for first in triangles.clone().step_by(RUN as usize) {
+            let end = triangles.end.min(first + RUN);
+            let corners = baked.triangles[first as usize..end as usize].as_flattened().iter();
+            let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
+                let p = baked.vertices[*v as usize].position;
+                (low.min(p), high.max(p))
+            });
+            runs.push(Run { indices: 3 * first..3 * end, picture, low, high });
+        }
+    }
+    runs
+}
+
+/// The pictures in use with their samplers, a white one first, and per texture of the scene which it is.
+fn pictures(
+    card: &Card,
+    layout: &wgpu::BindGroupLayout,
+    scene: &Scene,
+    baked: &Baked,
+) -> (Vec<wgpu::BindGroup>, Vec<usize>) {
+    let white = Texture::new("white".to_owned(), 1, 1, vec![[255; 4]]);
+    let mut number = vec![0; scene.textures.len()];
+    let mut all = vec![picture(card, layout, &white)];
+    for (m, _) in in_use(baked) {
+        if let Some(t) = texture_of(scene, m).map(|t| t as usize).filter(|t| number[*t] == 0) {
+            number[t] = all.len();
+            all.push(picture(card, layout, &scene.textures[t]));
+        }
+    }
+    (all, number)
+}
+
+fn picture(card: &Card, layout: &wgpu::BindGroupLayout, texture: &Texture) -> wgpu::BindGroup {
+    let levels = mips::levels(texture, card.device.limits().max_texture_dimension_2d as usize);
+    let ([width, height], count) = (levels[0].0.map(|n| n as u32), levels.len() as u32);
+    // cards decode sRGB in their own ways, some half a percent off
+    let mut asked = described("a picture", width, height, wgpu::TextureFormat::Rgba16Float);
+    asked.mip_level_count = count;
+    asked.usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let image = card.device.create_texture(&asked);
+    let linear: [u16; 256] = std::array::from_fn(|code| half(srgb_to_linear(code as f32 / 255.0)));
+    for (level, ([width, height], texels)) in levels.iter().enumerate() {
+        let texels: Vec<[u16; 4]> = texels.par_iter().map(|t| t.map(|code| linear[usize::from(code)])).collect();
+        write(card, &image, level as u32, [*width as u32, *height as u32], bytemuck::cast_slice(&texels));
+    }
+    let [u, v] = texture.wrap().map(|wrap| match wrap {
+        Wrap::Repeat => wgpu::AddressMode::Repeat,
+        Wrap::Clamp => wgpu::AddressMode::ClampToEdge,
+        Wrap::Mirror => wgpu::AddressMode::MirrorRepeat,
+    });
+    let sampler = card.device.create_sampler(&wgpu::SamplerDescriptor {
+        address_mode_u: u,
+        address_mode_v: v,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..wgpu::SamplerDescriptor::default()
+    });
+    let view = image.create_view(&wgpu::TextureViewDescriptor::default());
+    let resources = [wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(&sampler)];
+    bind_group(card, layout, &resources)
+}
+
+/// The nearest half-precision float (IEEE 754 binary16) of a number from 2⁻¹⁴ to 1, or of 0.
+fn half(v: f32) -> u16 {
+    let bits = v.to_bits();
+    if bits == 0 { 0 } else { (((bits + 0xfff + (bits >> 13 & 1)) >> 13) - (112 << 10)) as u16 }
+}
+
+/// The sky's picture, in floats.
+fn sky_texture(card: &Card, sky: &Picture) -> wgpu::TextureView {
+    let (width, height) = (sky.width as u32, sky.height as u32);
+    let mut asked = described("the sky", width, height, wgpu::TextureFormat::Rgba32Float);
+    asked.usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let image = card.device.create_texture(&asked);
+    let texels: Vec<[f32; 4]> = sky.pixels.iter().map(|p| p.extend(1.0).to_array()).collect();
+    write(card, &image, 0, [width, height], bytemuck::cast_slice(&texels));
+    image.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// A plain texture, to be drawn into or read from.
+pub(super) fn described(
+    label: &'static str,
+    width: u32,
+    height: u32,
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    }
+}
+
+fn write(card: &Card, image: &wgpu::Texture, mip_level: u32, [width, height]: [u32; 2], bytes: &[u8]) {
+    let place = wgpu::TexelCopyTextureInfo {
+        texture: image,
+        mip_level,
+        origin: wgpu::Origin3d::ZERO,
+        aspect: wgpu::TextureAspect::All,
+    };
+    let bytes_per_row = Some((bytes.len() / height.max(1) as usize) as u32);
+    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    card.queue.write_texture(place, bytes, rows, size);
+}
+
+/// Resources as they stand in a layout: 0, 1, 2, …
+pub(super) fn bind_group(
+    card: &Card,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource],
+) -> wgpu::BindGroup {
+    let entries: Vec<wgpu::BindGroupEntry> = (0..)
+        .zip(resources)
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+        .collect();
+    card.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_keep_eleven_bits_of_their_light() {
+        assert_eq!([0.0, 0.5, 0.75, 1.0].map(half), [0, 0x3800, 0x3a00, 0x3c00]);
+        for code in 1..=255u8 {
+            let v = srgb_to_linear(f32::from(code) / 255.0);
+            let h = half(v);
+            let back = (1.0 + f32::from(h & 0x3ff) / 1024.0) * (f32::from(h >> 10) - 15.0).exp2();
+            assert!((back / v - 1.0).abs() <= 1.0 / 2048.0, "{code}: {v} became {back}");
+        }
+    }
+}
