@@ -46,7 +46,7 @@ pub fn write_markers(markers: &[Marker], folder: &Path) -> Result<(), ReportErro
 }
 
 /// A Maya ASCII scene with a locator a marker under one group, to import beside the model: its numbers are the model's,
-/// as Maya takes those of an OBJ file. Each locator has the sentence among its notes, which the attribute editor shows.
+/// as Maya takes those of an OBJ file. Each locator has the sentence as its attribute `note`, for scripts, and among its notes, which the attribute editor shows.
 pub fn maya(markers: &[Marker]) -> String {
     let mut text = "//Maya ASCII 2018 scene\n//Codeset: UTF-8\nrequires maya \"2018\";\ncurrentUnit -l centimeter -a degree -t film;\n\
                     createNode transform -n \"clerestory_findings\";\n"
@@ -55,16 +55,18 @@ pub fn maya(markers: &[Marker]) -> String {
         let name = node_name(&format!("{} {}", m.name, m.kind));
         let [x, y, z] = m.position.map(|v| number(v, 6));
         let size = number(if m.size > 0.0 && m.size.is_finite() { 0.5 * m.size } else { 1.0 }, 6);
+        let note = quoted(&m.note);
         // writing to a String cannot fail
         let _ = write!(
             text,
             "createNode transform -n \"{name}\" -p \"clerestory_findings\";\n\
+             \taddAttr -ci true -sn \"note\" -ln \"note\" -dt \"string\";\n\
              \taddAttr -ci true -sn \"nts\" -ln \"notes\" -dt \"string\";\n\
              \tsetAttr \".t\" -type \"double3\" {x} {y} {z} ;\n\
-             \tsetAttr \".nts\" -type \"string\" \"{}\";\n\
+             \tsetAttr -k on \".note\" -type \"string\" \"{note}\";\n\
+             \tsetAttr \".nts\" -type \"string\" \"{note}\";\n\
              createNode locator -n \"{name}Shape\" -p \"{name}\";\n\
-             \tsetAttr \".los\" -type \"double3\" {size} {size} {size} ;\n",
-            quoted(&m.note)
+             \tsetAttr \".los\" -type \"double3\" {size} {size} {size} ;\n"
         );
     }
     text + "// End of findings.ma\n"
