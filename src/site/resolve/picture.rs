@@ -91,8 +91,13 @@ impl Resolver<'_> {
             return Ok(None);
         }
         let fault = |problem: String, help: &str| self.source.fault(at.clone(), problem, help);
-        let frames = numbered(&self.folder, name)
-            .map_err(|why| fault(why, "Name them as west_####.exr means west_0001.exr, west_0002.exr and so on"))?;
+        let frames = match numbered(&self.folder, name) {
+            Ok(frames) => frames,
+            Err(_) if self.pictures == Pictures::MayBeMissing => return Ok(None),
+            Err(why) => {
+                return Err(fault(why, "Name them as west_####.exr means west_0001.exr, west_0002.exr and so on"));
+            }
+        };
         let first = frames[0].strip_prefix(&self.folder).unwrap_or(&frames[0]).display().to_string();
         self.panorama(&first, at.clone(), projection)?;
         let size = self.size_of(&frames[0], at.clone())?;
