@@ -40,9 +40,9 @@ impl<'a> BakedLight<'a> {
 impl Irradiance for BakedLight<'_> {
     fn at(&self, spot: &ShadingPoint, near: &mut Nearby) -> Lit {
         let face = self.scene.face(spot.triangle);
-        let back = self.scene.mesh.normal(spot.triangle).dot(spot.normal) < 0.0;
         let place = face.barycentric(spot.position);
-        let Some(piece) = self.pieces.find(2 * spot.triangle as usize + usize::from(back), place) else {
+        let side = 2 * spot.triangle as usize + usize::from(face.is_back(spot.normal));
+        let Some(piece) = self.pieces.find(side, place) else {
             let lit = self.relit.at(spot, near);
             return Lit { shade: lit.shade * self.brightness, sun: lit.sun * self.brightness, ..lit };
         };

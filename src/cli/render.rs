@@ -6,6 +6,7 @@ mod gpu;
 mod left_out;
 mod print;
 mod video;
+mod walk_exposure;
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
@@ -17,7 +18,7 @@ use clerestory::paper::{PaperSettings, Plain, PlainRelit};
 use clerestory::render::{Frame, Irradiance, Options, Relit, Setup, Timings, exposure_of, prepare, render};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene};
-use clerestory::site::{Camera, Site, View};
+use clerestory::site::{Site, View};
 use clerestory::volume;
 use clerestory::{radiometry, site};
 use compared::{Compared, compared, photos};
@@ -28,6 +29,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use video::Video;
+use walk_exposure::walk_exposure;
 
 use super::bake::BakeHow;
 use super::register::lighting;
@@ -198,6 +200,21 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
+    let options = Options {
+        lightings,
+        probes: args.probes.map_or(site.probes.len(), |n| n as usize),
+        sun: !args.no_sun,
+        volume: volume::VolumeSettings { cells: args.cells, rays: args.volume_rays },
+        all_stages: args.all_stages || args.volume_only,
+        volume_for_all: args.volume_only,
+    };
+    let video = video::length(&site, &options);
+    if video.is_some() && (args.method == Method::Paper || args.volume_only || args.all_stages) {
+        bail!(
+            "{}: probes have numbered pictures, whose light goes to the model's vertices first. Leave out --method, --volume-only and --all-stages",
+            site.file.display()
+        );
+    }
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
     let folder = args.output.folder(&site)?;
 
@@ -217,25 +234,10 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let unreached = spared.map(not_loaded);
     let load_s = seconds + start.elapsed().as_secs_f64();
     let fitting = radiometry::FitSettings { response: args.fit_response, ..radiometry::FitSettings::default() };
-    let gains = args.fit_gains.then(|| radiometry::fit(&site, &scene, &lightings[0], &fitting)).transpose()?;
+    let gains = args.fit_gains.then(|| radiometry::fit(&site, &scene, &options.lightings[0], &fitting)).transpose()?;
     gains.iter().for_each(|fit| fit.apply(&mut site));
     let views = chosen(&site, &args.view)?;
     let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
-    let options = Options {
-        lightings,
-        probes: args.probes.map_or(site.probes.len(), |n| n as usize),
-        sun: !args.no_sun,
-        volume: volume::VolumeSettings { cells: args.cells, rays: args.volume_rays },
-        all_stages: args.all_stages || args.volume_only,
-        volume_for_all: args.volume_only,
-    };
-    let video = video::length(&site, &options);
-    if video.is_some() && (args.method == Method::Paper || args.volume_only || args.all_stages) {
-        bail!(
-            "{}: probes have numbered pictures, whose light goes to the model's vertices first. Leave out --method, --volume-only and --all-stages",
-            site.file.display()
-        );
-    }
     let (baked, mut setup) = match args.baked || video.is_some() {
         true => baked::baked(&site, &scene, &options, (args.vertices, video.is_some()), args.output.told)
             .map(|(baked, setup)| (Some(baked), setup))?,
@@ -277,7 +279,10 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     bar.set_length(shots.iter().map(|s| u64::from(s.0.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
     // frames of a walk, or of one view's video, must not flicker
-    let steady = args.path.is_some().then(|| walk_exposure(&scene, light(0), &cameras));
+    let steady = match args.path {
+        Some(_) => Some(walk_exposure(&cameras, |camera| Ok(exposure_of(&scene, light(0), camera)))?),
+        None => None,
+    };
     let mut steady: Vec<Exposure> = steady.into_iter().collect();
     let mut relighting: Option<(usize, Vec<video::Relighting>)> = None;
     for (n, (view, picture)) in shots.iter().enumerate() {
@@ -393,14 +398,6 @@ fn plain(
 
 /// What tells the sky's radiance.
 type Sky<'a> = Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>;
-
-/// One exposure for all frames of a walk: the geometric mean of some of theirs.
-fn walk_exposure(scene: &Scene, light: &dyn Irradiance, cameras: &[Camera]) -> Exposure {
-    const ASKED: usize = 16;
-    let some: Vec<&Camera> = cameras.iter().step_by(cameras.len().div_ceil(ASKED)).collect();
-    let sum: f32 = some.iter().map(|camera| exposure_of(scene, light, camera).0.ln()).sum();
-    Exposure((sum / some.len() as f32).exp())
-}
 
 /// Writes a view's pictures, whole or not at all.
 fn write(frame: &Frame, view: &View, folder: &Path, layers: bool, exposure: Exposure) -> anyhow::Result<PathBuf> {

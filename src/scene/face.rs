@@ -60,6 +60,12 @@ pub struct Face {
 }
 
 impl Face {
+    /// Whether a surface's normal points to the triangle's back, whose corners run clockwise.
+    #[inline]
+    pub fn is_back(&self, normal: Vec3) -> bool {
+        self.normal.dot(normal) < 0.0
+    }
+
     /// Where a ray meets this triangle, `t` metres along.
     #[inline]
     pub fn surface(&self, ray: &Ray, t: f32) -> Surface {

@@ -49,6 +49,7 @@ mod with_card {
 
     use crate::cli::bake::baked;
     use crate::cli::render::gpu::Asked;
+    use crate::cli::render::walk_exposure::walk_exposure;
     use crate::cli::terminal::output::Output;
     use crate::cli::terminal::{peak_memory::peak_bytes, visible::visible};
 
@@ -107,7 +108,11 @@ mod with_card {
         let start = Instant::now();
         let mut drawer = Drawer::new(&scene, &baked, 0)?;
         let upload_s = start.elapsed().as_secs_f64();
-        let steady = if *walk { Some(walk_exposure(&mut drawer, views, *samples)?) } else { None };
+        let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
+        let steady = match *walk {
+            true => Some(walk_exposure(&cameras, |c| Ok(Exposure::of(&drawer.draw(c, *samples)?)))?),
+            false => None,
+        };
         let bar = output.told.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
         bar.set_length(views.len() as u64);
         let mut done = Vec::new();
@@ -132,17 +137,6 @@ mod with_card {
             warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
         };
         output.told.tell(&outcome, out, |out| print(&outcome, out))
-    }
-
-    /// One exposure for all frames of a walk, which must not flicker: the geometric mean of some of theirs.
-    fn walk_exposure(drawer: &mut Drawer, views: &[&View], samples: u32) -> anyhow::Result<Exposure> {
-        const ASKED: usize = 16;
-        let some: Vec<&&View> = views.iter().step_by(views.len().div_ceil(ASKED).max(1)).collect();
-        let mut sum = 0.0;
-        for view in &some {
-            sum += Exposure::of(&drawer.draw(&view.camera, samples)?).0.ln();
-        }
-        Ok(Exposure((sum / some.len().max(1) as f32).exp()))
     }
 
     /// Writes a view's pictures, whole or not at all, as `render` does.
