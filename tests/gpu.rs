@@ -305,10 +305,11 @@ fn the_chapel_is_drawn_as_rays_see_its_triangles() {
     }
 }
 
-/// The program bakes a site and draws its views: a room that is equally bright all over is so from everywhere.
+/// The program bakes a site and draws its views: a white room that is equally bright all over, a furnace, is so from everywhere,
+/// also where walls meet and light comes from the volume.
 #[test]
 fn the_program_draws_a_sites_views() {
-    let plan = Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(0.5)])
+    let plan = Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(1.0)])
         .probe(v(2.0, 1.5, 1.2), 64)
         .view(v(1.0, 1.0, 1.0), v(4.0, 2.0, 1.0), 48)
         .view(v(3.0, 2.0, 1.6), v(0.0, 1.0, 1.0), 48);
@@ -334,9 +335,8 @@ fn the_program_draws_a_sites_views() {
         let file = Path::new(view["file"].as_str().unwrap());
         assert!(file.with_extension("png").exists());
         let picture = panorama::read(file).unwrap();
-        // the bake's own vertices where walls meet are a little dark here and there
-        let off = picture.pixels.iter().filter(|p| (**p / 0.2 - 1.0).abs().max_element() > 1e-3).count();
-        assert!(50 * off < picture.pixels.len(), "{}: {off} pixels", file.display());
+        let off = picture.pixels.iter().map(|p| (*p / 0.2 - 1.0).abs().max_element()).fold(0.0, f32::max);
+        assert!(off < 0.02, "{}: {off}", file.display());
     }
     let told = String::from_utf8(run(&["--samples", "5"]).stderr).unwrap();
     assert!(told.contains("v0") && told.contains("Take 4 or 9"), "{told}");

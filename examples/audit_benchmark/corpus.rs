@@ -137,8 +137,7 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         let mut whats: Vec<(usize, &Finding)> = vec![];
         for (f, mask) in &masks {
             let area = mask.iter().filter(|m| **m).count();
-            let on = (0..w * h).filter(|i| mask[*i] && grown[*i]).count();
-            if area > 0 && 10 * on >= area {
+            if touches(mask, &grown) {
                 (0..w * h).filter(|i| mask[*i]).for_each(|i| union[i] = true);
                 *votes.entry(f.kind.name()).or_default() += area;
                 whats.push((area, f));
@@ -192,14 +191,25 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
             what.map_or("-", |f| f.what.name()),
             ok as f64 / size as f64
         );
+        let doubted = |f: &&Finding| view.masks.iter().any(|m| m.0 == f.id && touches(&m.1, &grown));
+        for f in audited.doubts.iter().filter(|_| !found).filter(doubted) {
+            line += &format!(
+                "\n#     doubted in {}: {} {:.2} {}, {}",
+                f.view,
+                f.what.name(),
+                f.score,
+                f.reason as u8,
+                f.note
+            );
+            f.evidence.iter().for_each(|e| line += &format!("; {} {:.2}", e.test, e.value));
+        }
     }
     for f in audited.findings.iter().chain(&audited.doubts) {
         let Some(v) = audited.views.iter().position(|a| a.summary.view == f.view) else { continue };
         let view = &audited.views[v];
         let Some((_, mask)) = view.masks.iter().find(|m| m.0 == f.id) else { continue };
         let near = grown(&truths[v].changed, view.photograph.width, view.photograph.height, 6);
-        let on = (0..mask.len()).filter(|i| mask[*i] && near[*i]).count();
-        let right = on * 10 >= mask.iter().filter(|m| **m).count();
+        let right = touches(mask, &near);
         if f.reason == Reason::None {
             all.told.push((f.score, right));
         }
@@ -210,6 +220,12 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         }
     }
     println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
+}
+
+/// Whether a tenth of a mask or more lies within another.
+fn touches(mask: &[bool], within: &[bool]) -> bool {
+    let on = mask.iter().zip(within).filter(|m| *m.0 && *m.1).count();
+    on > 0 && 10 * on >= mask.iter().filter(|m| **m).count()
 }
 
 /// How much each pixel is suspected: findings by their confidence, then doubts, then the rest.
