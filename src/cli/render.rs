@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use clerestory::bake::{self, BakedLight};
 use clerestory::check;
 use clerestory::glam::Vec3;
-use clerestory::panorama::{Exposure, write_exr, write_png};
+use clerestory::panorama::{Exposure, Layer, Picture, write_exr, write_png};
 use clerestory::paper::{PaperSettings, Plain, PlainRelit};
 use clerestory::render::{Frame, Irradiance, Options, Relit, Setup, Timings, exposure_of, prepare, render};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
@@ -312,7 +312,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         if steady.len() <= number {
             steady.push(Exposure::of(&frame.radiance));
         }
-        let file = write(&frame, view, &folder, args.layers, steady[number])?;
+        let file = write(&frame.layers(args.layers), &frame.radiance, view, &folder, steady[number])?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
         done.push(RenderedView {
             name: view.name.clone(),
@@ -331,22 +331,15 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         let told = baked.told(&scene, [&relits[0], &drawn[0]], frames, args.samples);
         BakedFrames { video: filmed.as_ref().map(|video| video.times), ..told }
     });
-    drop(filmed);
-    drop(drawn);
-    drop(plain);
-    drop(skies);
-    drop(relits);
-    drop(volumes);
     let left_out = not_done(&site, args.all_stages, &options, unreached, &setup, pictures_s)?;
-    let Setup { mut timings, records, record_bytes, .. } = setup;
-    timings.volume_s += volume_s;
+    let timings = Timings { volume_s: setup.timings.volume_s + volume_s, ..setup.timings };
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
     Ok(Rendered {
         setup: timings,
         views: done,
         baked,
-        records,
-        record_bytes,
+        records: setup.records,
+        record_bytes: setup.record_bytes,
         peak_bytes: peak_bytes(),
         left_out,
         warnings,
@@ -399,11 +392,16 @@ fn plain(
 /// What tells the sky's radiance.
 type Sky<'a> = Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>;
 
-/// Writes a view's pictures, whole or not at all.
-fn write(frame: &Frame, view: &View, folder: &Path, layers: bool, exposure: Exposure) -> anyhow::Result<PathBuf> {
-    let (width, height) = (frame.radiance.width, frame.radiance.height);
+/// Writes a view's layers as EXR and its radiance as PNG, whole or not at all.
+fn write(
+    layers: &[Layer],
+    radiance: &Picture,
+    view: &View,
+    folder: &Path,
+    exposure: Exposure,
+) -> anyhow::Result<PathBuf> {
     let file = folder.join(format!("{}.exr", view.file_stem()));
-    write_exr(&file, width, height, &frame.layers(layers), None)?;
-    write_png(&file.with_extension("png"), &frame.radiance, exposure)?;
+    write_exr(&file, radiance.width, radiance.height, layers, None)?;
+    write_png(&file.with_extension("png"), radiance, exposure)?;
     Ok(file)
 }

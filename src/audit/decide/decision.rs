@@ -16,6 +16,9 @@ use crate::panorama::luminance;
 /// Where some probe agrees within this, in variances, the surface is in its place, whatever place fits the others better.
 const AGREES: f32 = 0.5;
 
+/// Below this, in variances, photograph and probes do not disagree.
+const DISAGREE: f32 = 2.0;
+
 /// A displacement is measured if it is so many times its own uncertainty.
 const CERTAIN: f64 = 3.0;
 
@@ -81,7 +84,7 @@ pub(crate) fn shape(
     inside: &[bool],
     region: Region,
 ) -> Judged {
-    let g = &observed.geometry;
+    let (g, t) = (&observed.geometry, &observed.texture);
     let swept = sweep(prepared, observed, &region);
     let apart = mismatch(observed, &region);
     let continued = share(&region, |i| observed.continued.score[i] >= 1.0);
@@ -108,18 +111,20 @@ pub(crate) fn shape(
         _ => What::Missing,
     };
     // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way
-    let vouched =
-        share(&region, |i| observed.texture.structure.structured[i] && observed.texture.structure.odds[i] <= -ODDS);
+    let vouched = share(&region, |i| t.structure.structured[i] && t.structure.odds[i] <= -ODDS);
+    let other = share(&region, |i| t.structure.structured[i] && t.structure.odds[i] >= ODDS);
+    // where photograph and probes agree, a surface may still go on over what the model has there
+    let goes_on = if apart < DISAGREE { mean(&region, |i| Some(observed.continued.score[i])) } else { 0.0 };
     let (log_odds, evidence) = SHAPE.weigh([
         apart,
-        size(observed, region.pixels.len()),
         vouched,
-        (there / here).ln(),
         if moved { explains } else { 0.0 },
         mirrored(observed, &region),
         mean(&region, |i| g.brighter(&observed.surfaces, &prepared.probes, i)),
         thickness.ln(),
         share(&region, |i| !inside[i]),
+        other,
+        goes_on,
     ]);
     Judged {
         displacement: (moved && !gone)
@@ -143,12 +148,14 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     // light that is far off in brightness may as well be so in colour, and what is mirrored has colours of its own
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
+    let step = t.step(&observed.surfaces, &region.pixels).map_or(odds::COLOURED, |step| step.min(odds::STEP));
     let (log_odds, evidence) = PICTURE.weigh([
         slope,
         size,
-        as_is,
         unexplained,
-        unexplained * (size - odds::SMALL).max(0.0),
+        step.min(unexplained),
+        step.min(colour),
+        (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
         mismatch(observed, &region),
         lacking(t, &region.pixels),
         // these are learnt when all photographs are known

@@ -16,6 +16,8 @@ use crate::audit::view::{AuditScene, Observations};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(crate) const WHITE: f32 = 8.0;
+/// Where a fault of shape is at least so likely, none of the picture is looked for.
+const LIKELY: f64 = 0.5;
 /// Regions smaller than this share of the picture are left out.
 const LEAST_SHARE: f64 = 6e-4;
 /// Nor are fewer pixels than this a region.
@@ -84,7 +86,8 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
         .filter(|j| j.score() >= least_likely)
         .collect();
     let mut taken = vec![false; w * h];
-    judged.iter().flat_map(|j| &j.region.pixels).for_each(|&i| taken[i] = true);
+    let likely = judged.iter().filter(|j| j.score() >= LIKELY);
+    likely.flat_map(|j| &j.region.pixels).for_each(|&i| taken[i] = true);
     let (low, high) = marked(&|i| if taken[i] { 0.0 } else { scores.texture[i] });
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     let pictures = components(&low, &high, w, least, same);

@@ -53,6 +53,13 @@ const COLOUR: &str = "colour difference that light does not explain";
 /// Logarithm of a small region's share of a picture: .2 %.
 pub(crate) const SMALL: f32 = -6.2;
 
+/// And of a large one, beyond which size says no more: 2 %.
+pub(crate) const LARGE: f32 = -4.0;
+
+/// Differences of colour that are usual between a model's materials and the real ones, and that no more is said beyond, ΔE00.
+pub(crate) const COLOURED: f32 = 3.0;
+pub(crate) const STEP: f32 = 12.0;
+
 /// How many squares of a right photograph are as far off as a region.
 pub(crate) const ELSEWHERE: &str = "as far off elsewhere";
 
@@ -63,33 +70,34 @@ pub(crate) const OTHERS: &str = "other photographs of the place";
 
 /// A region that photograph and probes do not agree on.
 pub(crate) static SHAPE: Cues<9> = Cues {
-    bias: -0.87,
+    bias: -0.84,
     cues: [
-        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 3.5, 0.68),
-        Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, 0.52),
-        Cue::new("the model's picture in its place", "share", [0.0, 1.0], 0.1, -4.76),
-        Cue::new("fit of what lies behind", "logarithm of × the surface's", [-3.0, 1.0], 0.0, -0.59),
-        Cue::new("explained by a displacement", "× what is left", [0.0, 6.0], 1.0, 0.49),
-        Cue::new("light that it may mirror", "share", [0.0, 1.0], 0.2, -1.81),
-        Cue::new("brighter than a probe saw", "logarithm", [-1.5, 1.5], 0.0, -1.06),
-        Cue::new("thickness", "logarithm of pixels", [0.0, 5.0], 2.5, 1.29),
-        Cue::new("at the model's edges", "share", [0.0, 1.0], 0.2, 2.66),
+        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 3.5, 0.53),
+        Cue::new("the model's picture in its place", "share", [0.0, 1.0], 0.1, -4.13),
+        Cue::new("explained by a displacement", "× what is left", [0.0, 6.0], 1.0, 0.81),
+        Cue::new("light that it may mirror", "share", [0.0, 1.0], 0.2, -0.55),
+        Cue::new("brighter than a probe saw", "logarithm", [-1.5, 1.5], 0.0, -1.20),
+        Cue::new("thickness", "logarithm of pixels", [0.0, 5.0], 2.5, 1.82),
+        Cue::new("at the model's edges", "share", [0.0, 1.0], 0.2, 3.77),
+        Cue::new("another structure", "share", [0.0, 1.0], 0.0, 4.51),
+        Cue::new("surface that goes on over it", "× threshold", [0.0, 1.0], 0.0, 4.09),
     ],
 };
 
 /// A region whose structure or colours are not the model's.
-pub(crate) static PICTURE: Cues<9> = Cues {
-    bias: -4.96,
+pub(crate) static PICTURE: Cues<10> = Cues {
+    bias: -4.05,
     cues: [
-        Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.13),
-        Cue::new("size", "logarithm of share of picture", [-8.0, -2.0], SMALL, 0.32),
-        Cue::new("correlation with the model's texture", "correlation", [-0.5, 1.0], 0.5, -1.20),
-        Cue::new(COLOUR, "ΔE00", [0.0, 25.0], 3.0, 0.26),
-        Cue::new("the same, times size", "ΔE00 × logarithm", [0.0, 20.0], 0.0, 0.22),
-        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.29),
-        Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.28),
-        Cue::new(ELSEWHERE, "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.28),
-        Cue::new(OTHERS, "× threshold", [0.0, 2.0], 0.5, 1.59),
+        Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.03),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.38),
+        Cue::new(COLOUR, "ΔE00", [0.0, 25.0], COLOURED, 0.17),
+        Cue::new("so much of it ends at its borders", "ΔE00", [0.0, STEP], COLOURED, 0.24),
+        Cue::new("any colour difference that ends there", "ΔE00", [0.0, STEP], COLOURED, 0.23),
+        Cue::new("step at its borders, times size", "ΔE00 × logarithm", [-7.0, 20.0], 0.0, 0.14),
+        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.54),
+        Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.47),
+        Cue::new(ELSEWHERE, "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.14),
+        Cue::new(OTHERS, "× threshold", [0.0, 2.0], 0.5, 0.82),
     ],
 };
 
@@ -138,7 +146,7 @@ pub(crate) fn may_reach(log_odds: f32, least: f64) -> bool {
 }
 
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds: counted on the same rooms.
-const ALARMS: [f64; 2] = [0.075, 1.0];
+const ALARMS: [f64; 2] = [0.11, 1.0];
 
 /// Regions of at least these odds that a right model gives in a photograph.
 pub(crate) fn false_alarms(log_odds: f32) -> f64 {

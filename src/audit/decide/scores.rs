@@ -68,7 +68,11 @@ impl Scores {
             })
             .collect();
         for piece in &observed.surfaces.segments.pixels {
-            if let Some(score) = whole(t, &texture, observed.surfaces.width, piece) {
+            let whole = whole(t, &texture, observed.surfaces.width, piece);
+            // however far off most colours of a picture are, paint that is another ends where its piece does
+            let step = if piece.len() < PIECE_PX { None } else { t.step(&observed.surfaces, piece) };
+            let step = step.map(|s| s / COLOUR);
+            if let Some(score) = whole.into_iter().chain(step).reduce(f32::max) {
                 piece.iter().for_each(|&i| texture[i] = texture[i].max(score));
             }
         }

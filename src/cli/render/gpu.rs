@@ -38,18 +38,19 @@ mod with_card {
     use anyhow::Context;
     use clerestory::bake::{Bake, BakeSettings};
     use clerestory::gpu::{self, Drawer};
-    use clerestory::panorama::{Exposure, Layer, Picture, write_exr, write_png};
+    use clerestory::panorama::{Exposure, Layer};
     use clerestory::render::Timings;
     use clerestory::scene::{self, Health};
-    use clerestory::site::{Site, View};
+    use clerestory::site::Site;
     use serde::Serialize;
     use std::io::{self, Write};
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
     use std::time::Instant;
 
     use crate::cli::bake::baked;
     use crate::cli::render::gpu::Asked;
     use crate::cli::render::walk_exposure::walk_exposure;
+    use crate::cli::render::write;
     use crate::cli::terminal::output::Output;
     use crate::cli::terminal::{peak_memory::peak_bytes, visible::visible};
 
@@ -119,7 +120,8 @@ mod with_card {
         for view in views {
             bar.set_message(visible(&view.name).into_owned());
             let picture = drawer.draw(&view.camera, *samples)?;
-            let file = write(&picture, view, &folder, steady)?;
+            let exposure = steady.unwrap_or_else(|| Exposure::of(&picture));
+            let file = write(&[Layer::rgb("radiance", &picture)], &picture, view, &folder, exposure)?;
             let times = drawer.times();
             done.push(Drawn { name: view.name.clone(), draw_s: times.draw_s, read_s: times.read_s, file });
             bar.inc(1);
@@ -137,14 +139,6 @@ mod with_card {
             warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
         };
         output.told.tell(&outcome, out, |out| print(&outcome, out))
-    }
-
-    /// Writes a view's pictures, whole or not at all, as `render` does.
-    fn write(picture: &Picture, view: &View, folder: &Path, steady: Option<Exposure>) -> anyhow::Result<PathBuf> {
-        let file = folder.join(format!("{}.exr", view.file_stem()));
-        write_exr(&file, picture.width, picture.height, &[Layer::rgb("radiance", picture)], None)?;
-        write_png(&file.with_extension("png"), picture, steady.unwrap_or_else(|| Exposure::of(picture)))?;
-        Ok(file)
     }
 
     fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
