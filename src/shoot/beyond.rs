@@ -8,11 +8,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
-use super::{Light, Records};
+use super::Light;
+use super::records::shaded;
 use crate::scene::{Ray, Scene};
+use crate::sphere::across;
 use crate::statistics::median;
 
-/// Records asked, at most, and rays from each.
+/// Records asked, about, and rays from each.
 const PLACES: usize = 384;
 const RAYS: usize = 64;
 
@@ -35,7 +37,7 @@ impl Light {
 /// tells of what is outside.
 fn radiance(scene: &Scene, light: &Light) -> Vec3 {
     let mean = light.mean_radiance();
-    let asked: Vec<(Vec3, Vec3, Vec3)> = places(&light.records);
+    let asked: Vec<(Vec3, Vec3, Vec3)> = shaded(&light.records, PLACES).collect();
     let told: Vec<Option<Vec3>> =
         asked.par_iter().map(|&(point, normal, e)| balance(scene, light, mean, point, normal, e)).collect();
     let told: Vec<Vec3> = told.into_iter().flatten().collect();
@@ -46,20 +48,9 @@ fn radiance(scene: &Scene, light: &Light) -> Vec3 {
     Vec3::new(channel(0), channel(1), channel(2))
 }
 
-/// Places, normals and irradiance of trusted records in shade, spread over all probes.
-fn places(probes: &[Records]) -> Vec<(Vec3, Vec3, Vec3)> {
-    let shaded = |r: &Records| r.trusted().filter(|t| !t.3).count();
-    let count: usize = probes.iter().map(shaded).sum();
-    let all = probes.iter().flat_map(|records| {
-        let place = |cell: usize| records.hits().place(cell as u32).0;
-        records.trusted().filter(|t| !t.3).map(move |(cell, normal, e, _)| (place(cell), normal, e))
-    });
-    all.step_by(count.div_ceil(PLACES).max(1)).collect()
-}
-
 /// What one record says of the radiance beyond.
 fn balance(scene: &Scene, light: &Light, mean: Vec3, point: Vec3, normal: Vec3, e: Vec3) -> Option<Vec3> {
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    let (tangent, bitangent) = across(normal);
     let origin = point + normal * (1e-3 + 1e-5 * point.abs().max_element());
     let (mut known, mut open) = (Vec3::ZERO, 0usize);
     for k in 0..RAYS {

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::records::shaded;
 use super::{KdTree, Records};
 use crate::scene::{Ray, Scene};
 
@@ -19,7 +20,7 @@ struct Neighbour {
     light: Vec3,
 }
 
-/// At most so many records are kept, every so manieth.
+/// About so many records are kept.
 const MOST: usize = 1 << 15;
 
 /// The first search's radius, as a share of the box around all records.
@@ -38,16 +39,8 @@ const ONE: f32 = 0.9;
 
 impl Neighbours {
     pub(super) fn new(probes: &[Records]) -> Self {
-        let count: usize = probes.iter().map(|r| r.trusted().filter(|t| !t.3).count()).sum();
-        let places = probes.iter().flat_map(|records| {
-            let hits = records.hits();
-            records.trusted().filter(|t| !t.3).map(move |(cell, normal, light, _)| Neighbour {
-                position: hits.place(cell as u32).0,
-                normal,
-                light,
-            })
-        });
-        let entries: Vec<_> = places.step_by(count.div_ceil(MOST).max(1)).map(|n| (n.position, n)).collect();
+        let places = shaded(probes, MOST).map(|(position, normal, light)| Neighbour { position, normal, light });
+        let entries: Vec<_> = places.map(|n| (n.position, n)).collect();
         let (low, high) =
             entries.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), e| (l.min(e.0), h.max(e.0)));
         let across = if entries.is_empty() { 0.0 } else { low.distance(high) };
@@ -72,12 +65,14 @@ impl Neighbours {
         seen(scene, point, normal, &self.nearest(point, normal))
     }
 
-    /// The nearest records that face alike, nearest first: those within the first radius that holds enough, or all.
+    /// The nearest records that face alike, nearest first.
     fn nearest(&self, point: Vec3, normal: Vec3) -> Vec<(f32, Neighbour)> {
         let [mut reach, last] = self.reach_m;
         loop {
             let mut found = self.around(point, normal, reach);
-            if found.len() >= ASKED || reach >= last {
+            // beyond the radius none is nearer than these
+            let enough = found.get(ASKED - 1).is_some_and(|f| f.0 <= reach * reach);
+            if enough || reach >= last {
                 found.truncate(ASKED);
                 return found;
             }

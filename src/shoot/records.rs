@@ -232,6 +232,22 @@ impl Records {
     }
 }
 
+/// About so many of the trusted records in shade, spread over all probes: places, normals and irradiance. Each is chosen by
+/// its own number, so that one more or less elsewhere leaves it.
+pub(super) fn shaded(probes: &[Records], most: usize) -> impl Iterator<Item = (Vec3, Vec3, Vec3)> {
+    /// The golden ratio's part after the point: whole multiples of it are spread evenly over a turn.
+    const GOLDEN: u32 = 0x9e37_79b9;
+    let in_shade = |r: &Records| r.trusted().filter(|t| !t.3).count();
+    let count: usize = probes.iter().map(in_shade).sum();
+    let share = (most as f64 / count.max(1) as f64).min(1.0);
+    let last = (share * f64::from(u32::MAX)) as u32;
+    probes.iter().enumerate().flat_map(move |(probe, records)| {
+        let chosen = move |cell: usize| ((cell + probe) as u32).wrapping_mul(GOLDEN) <= last;
+        let some = records.trusted().filter(move |t| !t.3 && chosen(t.0));
+        some.map(|(cell, normal, e, _)| (records.hits().place(cell as u32).0, normal, e))
+    })
+}
+
 impl Record {
     /// How far a point near this record's plane is on its surface, 0..=1: the two conditions of the paper's section 4.3,
     /// with the distance taken across the surface's plane and the cosine between the normals to a high power, times the

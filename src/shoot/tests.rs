@@ -1,7 +1,8 @@
 //! Charts, packed normals, and what records say of a furnace.
 
 use super::hits::{pack_normal, unpack_normal};
-use super::{Chart, Hits, Light, charted};
+use super::records::shaded;
+use super::{Chart, Hits, Light, Records, charted};
 use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection, Radiometry};
 use crate::render::{Relit, Source};
 use crate::scene::Scene;
@@ -170,6 +171,29 @@ fn a_channel_that_is_not_reflected_takes_the_light_of_the_others() {
     let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
     let e = light.observe(&scene, Vec3::new(0.0, 2.1, 1.9), Vec3::X).expect("the wall is seen").value() / PI;
     assert!((e - Vec3::new(1.0, 2.0, 1.5)).abs().max_element() < 5e-3, "red paint is not black: {e}");
+}
+
+/// A few records of many speak for what no probe sees; which they are hangs on none of the others.
+#[test]
+fn a_record_less_leaves_the_others_chosen() {
+    const SOME: usize = 100;
+    let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
+    let hits = Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
+    let chosen = |bad: Option<usize>| -> Vec<Vec3> {
+        let mut picture = Picture { width: 64, height: 32, pixels: vec![Vec3::ONE; 64 * 32] };
+        bad.into_iter().for_each(|i| picture.pixels[i] = Vec3::NAN);
+        let records = [0, 1].map(|_| Records::new(&scene, hits.clone(), &picture, Radiometry::default(), None));
+        shaded(&records, SOME).map(|r| r.0).collect()
+    };
+    let all = chosen(None);
+    assert!(all.len().abs_diff(SOME) <= SOME / 10, "{}", all.len());
+    // at the first row all records of a corner hang on one pixel
+    for bad in [0, 64 * 16 + 20, 64 * 32 - 1] {
+        let fewer = chosen(Some(bad));
+        let lost = all.iter().filter(|place| !fewer.contains(place)).count();
+        let new = fewer.iter().filter(|place| !all.contains(place)).count();
+        assert!(lost + new <= 4, "pixel {bad}: {lost} lost, {new} new");
+    }
 }
 
 /// A floor and a table under an even sky that neither the site nor the photograph shows: the light on the floor tells how

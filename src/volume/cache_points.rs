@@ -316,8 +316,9 @@ fn pierced(grid: &Grid, corners: [Vec3; 3], normal: Vec3, mut found: impl FnMut(
 
 /// Which of the 26 directions from a cube's middle to its faces, edges and corners a normal is nearest to, in 0..27.
 fn main_direction(n: Vec3) -> u64 {
-    // tan 22.5°: a component counts where it is more than that share of the greatest
-    let limit = 0.414 * n.abs().max_element();
+    // tan 21.8°: a component counts where it is more than that share of the greatest. Half way would be 22.5°, as facets of
+    // octagons are turned: there rounding would decide
+    let limit = 0.4 * n.abs().max_element();
     let digit = |v: f32| if v > limit { 2 } else { u64::from(v >= -limit) };
     digit(n.x) * 9 + digit(n.y) * 3 + digit(n.z)
 }

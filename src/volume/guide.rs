@@ -11,6 +11,7 @@ use std::f32::consts::{PI, TAU};
 
 use super::Grid;
 use crate::scene::{Ray, Scene};
+use crate::sphere::across;
 
 /// A bright thing.
 #[derive(Clone, Copy, Debug)]
@@ -140,6 +141,8 @@ impl Guide {
         if seen.len() > most {
             seen.select_nth_unstable_by(most, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             seen.truncate(most);
+            // selection leaves them in an order that a last digit may turn over
+            seen.sort_unstable_by_key(|s| s.1);
         }
         seen
     }
@@ -212,7 +215,7 @@ impl Lobes {
 
 /// The unit vector at an angle (given by its cosine) from an axis, and a fraction of a turn about it.
 fn about(axis: Vec3, cos: f32, turn: f32) -> Vec3 {
-    let (t, b) = axis.any_orthonormal_pair();
+    let (t, b) = across(axis);
     let (s, c) = (turn * TAU).sin_cos();
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     t * (sin * c) + b * (sin * s) + axis * cos

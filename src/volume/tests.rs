@@ -117,6 +117,28 @@ fn guided_rays_have_the_density_they_claim() {
     }
 }
 
+/// What rounding does to an upright wall, as cutting its triangles does, hardly turns a ray from it.
+#[test]
+fn rays_from_an_upright_wall_hang_on_no_last_digit() {
+    const RAYS: u32 = 96;
+    let grid = Grid::over(Vec3::splat(-5.0), Vec3::splat(5.0), 20);
+    // more bright things than a point follows, at places and of powers that any sequence gives
+    let pieces = (1..200u64).map(|i| {
+        let at = super::cache_points::plastic(i);
+        (Vec3::new(3.0 + at.x, 9.0 * at.y - 4.5, (at.x * 37.0).fract() * 9.0 - 4.5), 0.2 + (at.y * 53.0).fract())
+    });
+    let guide = Guide::new(&grid, pieces);
+    let cast = |off: f32| {
+        let lobes = guide.from(Vec3::new(off, -off, off), Vec3::new(1.0, 0.0, off).normalize());
+        let ray = |k: u32| lobes.sample((k as f32 + 0.5) / RAYS as f32, super::cache_points::plastic(u64::from(k)));
+        (0..RAYS).filter_map(ray).map(|r| r.0).collect::<Vec<_>>()
+    };
+    let (one, other) = (cast(1e-7), cast(-1e-7));
+    assert_eq!(one.len(), other.len());
+    let turned = one.iter().zip(&other).filter(|(a, b)| a.distance(**b) > 1e-4).count();
+    assert!(turned <= 1, "{turned} of {} rays", one.len());
+}
+
 /// A panel in a white closed room of radiance L: the probe does not see its back, whose irradiance is πL.
 #[test]
 fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {

@@ -110,8 +110,10 @@ impl Caster<'_> {
     /// which of them they see.
     fn wave(&self, wave: &[u32], rays: &[u32]) -> Vec<Gathered> {
         let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
-        for (i, &cache_point) in wave.iter().enumerate() {
-            groups.entry(self.cache_points.neighbourhood(cache_point)).or_default().push(i as u32);
+        let mut order: Vec<u32> = (0..wave.len() as u32).collect();
+        order.sort_unstable_by_key(|&i| wave[i as usize]);
+        for i in order {
+            groups.entry(self.cache_points.neighbourhood(wave[i as usize])).or_default().push(i);
         }
         let groups: Vec<Vec<u32>> = groups.into_values().collect();
         let mut cast: Vec<(u32, Gathered)> = groups
@@ -173,7 +175,8 @@ impl Caster<'_> {
         }
         let mut called: Vec<u32> =
             (0..places.len() as u32).filter(|&a| calls[a as usize] > 0 && places[a as usize] == NONE).collect();
-        called.sort_by_key(|&a| std::cmp::Reverse(calls[a as usize]));
+        // by powers of two: a call more or less seldom changes the order
+        called.sort_by_key(|&a| std::cmp::Reverse(calls[a as usize].ilog2()));
         let mut second = Vec::new();
         let mut found = Vec::new();
         for cache_point in called {
@@ -247,6 +250,8 @@ fn guide(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], lights: &[&L
 fn scout(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], light: &Light, threshold: f32) -> Vec<(Vec3, f32)> {
     const RAYS: u32 = 32;
     const EVERY: u64 = 4;
+    /// No ray speaks for a wider thing, in cells: one that goes astray must not draw the others after it.
+    const WIDEST: f32 = 0.25;
     // chosen by their places, so that one cache point more or less does not change all others
     let chosen = |a: &u32| (cache_points.seed(*a).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32).is_multiple_of(EVERY);
     let wanted: Vec<u32> = wanted.iter().copied().filter(chosen).collect();
@@ -291,7 +296,8 @@ fn scout(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], light: &Ligh
                     near.max_by(|a, b| a.0.total_cmp(&b.0)).map(|n| n.1)
                 };
                 let t = s.distance.or_else(beside)?;
-                Some((origin + s.direction * t, s.radiance.element_sum() * s.solid_angle * t * t * scale))
+                let area = (s.solid_angle * t * t * scale).min((WIDEST * cache_points.grid.cell_m).powi(2));
+                Some((origin + s.direction * t, s.radiance.element_sum() * area))
             })
             .collect()
     };
