@@ -220,7 +220,7 @@ fn pictures_that_do_not_fit_are_told_by_what_is_wrong_with_them() {
         let settings = register::RegisterSettings {
             within_m,
             tilt_deg: 0.0,
-            finest: 256,
+            finest: 128,
             ..register::RegisterSettings::default()
         };
         let found = register::misfits(site, &scene, &settings).unwrap();
