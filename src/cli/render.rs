@@ -4,6 +4,7 @@ mod baked;
 mod compared;
 mod gpu;
 mod left_out;
+mod pictures;
 mod print;
 mod video;
 mod walk_exposure;
@@ -13,7 +14,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use clerestory::bake::{self, BakedLight};
 use clerestory::check;
 use clerestory::glam::Vec3;
-use clerestory::panorama::{Exposure, Layer, Picture, write_exr, write_png};
+use clerestory::panorama::Exposure;
 use clerestory::paper::{PaperSettings, Plain, PlainRelit};
 use clerestory::render::{Frame, Irradiance, Options, Relit, Setup, Timings, exposure_of, prepare, render};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
@@ -312,7 +313,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         if steady.len() <= number {
             steady.push(Exposure::of(&frame.radiance));
         }
-        let file = write(&frame.layers(args.layers), &frame.radiance, view, &folder, steady[number])?;
+        let file = pictures::write(&frame.layers(args.layers), &frame.radiance, view, &folder, steady[number])?;
         let Frame { rays_s, shade_s, covered_fraction, .. } = frame;
         done.push(RenderedView {
             name: view.name.clone(),
@@ -391,17 +392,3 @@ fn plain(
 
 /// What tells the sky's radiance.
 type Sky<'a> = Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>;
-
-/// Writes a view's layers as EXR and its radiance as PNG, whole or not at all.
-fn write(
-    layers: &[Layer],
-    radiance: &Picture,
-    view: &View,
-    folder: &Path,
-    exposure: Exposure,
-) -> anyhow::Result<PathBuf> {
-    let file = folder.join(format!("{}.exr", view.file_stem()));
-    write_exr(&file, radiance.width, radiance.height, layers, None)?;
-    write_png(&file.with_extension("png"), radiance, exposure)?;
-    Ok(file)
-}

@@ -117,6 +117,7 @@ pub(crate) fn shape(
     let goes_on = if apart < DISAGREE { mean(&region, |i| Some(observed.continued.score[i])) } else { 0.0 };
     let (log_odds, evidence) = SHAPE.weigh([
         apart,
+        size(observed, region.pixels.len()),
         vouched,
         if moved { explains } else { 0.0 },
         mirrored(observed, &region),
@@ -148,7 +149,8 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     // light that is far off in brightness may as well be so in colour, and what is mirrored has colours of its own
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
-    let step = t.step(&observed.surfaces, &region.pixels).map_or(odds::COLOURED, |step| step.min(odds::STEP));
+    // where nothing else meets its borders they say nothing against it
+    let step = t.step(&observed.surfaces, &region.pixels).unwrap_or(unexplained).min(odds::STEP);
     let (log_odds, evidence) = PICTURE.weigh([
         slope,
         size,

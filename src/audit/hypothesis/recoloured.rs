@@ -15,7 +15,7 @@ const LIGHTS: [f64; 2] = [0.01, 0.99];
 /// Pixels from a border that both its sides are looked at.
 const ASIDE: isize = 4;
 
-/// Surfaces lie beside each other if their distances differ by less than this share.
+/// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
 const BESIDE: f32 = 0.05;
 
 /// Of fewer pixels along its borders nothing is said.
@@ -70,12 +70,13 @@ fn step(
         let i = y * width as isize + x;
         (x >= 0 && x < width as isize && y >= 0 && (i as usize) < material.len()).then_some(i as usize)
     };
+    // a frame may lie between: whatever is beyond the border tells
     let across = |i: usize, along: (isize, isize)| {
         let next = at(i, along, 1).filter(|j| !inside[*j] && material[*j] != material[i])?;
+        let meet = (distance[i] / distance[next] - 1.0).abs() < BESIDE;
         let own = at(i, along, -ASIDE).filter(|j| inside[*j])?;
-        let other = at(i, along, 1 + ASIDE).filter(|j| material[*j] == material[next])?;
-        let beside = (distance[own] / distance[other] - 1.0).abs() < BESIDE;
-        Some(value(own)? - value(other)?).filter(|_| beside)
+        let other = at(i, along, 1 + ASIDE).filter(|j| !inside[*j])?;
+        Some(value(own)? - value(other)?).filter(|_| meet)
     };
     let directions = [(1, 0), (-1, 0), (0, 1), (0, -1)];
     let steps = pixels.iter().flat_map(|&i| directions.into_iter().filter_map(move |along| across(i, along)));

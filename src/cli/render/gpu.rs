@@ -49,8 +49,8 @@ mod with_card {
 
     use crate::cli::bake::baked;
     use crate::cli::render::gpu::Asked;
+    use crate::cli::render::pictures::write;
     use crate::cli::render::walk_exposure::walk_exposure;
-    use crate::cli::render::write;
     use crate::cli::terminal::output::Output;
     use crate::cli::terminal::{peak_memory::peak_bytes, visible::visible};
 
