@@ -150,7 +150,9 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
     // where nothing else meets its borders they say nothing against it
-    let step = t.step(&observed.surfaces, &region.pixels).unwrap_or(unexplained).min(odds::STEP);
+    let mut inside = vec![false; observed.usable.len()];
+    region.pixels.iter().for_each(|i| inside[*i] = true);
+    let step = t.step(&observed.surfaces, &region.pixels, |i| inside[i]).unwrap_or(unexplained).min(odds::STEP);
     let (log_odds, evidence) = PICTURE.weigh([
         slope,
         size,

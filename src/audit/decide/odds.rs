@@ -1,7 +1,7 @@
 //! How likely a region is a fault, by what was measured of it: logistic regression on rooms whose faults are known.
 //!
 //! Each cue adds to the logarithm of the odds in proportion to how far it is from where it speaks neither way. The weights
-//! are fitted, by `--example audit_benchmark -- fit`, to the candidates of many audits (`docs/audit.md`); none is set by hand.
+//! are fitted to the candidates of many audits (`docs/audit.md`); none is set by hand.
 
 use crate::audit::finding::{Evidence, Finding};
 use crate::audit::hypothesis::retextured::EVIDENCE;
@@ -56,8 +56,10 @@ pub(crate) const SMALL: f32 = -6.2;
 /// And of a large one, beyond which size says no more: 2 %.
 pub(crate) const LARGE: f32 = -4.0;
 
-/// Differences of colour that are usual between a model's materials and the real ones, and that no more is said beyond, ΔE00.
+/// Difference of colour that is usual between a model's material and the real one, ΔE00.
 pub(crate) const COLOURED: f32 = 3.0;
+
+/// Step of colour at a region's borders beyond which a greater one says no more, ΔE00.
 pub(crate) const STEP: f32 = 12.0;
 
 /// How many squares of a right photograph are as far off as a region.
@@ -66,7 +68,7 @@ pub(crate) const ELSEWHERE: &str = "as far off elsewhere";
 /// How far off other photographs of the place are.
 pub(crate) const OTHERS: &str = "other photographs of the place";
 
-// The weights are no constants set by hand: `fit` printed them.
+// The weights are no constants set by hand: they are fitted, as `docs/audit.md` says.
 
 /// A region that photograph and probes do not agree on.
 pub(crate) static SHAPE: Cues<10> = Cues {

@@ -67,10 +67,12 @@ impl Scores {
                 wrong.max(moved).max(continued)
             })
             .collect();
-        for piece in &observed.surfaces.segments.pixels {
+        let segments = &observed.surfaces.segments;
+        for (k, piece) in segments.pixels.iter().enumerate() {
             let whole = whole(t, &texture, observed.surfaces.width, piece);
             // however far off most colours of a picture are, paint that is another ends where its piece does
-            let step = if piece.len() < PIECE_PX { None } else { t.step(&observed.surfaces, piece) };
+            let of_piece = |i: usize| segments.of[i] as usize == k;
+            let step = if piece.len() < PIECE_PX { None } else { t.step(&observed.surfaces, piece, of_piece) };
             let step = step.map(|s| s / COLOUR);
             if let Some(score) = whole.into_iter().chain(step).reduce(f32::max) {
                 piece.iter().for_each(|&i| texture[i] = texture[i].max(score));

@@ -44,27 +44,30 @@ impl Texture {
             mean - line * mean.dot(line).clamp(low, high)
         })
     }
-}
 
-impl Texture {
-    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at some pixels' borders with other materials beside them.
-    pub(crate) fn step(&self, surfaces: &GeometryBuffer, pixels: &[usize]) -> Option<f32> {
+    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at some pixels' borders with other materials beside
+    /// them; `inside` tells which pixels these are.
+    pub(crate) fn step(
+        &self,
+        surfaces: &GeometryBuffer,
+        pixels: &[usize],
+        inside: impl Fn(usize) -> bool,
+    ) -> Option<f32> {
         let ratio = |i: usize| self.tested[i].then(|| self.ratio[i]);
-        step(surfaces.width, &surfaces.material, &surfaces.distance, ratio, pixels)
+        step(surfaces.width, &surfaces.material, &surfaces.distance, ratio, pixels, inside)
     }
 }
 
-/// ΔE00 of the step of a colour's logarithm at some pixels' borders with other materials beside them. Paint ends where a material does, light goes on:
-/// what light alone has made makes no step there. `None` without such borders.
+/// ΔE00 of the step of a colour's logarithm at some pixels' borders with other materials beside them. Paint ends where a
+/// material does, light goes on: what light alone has made makes no step there. `None` without such borders.
 fn step(
     width: usize,
     material: &[u32],
     distance: &[f32],
     value: impl Fn(usize) -> Option<Vec3>,
     pixels: &[usize],
+    inside: impl Fn(usize) -> bool,
 ) -> Option<f32> {
-    let mut inside = vec![false; material.len()];
-    pixels.iter().for_each(|i| inside[*i] = true);
     let at = |i: usize, (dx, dy): (isize, isize), steps: isize| {
         let (x, y) = ((i % width) as isize + dx * steps, (i / width) as isize + dy * steps);
         let i = y * width as isize + x;
@@ -72,10 +75,10 @@ fn step(
     };
     // a frame may lie between: whatever is beyond the border tells
     let across = |i: usize, along: (isize, isize)| {
-        let next = at(i, along, 1).filter(|j| !inside[*j] && material[*j] != material[i])?;
+        let next = at(i, along, 1).filter(|j| !inside(*j) && material[*j] != material[i])?;
         let meet = (distance[i] / distance[next] - 1.0).abs() < BESIDE;
-        let own = at(i, along, -ASIDE).filter(|j| inside[*j])?;
-        let other = at(i, along, 1 + ASIDE).filter(|j| !inside[*j])?;
+        let own = at(i, along, -ASIDE).filter(|j| inside(*j))?;
+        let other = at(i, along, 1 + ASIDE).filter(|j| !inside(*j))?;
         Some(value(own)? - value(other)?).filter(|_| meet)
     };
     let directions = [(1, 0), (-1, 0), (0, 1), (0, -1)];
@@ -144,7 +147,7 @@ mod tests {
         let paint = |i: usize| if inside(i) { Vec3::new(0.3, 0.0, 0.0) } else { Vec3::ZERO };
         let level = [3.0; SIDE * SIDE];
         let told = |value: &dyn Fn(usize) -> Vec3, distance: &[f32]| {
-            step(SIDE, &material, distance, |i| Some(value(i)), &pixels)
+            step(SIDE, &material, distance, |i| Some(value(i)), &pixels, inside)
         };
         let lit = told(&light, &level).unwrap();
         assert!(lit < 0.5, "{lit}");
