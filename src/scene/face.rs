@@ -23,9 +23,8 @@ impl Scene {
             paint.plain = Vec3::ONE;
             return paint;
         }
-        let corners = self.mesh.triangles[face.triangle as usize];
         if !self.mesh.colours.is_empty() {
-            let [a, b, c] = corners.map(|i| self.mesh.colours[i as usize]);
+            let [a, b, c] = self.mesh.at_corners(face.triangle, &self.mesh.colours);
             // of one colour: painted as by a material of that colour
             if a == b && a == c {
                 paint.plain *= a;
@@ -36,7 +35,7 @@ impl Scene {
         if let Some(texture) = material.texture
             && !self.mesh.uvs.is_empty()
         {
-            let [a, b, c] = corners.map(|i| self.mesh.uvs[i as usize]);
+            let [a, b, c] = self.mesh.at_corners(face.triangle, &self.mesh.uvs);
             let texture = &self.textures[texture as usize];
             let uv = [a, b - a, c - a];
             let units2_per_m2 = uv[1].perp_dot(uv[2]).abs() / face.doubled_m2.max(f32::MIN_POSITIVE);
@@ -85,7 +84,8 @@ impl Face {
     pub fn covered(&self, direction: Vec3, sides: [Vec3; 2], distance: f32) -> [Vec3; 2] {
         let along = self.normal.dot(direction);
         let along = along.abs().max(0.125).copysign(along);
-        sides.map(|side| (side - direction * (self.normal.dot(side) / along)) * distance)
+        let on_plane = |side: Vec3| (side - direction * (self.normal.dot(side) / along)) * distance;
+        [on_plane(sides[0]), on_plane(sides[1])]
     }
 
     /// Barycentric coordinates of a point on the triangle's plane; may be outside the triangle.
@@ -152,11 +152,11 @@ impl Paint<'_> {
         let albedo = self.shade(barycentric);
         let Some(cloth) = &self.texture else { return albedo };
         let Cloth { texture, uv: [_, b, c], .. } = cloth;
-        let [right, down] = sides.map(|side| {
+        let on_texture = |side: Vec3| {
             let change = face.change(side);
             *b * change.x + *c * change.y
-        });
-        albedo * texture.patch(cloth.at(barycentric), right, down, apart)
+        };
+        albedo * texture.patch(cloth.at(barycentric), on_texture(sides[0]), on_texture(sides[1]), apart)
     }
 
     /// Whether another face carries this one on at a point of it: in the same plane, and painted as this one would be

@@ -38,7 +38,14 @@ pub struct Material {
 impl Mesh {
     /// The corners of a triangle.
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
-        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+        self.at_corners(triangle, &self.positions)
+    }
+
+    /// What the corners of a triangle have, of what each vertex has.
+    #[inline]
+    pub(super) fn at_corners<T: Copy>(&self, triangle: u32, each: &[T]) -> [T; 3] {
+        let [a, b, c] = self.triangles[triangle as usize];
+        [each[a as usize], each[b as usize], each[c as usize]]
     }
 
     /// Unit normal by the winding of the corners.
@@ -58,7 +65,7 @@ impl Mesh {
         if self.uvs.is_empty() {
             return None;
         }
-        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize]);
+        let [a, b, c] = self.at_corners(triangle, &self.uvs);
         Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
     }
 
@@ -67,7 +74,7 @@ impl Mesh {
         if self.colours.is_empty() {
             return None;
         }
-        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.colours[i as usize]);
+        let [a, b, c] = self.at_corners(triangle, &self.colours);
         Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
     }
 

@@ -154,15 +154,16 @@ impl Hits {
         let (mut behind, mut best) = (false, (0.0, None));
         // neighbours mostly share a normal
         let mut known = (self.cells[around[0].0].normal, unpack_normal(self.cells[around[0].0].normal));
-        let on = around.map(|(cell, _)| {
+        let mut on = [false; 4];
+        for (on, (cell, _)) in on.iter_mut().zip(around) {
             let hit = &self.cells[cell];
             if hit.normal != known.0 {
                 known = (hit.normal, unpack_normal(hit.normal));
             }
             let (off, facing) = (known.1.dot(p) - hit.plane, known.1.dot(normal));
             behind |= hit.is_hit() && hides(off, facing, tolerance);
-            hit.purity > u16::MAX / 2 && off.abs() < tolerance && facing > LEAST_HOLD
-        });
+            *on = hit.purity > u16::MAX / 2 && off.abs() < tolerance && facing > LEAST_HOLD;
+        }
         for ((cell, kernel), on) in around.into_iter().zip(on) {
             if kernel > best.0 && on && (!behind || self.joined(scene, cell, point, normal, tolerance)) {
                 best = (kernel, Some(cell as u32));
@@ -218,7 +219,9 @@ impl Hits {
         let edge: Vec<usize> = (0..cells.len()).filter(beside_edge).collect();
         let corners = self.chart.corners();
         for group in edge.chunk_by(|a, b| b - a <= NEAR).flat_map(|run| run.chunks(STRIP / corners.len())) {
-            let around = |&x: &usize| corners.map(|(dx, dy)| self.chart.direction(row, x as f32 + dx, row as f32 + dy));
+            let around = |&x: &usize| {
+                corners.iter().map(move |(dx, dy)| self.chart.direction(row, x as f32 + dx, row as f32 + dy))
+            };
             let directions: Vec<Vec3> = group.iter().flat_map(around).map(|d| to_world * d).collect();
             let mut found = [None; STRIP];
             scene.tracer.closest_packet(origin, &directions, NEAREST_M, &mut found[..directions.len()]);

@@ -1,6 +1,6 @@
 //! Records: a probe's hits with the light of one of its pictures.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, U16Vec3, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -109,7 +109,8 @@ impl Records {
         // neighbours mostly share a normal
         let (mut packed, mut n) = (self.records[around[0].0].normal, unpack_normal(self.records[around[0].0].normal));
         let mut behind = false;
-        let weights = around.map(|(cell, kernel)| {
+        let mut weights = [0.0; 4];
+        for (weight, (cell, kernel)) in weights.iter_mut().zip(around) {
             let record = &self.records[cell];
             if record.normal != packed {
                 (packed, n) = (record.normal, unpack_normal(record.normal));
@@ -117,8 +118,10 @@ impl Records {
             let off = n.dot(p) - record.plane;
             let facing = n.dot(normal);
             behind |= record.plane.is_finite() && hides(off, facing, tolerance);
-            if off.abs() < tolerance { kernel * record.agreement(facing) } else { 0.0 }
-        });
+            if off.abs() < tolerance {
+                *weight = kernel * record.agreement(facing);
+            }
+        }
         // a point that the probe itself sees is joined to what it sees beside it: one ray instead of one a cell
         let clear = !behind || weights.iter().all(|w| *w == 0.0) || self.sees(scene, point, normal, tolerance);
         for ((cell, _), weight) in around.into_iter().zip(weights) {
@@ -349,11 +352,11 @@ impl Estimate<'_> {
 /// The least-squares irradiance π Σ w ρL / Σ w ρ² per channel. A channel that the surface does not reflect says nothing of
 /// its light, which is taken to be as the mean of the others; black all over is zero.
 fn irradiance(rho_l: Vec3, rho2: Vec3) -> [f32; 3] {
-    let channel = |c: usize| (rho2[c] > 0.0).then(|| (PI * rho_l[c] / rho2[c]).min(f32::MAX));
-    let known = [0, 1, 2].map(channel);
-    let count = known.iter().flatten().count().max(1) as f32;
-    let mean = known.iter().flatten().map(|e| e / count).sum::<f32>();
-    known.map(|e| e.unwrap_or(mean))
+    let known = rho2.cmpgt(Vec3::ZERO);
+    let e = (PI * rho_l / rho2).min(Vec3::splat(f32::MAX));
+    let count = known.bitmask().count_ones().max(1) as f32;
+    let mean = Vec3::select(known, e / count, Vec3::ZERO).element_sum();
+    Vec3::select(known, e, Vec3::splat(mean)).to_array()
 }
 
 /// What each cell of a chart measured, from a picture in the chart's own projection.
@@ -412,7 +415,7 @@ pub(super) fn row_average(
 impl CellHit {
     /// Albedo averaged over the cell.
     pub(super) fn albedo(&self) -> Vec3 {
-        Vec3::from(self.albedo.map(f32::from)) * (1.0 / 65535.0)
+        U16Vec3::from_array(self.albedo).as_vec3() * (1.0 / 65535.0)
     }
 
     /// How far to trust what the cell measured: falls steeply with the share of it that sees another surface.

@@ -7,7 +7,7 @@ use smallvec::SmallVec;
 
 use super::bvh2::{Boxed, Bvh2, Child, Kind, Pair, Stack, Waiting};
 use super::hit::{Best, Hit, Ray, Triangles};
-use super::triangle::BESIDE;
+use super::triangle::{BESIDE, xyz};
 
 /// The least speed towards a side; keeps its reciprocal finite.
 const LEAST: f32 = 1e-24;
@@ -36,14 +36,17 @@ struct Slabs {
 
 impl Slabs {
     fn new(ray: &Ray) -> Self {
-        let direction = ray.direction.to_array();
-        let against = direction.map(|d| usize::from(d.is_sign_negative()));
+        let Ray { origin, direction } = *ray;
+        let against = |axis: usize| direction[axis].is_sign_negative();
+        let inverse = |axis: usize, wider: f32| {
+            let d = direction[axis];
+            Vec4::splat((d.abs() + wider).max(LEAST).recip().copysign(d))
+        };
         Self {
-            origin: ray.origin.to_array().map(Vec4::splat),
-            inverse: [BESIDE, -BESIDE]
-                .map(|wider| direction.map(|d| Vec4::splat((d.abs() + wider).max(LEAST).recip().copysign(d)))),
-            near: [0, 1, 2].map(|axis| axis + 3 * against[axis]),
-            far: [0, 1, 2].map(|axis| axis + 3 * (1 - against[axis])),
+            origin: xyz(|axis| Vec4::splat(origin[axis])),
+            inverse: [xyz(|axis| inverse(axis, BESIDE)), xyz(|axis| inverse(axis, -BESIDE))],
+            near: xyz(|axis| if against(axis) { axis + 3 } else { axis }),
+            far: xyz(|axis| if against(axis) { axis } else { axis + 3 }),
         }
     }
 

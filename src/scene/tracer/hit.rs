@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::scene::tracer::triangle::Corners;
+use crate::scene::tracer::triangle::{Corners, xyz};
 
 /// A half line.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,7 @@ impl Triangles {
     /// Whether the triangle in a slot stands on a ray between two distances.
     #[inline(always)]
     pub(super) fn stops(&self, slot: usize, ray: &Ray, t_min: f32, t_max: f32) -> bool {
-        let origin = ray.origin.to_array().map(Vec4::splat);
+        let origin = xyz(|axis| Vec4::splat(ray.origin[axis]));
         let meets = self.corners[slot].seen_from(&origin).meet(ray.direction);
         meets.is_some_and(|t| t > t_min && t < t_max && t.is_finite())
     }

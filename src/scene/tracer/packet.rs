@@ -10,7 +10,7 @@ use glam::{BVec4A, Mat4, Vec3, Vec4, Vec4Swizzles};
 
 use super::bvh2::{Bvh2, Kind, Pair, Stack, Waiting};
 use super::hit::{Best, Hit, Triangles};
-use super::triangle::Corners;
+use super::triangle::{Corners, xyz};
 
 /// Most rays in one packet.
 pub(super) const PACKET: usize = 64;
@@ -76,7 +76,7 @@ impl RayPacket {
             directions[2][group] = Vec4::new(a.z, b.z, c.z, d.z);
         }
         let mut beam = Self {
-            origin: origin.to_array().map(Vec4::splat),
+            origin: xyz(|axis| Vec4::splat(origin[axis])),
             axes,
             sign,
             directions,
@@ -198,10 +198,11 @@ impl RayPacket {
         if nearest > depth {
             return 0;
         }
-        let slopes = [1, 2].map(|axis| {
+        let slope = |axis: usize| {
             let s = corners.0[self.axes[axis]] / w;
             (Vec4::splat(s.min_element()), Vec4::splat(s.max_element()))
-        });
+        };
+        let slopes = [slope(1), slope(2)];
         let mut seen = 0;
         for (k, groups) in self.group_slopes.iter().enumerate() {
             let meets = |side: usize| -> BVec4A {
@@ -227,7 +228,7 @@ impl RayPacket {
         while groups != 0 {
             let g = groups.trailing_zeros() as usize % GROUPS;
             groups &= groups - 1;
-            let directions = [self.directions[0][g], self.directions[1][g], self.directions[2][g]];
+            let directions = xyz(|axis| self.directions[axis][g]);
             let inside = enclose(&directions);
             if inside.bitmask() == 0 {
                 continue;
@@ -237,7 +238,7 @@ impl RayPacket {
             while nearer != 0 {
                 let lane = nearer.trailing_zeros() as usize % 4;
                 nearer &= nearer - 1;
-                let direction = Vec3::from_array(directions.map(|d| d[lane]));
+                let direction = Vec3::from_array(xyz(|axis| directions[axis][lane]));
                 let hit = triangles.hit(slot, direction, t[lane]);
                 if hit.before(&best.hits[g][lane]) {
                     best.hits[g][lane] = hit;

@@ -16,13 +16,20 @@ const ROUNDING: f32 = 2.5e-7;
 /// How far a hit may lie outside of its triangle's box, as a part of the distance.
 pub(super) const BESIDE: f32 = 4e-6;
 
+/// Something along x, y and z. Written out, since `map` and `from_fn` of an array are calls that the compiler leaves in the
+/// innermost loops.
+#[inline(always)]
+pub(super) fn xyz<T>(along: impl Fn(usize) -> T) -> [T; 3] {
+    [along(0), along(1), along(2)]
+}
+
 /// Corners of a triangle: the x of all three, then y, then z; the fourth lane repeats the first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corners(pub(super) [Vec4; 3]);
 
 impl Corners {
     pub(super) fn new([a, b, c]: [Vec3; 3]) -> Self {
-        Self([0, 1, 2].map(|axis| Vec4::new(a[axis], b[axis], c[axis], a[axis])))
+        Self(xyz(|axis| Vec4::new(a[axis], b[axis], c[axis], a[axis])))
     }
 
     /// As seen from a point.
@@ -83,7 +90,7 @@ impl Corners {
     /// Distance at which one ray from the origin meets the triangle (perhaps negative), if it does.
     #[inline(always)]
     pub(super) fn meet(&self, d: Vec3) -> Option<f32> {
-        self.edges().enclose(d).then(|| self.distance(&d.to_array().map(Vec4::splat)).x)
+        self.edges().enclose(d).then(|| self.distance(&xyz(|axis| Vec4::splat(d[axis]))).x)
     }
 }
 
@@ -108,7 +115,7 @@ impl Edges {
     /// The same for four directions at a time.
     #[inline(always)]
     pub(super) fn spread(&self) -> impl Fn(&[Vec4; 3]) -> BVec4A + use<> {
-        let edge = |i: usize| [self.x[i], self.y[i], self.z[i]].map(Vec4::splat);
+        let edge = |i: usize| [Vec4::splat(self.x[i]), Vec4::splat(self.y[i]), Vec4::splat(self.z[i])];
         let (e0, e1, e2) = (edge(0), edge(1), edge(2));
         let slack = Vec4::splat(ROUNDING);
         move |d| {
