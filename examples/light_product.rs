@@ -84,7 +84,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let anew: Vec<_> = (light.records.iter().zip(&other).zip(&own))
         .map(|((r, p), (_, radiometry))| (r.shared_hits(), p, *radiometry))
         .collect();
-    let light = Light::new(scene, &anew, light.sun, outside(site)?);
+    let light = Light::new(scene, anew, light.sun, outside(site)?);
     let volume = transport.map(|t| Volume::new(scene, t, &light));
     let relit = Relit { scene, light: &light, volume: volume.as_ref(), volume_only: false };
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);

@@ -117,7 +117,7 @@ fn shine(scene: &Scene, site: &Site, read: &[Read], hits: &[Arc<Hits>]) -> Light
         .zip(hits)
         .map(|((p, (_, picture)), h)| (h.clone(), picture, p.radiometry(Coding::Linear)))
         .collect();
-    Light::new(scene, &lit, site.sun, None)
+    Light::new(scene, lit, site.sun, None)
 }
 
 /// Wall and processor time in seconds.

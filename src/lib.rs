@@ -32,7 +32,7 @@
 //! let panorama = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(0.2); 64 * 32] };
 //! let (chart, picture) = charted(panorama, Projection::LatLong);
 //! let hits = Arc::new(Hits::shoot(&scene, Vec3::new(2.0, 1.5, 1.2), Mat3::IDENTITY, chart));
-//! let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+//! let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
 //!
 //! // what the walls send out anywhere is what the probe saw them send out
 //! let relit = Relit { scene: &scene, light: &light, volume: None, volume_only: false };

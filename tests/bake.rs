@@ -112,7 +112,7 @@ fn a_sparse_product_relights_as_shooting_anew_does() {
             .collect();
         let outside = clerestory::shoot::Outside::Uniform(Vec3::splat(sky));
         let given = clerestory::site::Sun { irradiance: sun * scale, ..light.sun.unwrap() };
-        let light = Light::new(scene, &anew, Some(given), Some(outside));
+        let light = Light::new(scene, anew, Some(given), Some(outside));
         let volume = Volume::new(scene, transport, &light);
         let relit = Relit { scene, light: &light, volume: Some(&volume), volume_only: false };
         let truth = direct(&relit, &points);

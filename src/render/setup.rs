@@ -137,7 +137,7 @@ pub fn prepare_for(
     let mut set_of = Vec::new();
     let outside = outside(site)?;
     for lighting in &options.lightings {
-        let mut lit: Vec<(usize, Picture, Radiometry)> = Vec::new();
+        let (mut set, mut lit) = (Vec::new(), Vec::new());
         for (i, probe) in probes.iter().enumerate() {
             let Some(file) = probe.pictures.iter().find(|p| p.lighting == *lighting) else { continue };
             let start = Instant::now();
@@ -146,22 +146,20 @@ pub fn prepare_for(
             timings.load_s += start.elapsed().as_secs_f64();
             let start = Instant::now();
             // hits do not depend on the lighting: shot once, unless this picture has another size
-            if hits[i].as_ref().is_none_or(|h| h.chart != chart) {
-                hits[i] = Some(Arc::new(shoot(scene, probe, chart)));
-            }
+            let known = hits[i].take().filter(|h| h.chart == chart);
+            let shot = known.unwrap_or_else(|| Arc::new(shoot(scene, probe, chart)));
+            hits[i] = Some(shot.clone());
             timings.shoot_s += start.elapsed().as_secs_f64();
-            lit.push((i, picture, probe.radiometry(coding)));
+            set.push(i);
+            lit.push((shot, picture, probe.radiometry(coding)));
         }
         if lit.is_empty() {
             return Err(SetupError::NoLighting { site: name, lighting: lighting.clone(), known: known() });
         }
         let start = Instant::now();
-        let with_hits: Vec<_> =
-            lit.iter().filter_map(|(i, picture, r)| hits[*i].clone().map(|h| (h, picture, *r))).collect();
         let sun = site.sun_under(lighting).filter(|_| options.sun);
-        lights.push((lighting.clone(), Light::new(scene, &with_hits, sun, outside.clone())));
+        lights.push((lighting.clone(), Light::new(scene, lit, sun, outside.clone())));
         timings.index_s += start.elapsed().as_secs_f64();
-        let set: Vec<usize> = lit.iter().map(|l| l.0).collect();
         let known = sets.iter().position(|s| *s == set);
         set_of.push(known.unwrap_or_else(|| {
             sets.push(set);

@@ -2,16 +2,18 @@
 
 use glam::Vec3;
 use smallvec::SmallVec;
+use std::borrow::Borrow;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 use super::hits::Sunlit;
 use super::neighbours::Neighbours;
+use super::records::measured;
 use super::{Hits, Observation, Records, sunlight};
 use crate::panorama::{Panorama, Picture, Radiometry, luminance};
 use crate::scene::Scene;
 use crate::site::Sun;
-use crate::statistics::median;
+use crate::statistics::{median, quantile};
 
 /// The records of all probes under one lighting, and the light from outside.
 pub struct Light {
@@ -61,18 +63,20 @@ const LEAST_WEIGHT: f32 = 0.07;
 impl Light {
     /// Gives each probe's hits the light of its picture by the probe's radiometry. `sun` is the site's sun: its direction keeps
     /// sunlit and shaded records apart; its irradiance is measured anew from them, and a sun of which they show nothing
-    /// is dropped.
-    pub fn new(
+    /// is dropped. A picture may be lent, or given: then its memory is free again before the records take theirs.
+    pub fn new<P: Borrow<Picture>>(
         scene: &Scene,
-        probes: &[(Arc<Hits>, &Picture, Radiometry)],
+        probes: impl IntoIterator<Item = (Arc<Hits>, P, Radiometry)>,
         sun: Option<Sun>,
         outside: Option<Outside>,
     ) -> Self {
+        let measured = |(hits, picture, radiometry): (Arc<Hits>, P, Radiometry)| {
+            let measured = measured(&hits.chart, picture.borrow(), &radiometry);
+            (hits, measured)
+        };
+        let probes: Vec<_> = probes.into_iter().map(measured).collect();
         let shine = |sun: Option<Vec3>| -> Vec<Records> {
-            let records = |(hits, picture, radiometry): &(Arc<Hits>, &Picture, Radiometry)| {
-                Records::new(scene, hits.clone(), picture, *radiometry, sun)
-            };
-            probes.iter().map(records).collect()
+            probes.iter().map(|(hits, measured)| Records::of_measured(scene, hits.clone(), measured, sun)).collect()
         };
         let records = shine(sun.map(|s| s.direction));
         let (records, sun) = match sun.map(|sun| measured_sun(&records, sun)) {
@@ -331,28 +335,23 @@ impl Light {
 /// The sun with its irradiance measured: per channel the median, over records in sun, of what they have above the median
 /// record in shade, ÷ cosine. `None` where that is under a twentieth of the site's figure.
 fn measured_sun(records: &[Records], sun: Sun) -> Option<Sun> {
-    let mut shade: [Vec<f32>; 3] = Default::default();
-    let mut lit: Vec<(Vec3, f32)> = Vec::new();
-    for (_, normal, e, in_sun) in records.iter().flat_map(Records::trusted) {
-        if in_sun {
-            let cos = normal.dot(sun.direction);
-            if cos > 0.2 {
-                lit.push((e, cos));
-            }
-        } else {
-            for (all, e) in shade.iter_mut().zip(e.to_array()) {
-                all.push(e);
-            }
-        }
-    }
-    if lit.len() < 20 {
+    let trusted = || records.iter().flat_map(Records::trusted);
+    let facing = || {
+        let in_sun = trusted().filter(|(.., in_sun)| *in_sun);
+        in_sun.map(|(_, normal, e, _)| (e, normal.dot(sun.direction))).filter(|(_, cos)| *cos > 0.2)
+    };
+    if facing().nth(19).is_none() {
         // no probe shows a sun patch: nothing to measure, and nothing to keep apart
         return Some(sun);
     }
-    let base = Vec3::from(shade.map(|all| median(all).unwrap_or(0.0)));
-    let channel = |c: usize| {
-        let all = lit.iter().map(|(e, cos)| (e[c] - base[c]) / cos);
-        median(all).unwrap_or(0.0).max(0.0)
+    let in_shade = || trusted().filter(|(.., in_sun)| !in_sun);
+    // nearly all records are in shade: one list for all channels, no longer than it must be
+    let mut shade = Vec::with_capacity(in_shade().count());
+    let mut channel = |c: usize| {
+        shade.clear();
+        shade.extend(in_shade().map(|(_, _, e, _)| e[c]));
+        let base = quantile(&mut shade, 0.5).unwrap_or(0.0);
+        median(facing().map(|(e, cos)| (e[c] - base) / cos)).unwrap_or(0.0).max(0.0)
     };
     let irradiance = Vec3::new(channel(0), channel(1), channel(2));
     (irradiance.element_sum() > 0.05 * sun.irradiance.element_sum()).then_some(Sun { irradiance, ..sun })

@@ -42,12 +42,21 @@ impl Records {
     /// Gives a probe's hits the light of a picture in the chart's own projection, whose stored values become light by
     /// `radiometry`. `sun` is the direction towards the sun, where there is one.
     pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>) -> Self {
+        let measured = measured(&hits.chart, picture, &radiometry);
+        Self::of_measured(scene, hits, &measured, sun)
+    }
+
+    /// [`Records::new`] from what the cells measured.
+    pub(super) fn of_measured(
+        scene: &Scene,
+        hits: Arc<Hits>,
+        measured: &[Option<Measured>],
+        sun: Option<Vec3>,
+    ) -> Self {
         let sunlit = sun.map(|sun| hits.sunlit(scene, sun));
         let chart = &hits.chart;
-        let measured = measured(chart, picture, &radiometry);
-        let brightness: Vec<f32> = hits.cells.par_iter().zip(&measured).map(|(hit, l)| brightness(hit, *l)).collect();
-        let estimate =
-            Estimate { hits: &hits, measured: &measured, brightness: &brightness, sunlit: sunlit.as_deref() };
+        let brightness: Vec<f32> = hits.cells.par_iter().zip(measured).map(|(hit, l)| brightness(hit, *l)).collect();
+        let estimate = Estimate { hits: &hits, measured, brightness: &brightness, sunlit: sunlit.as_deref() };
         let mut records = vec![Record::default(); chart.len()];
         split_rows(chart, &mut records).into_par_iter().for_each(|(row, records)| {
             let middle = chart.middles(row);

@@ -99,7 +99,7 @@ fn a_distorted_lens_puts_light_where_it_comes_from() {
         let (chart, picture) = charted(photo, Projection::Camera(model));
         let eye = Vec3::splat(2.0);
         let hits = Arc::new(Hits::shoot(&scene, eye, Mat3::IDENTITY, chart));
-        let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+        let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
         for (x, y) in [(8.0, 8.0), (150.0, 10.0), (80.0, 60.0), (12.0, 110.0), (150.0, 112.0)] {
             let d = model.direction(x, y);
             let point = eye + d.as_vec3() * (2.0 / d.y as f32);
@@ -127,7 +127,7 @@ fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
         )
     };
     // +y, then behind
-    let light = Light::new(&scene, &[look(0.0), look(PI)], None, None);
+    let light = Light::new(&scene, [look(0.0), look(PI)], None, None);
     for (probe, y, normal) in [(0, 4.0, Vec3::NEG_Y), (1, 0.0, Vec3::Y)] {
         let found = light.finest(&scene, Vec3::new(2.1, y, 1.9), normal);
         assert_eq!(found.map(|f| f.0), Some(probe), "the wall at y = {y}");
@@ -142,7 +142,7 @@ fn clipped_pixels_are_lower_bounds() {
     let even = |value: f32| Picture { width: 64, height: 32, pixels: vec![Vec3::splat(value); 64 * 32] };
     let hits = |x: f32| Arc::new(Hits::shoot(&scene, Vec3::new(x, 2.0, 2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
     let at = |probes: &[(Arc<Hits>, &Picture, Radiometry)]| {
-        let light = Light::new(&scene, probes, None, None);
+        let light = Light::new(&scene, probes.to_vec(), None, None);
         let (point, normal) = (Vec3::new(0.0, 2.1, 1.9), Vec3::X);
         let e = light.observe(&scene, point, normal).expect("both see the wall").value().x;
         let (probe, cell) = light.finest(&scene, point, normal).expect("the first is near");
@@ -168,7 +168,7 @@ fn a_channel_that_is_not_reflected_takes_the_light_of_the_others() {
     scene.materials[0].albedo = Vec3::new(0.108, 0.011, 0.0);
     let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(0.108, 0.022, 0.0); 64 * 32] };
     let hits = Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
-    let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+    let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
     let e = light.observe(&scene, Vec3::new(0.0, 2.1, 1.9), Vec3::X).expect("the wall is seen").value() / PI;
     assert!((e - Vec3::new(1.0, 2.0, 1.5)).abs().max_element() < 5e-3, "red paint is not black: {e}");
 }
@@ -207,7 +207,7 @@ fn the_open_top_of_a_scan_sends_what_records_ask_for() {
     let picture = Picture { width: 48, height: 48, pixels: vec![Vec3::splat(1.5); 48 * 48] };
     let down = Mat3::from_rotation_x(-0.5 * PI);
     let hits = Arc::new(Hits::shoot(&scene, Vec3::new(0.0, 0.0, 2.0), down, Chart::perspective(48, 48, 1.0)));
-    let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+    let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
     assert!((light.beyond(&scene) - 3.0).abs().max_element() < 0.03, "{}", light.beyond(&scene));
     // what the photograph does not show takes the light of what it shows
     let (aside, up) = (Vec3::new(4.0, 3.0, 0.0), Vec3::Z);
@@ -270,7 +270,7 @@ proptest! {
         prop_assert_eq!(hits.count(), hits.chart.len());
         let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(1.0, 2.0, 0.5); 64 * 32] };
         let radiometry = Radiometry { gain: Vec3::splat(2.0), ..Radiometry::default() };
-        let light = Light::new(&scene, &[(hits, &picture, radiometry)], None, None);
+        let light = Light::new(&scene, [(hits, &picture, radiometry)], None, None);
         let axis = wall / 2;
         let (mut point, mut normal) = (Vec3::ZERO, Vec3::ZERO);
         point[(axis + 1) % 3] = on[0] * high[(axis + 1) % 3];

@@ -21,7 +21,7 @@
 //! # let panorama = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(0.2); 64 * 32] };
 //! # let (chart, picture) = charted(panorama, Projection::LatLong);
 //! # let hits = Arc::new(Hits::shoot(&scene, Vec3::new(2.0, 1.5, 1.2), Mat3::IDENTITY, chart));
-//! # let light = Light::new(&scene, &[(hits, &picture, Radiometry::default())], None, None);
+//! # let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
 //! // irradiance at a point of the floor, gathered from what the probe saw of the other walls
 //! let point = (Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
 //! let settings = VolumeSettings { cells: 8, rays: 512 };

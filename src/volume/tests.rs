@@ -147,7 +147,7 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
     let scene = grey(parallelograms(&quads), 1.0);
     let hits = Hits::shoot(&scene, Vec3::new(1.7, 1.4, 1.3), Mat3::IDENTITY, Chart::latlong(64, 32));
     let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::splat(3.0); 64 * 32] };
-    let light = Light::new(&scene, &[(Arc::new(hits), &picture, Radiometry::default())], None, None);
+    let light = Light::new(&scene, [(Arc::new(hits), &picture, Radiometry::default())], None, None);
     let points: Vec<(Vec3, Vec3)> = (0..36)
         .map(|i| Vec2::new((i % 6) as f32 + 0.5, (i / 6) as f32 + 0.5) * 0.2)
         .map(|u| (Vec3::new(2.8, 0.8 + u.x, 0.6 + u.y), Vec3::X))
