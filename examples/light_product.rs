@@ -82,7 +82,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
         })
         .collect();
     let anew: Vec<_> = (light.records.iter().zip(&other).zip(&own))
-        .map(|((r, p), (_, radiometry))| (r.shared_hits(), p, *radiometry))
+        .map(|((r, p), (_, radiometry))| (r.hits().clone(), p, *radiometry))
         .collect();
     let light = Light::new(scene, anew, light.sun, outside(site)?);
     let volume = transport.map(|t| Volume::new(scene, t, &light));

@@ -108,7 +108,7 @@ fn a_sparse_product_relights_as_shooting_anew_does() {
             .iter()
             .zip(&scaled)
             .zip(&own)
-            .map(|((r, p), (_, radiometry))| (r.shared_hits(), p, *radiometry))
+            .map(|((r, p), (_, radiometry))| (r.hits().clone(), p, *radiometry))
             .collect();
         let outside = clerestory::shoot::Outside::Uniform(Vec3::splat(sky));
         let given = clerestory::site::Sun { irradiance: sun * scale, ..light.sun.unwrap() };

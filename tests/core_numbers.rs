@@ -7,7 +7,7 @@
 mod support;
 
 use clerestory::panorama::Picture;
-use clerestory::reference::{self, render_camera, unwatched};
+use clerestory::reference::{self, Eye, trace, unwatched};
 use clerestory::render::{SetupError, Source, prepare};
 use clerestory::study::relmse;
 use glam::{DVec3, Vec3};
@@ -349,7 +349,7 @@ fn a_lit_room_relit_is_the_room_traced() {
     let built = plan.build().trace(&plan, 64);
     let settings = reference::ReferenceSettings { samples: 256, ..Default::default() };
     let camera = built.site.views[0].camera;
-    let truth = render_camera(&built.scene, &built.lights(), &camera, &settings, &unwatched).unwrap();
+    let truth = trace(&built.scene, &built.lights(), &Eye::Camera(camera), &settings, &unwatched).unwrap();
     let noise = truth.noise();
     let truth = truth.mean();
     let frame = &built.frames(&options(32))[0];

@@ -4,7 +4,7 @@
 //! an [`Estimate`] that grows: two independent halves, whose difference tells its [`Noise`].
 //!
 //! ```text
-//! Site, Scene ─► Lights ─► render_camera / render_panorama ─► Estimate ─► mean, variance, halves, noise
+//! Site, Scene ─► Lights ─► trace ─► Estimate ─► mean, variance, halves, noise
 //!                          one sample: random ─► path (vertex, sky, emitters)
 //! ```
 //!
@@ -38,7 +38,5 @@ mod vertex;
 pub use estimate::{Estimate, Noise};
 pub use lights::{LightError, Lights};
 pub use path::Strategy;
-pub use render::{
-    Eye, Progress, ReferenceSettings, Stopped, add_samples, irradiance, render_camera, render_panorama, unwatched,
-};
+pub use render::{Eye, Progress, ReferenceSettings, Stopped, add_samples, irradiance, trace, unwatched};
 pub use sky::Sky;

@@ -104,30 +104,11 @@ impl Eye {
     }
 }
 
-/// Path-traces what a camera sees.
-pub fn render_camera(
-    scene: &Scene,
-    lights: &Lights,
-    camera: &Camera,
-    settings: &ReferenceSettings,
-    progress: &Progress,
-) -> Result<Estimate, Stopped> {
-    render(scene, lights, &Eye::Camera(*camera), settings, progress)
-}
-
-/// Path-traces a latitude/longitude panorama.
-pub fn render_panorama(
-    scene: &Scene,
-    lights: &Lights,
-    pose: &Pose,
-    (width, height): (usize, usize),
-    settings: &ReferenceSettings,
-    progress: &Progress,
-) -> Result<Estimate, Stopped> {
-    render(scene, lights, &Eye::Panorama { pose: *pose, width, height }, settings, progress)
-}
-
-fn render(
+/// Path-traces what an eye sees.
+///
+/// # Errors
+/// [`Stopped`] when `progress` says so.
+pub fn trace(
     scene: &Scene,
     lights: &Lights,
     eye: &Eye,

@@ -67,14 +67,9 @@ impl Records {
         Self { hits, records }
     }
 
-    /// The probe's hits.
-    pub fn hits(&self) -> &Hits {
+    /// The probe's hits; a clone of these can be given another lighting.
+    pub fn hits(&self) -> &Arc<Hits> {
         &self.hits
-    }
-
-    /// The same, to give them another lighting.
-    pub fn shared_hits(&self) -> Arc<Hits> {
-        self.hits.clone()
     }
 
     /// Bytes held beside the hits.
