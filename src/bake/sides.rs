@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use std::f32::consts::TAU;
 
 use crate::scene::{Ray, Scene};
+use crate::sphere::across;
 
 /// Rays from each eye.
 const LOOKS: u32 = 1 << 17;
@@ -27,11 +28,6 @@ pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
     if eyes.is_empty() {
         return (0..count).map(|side| side % 2 == 0).collect();
     }
-    let side_hit = |ray: &Ray| {
-        let hit = scene.tracer.closest(ray, 1e-4)?;
-        let back = scene.mesh.normal(hit.triangle).dot(ray.direction) > 0.0;
-        Some(2 * hit.triangle + u32::from(back))
-    };
     let mut inner = vec![false; count];
     for &origin in eyes {
         let seen: Vec<u32> = (0..LOOKS)
@@ -41,7 +37,7 @@ pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
                 let z = 1.0 - 2.0 * (k as f32 + 0.5) / LOOKS as f32;
                 let (sin, cos) = (k as f32 * TAU * 0.381_966_01).sin_cos();
                 let r = (1.0 - z * z).max(0.0).sqrt();
-                side_hit(&Ray { origin, direction: Vec3::new(r * cos, r * sin, z) })
+                side_hit(scene, &Ray { origin, direction: Vec3::new(r * cos, r * sin, z) })
             })
             .collect();
         seen.into_iter().for_each(|side| inner[side as usize] = true);
@@ -55,27 +51,8 @@ pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
     }
     let rays = (ALL / count).clamp(LEAST, MOST);
     // per side the sides that it sees
-    let mut sees: Vec<(u32, Vec<u32>)> = (0..count as u32)
-        .into_par_iter()
-        .map(|side| {
-            let [a, b, c] = scene.mesh.corners(side / 2);
-            let normal = scene.mesh.normal(side / 2) * if side % 2 == 0 { 1.0 } else { -1.0 };
-            let (tangent, bitangent) = normal.any_orthonormal_pair();
-            let lift = 1e-4 + 1e-5 * a.abs().max_element();
-            let look = |k: usize| {
-                // places and directions by Roberts's recurrence, turned from side to side
-                let step = |i: u32, by: f64| ((f64::from(i) * by).fract()) as f32;
-                let (u, v) = (step(k as u32 + 1, 0.754_877_666_246_693), step(k as u32 + 1, 0.569_840_290_998_053));
-                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-                let origin = a + (b - a) * u + (c - a) * v + normal * lift;
-                let out = (k as f32 + 0.5) / rays as f32;
-                let (sin, cos) = (TAU * (k as f32 * 0.381_966_01 + step(side, 0.618_033_988_749_895))).sin_cos();
-                let flat = (tangent * cos + bitangent * sin) * out.sqrt();
-                side_hit(&Ray { origin, direction: flat + normal * (1.0 - out).sqrt() })
-            };
-            (side, (0..rays).filter_map(look).collect())
-        })
-        .collect();
+    let mut sees: Vec<(u32, Vec<u32>)> =
+        (0..count as u32).into_par_iter().map(|side| (side, seen_by(scene, side, rays))).collect();
     let enough = (ENCLOSED * rays as f32).ceil() as usize;
     loop {
         let before = sees.len();
@@ -87,5 +64,51 @@ pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
         if sees.len() == before || sees.is_empty() {
             return inner;
         }
+    }
+}
+
+/// The side that a ray meets.
+fn side_hit(scene: &Scene, ray: &Ray) -> Option<u32> {
+    let hit = scene.tracer.closest(ray, 1e-4)?;
+    let back = scene.mesh.normal(hit.triangle).dot(ray.direction) > 0.0;
+    Some(2 * hit.triangle + u32::from(back))
+}
+
+/// The sides that so many rays from a side meet.
+fn seen_by(scene: &Scene, side: u32, rays: usize) -> Vec<u32> {
+    let [a, b, c] = scene.mesh.corners(side / 2);
+    let normal = scene.mesh.normal(side / 2) * if side.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let (tangent, bitangent) = across(normal);
+    let lift = 1e-4 + 1e-5 * a.abs().max_element();
+    let look = |k: usize| {
+        // places and directions by Roberts's recurrence, turned from side to side
+        let step = |i: u32, by: f64| ((f64::from(i) * by).fract()) as f32;
+        let (u, v) = (step(k as u32 + 1, 0.754_877_666_246_693), step(k as u32 + 1, 0.569_840_290_998_053));
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        let origin = a + (b - a) * u + (c - a) * v + normal * lift;
+        let out = (k as f32 + 0.5) / rays as f32;
+        let (sin, cos) = (TAU * (k as f32 * 0.381_966_01 + step(side, 0.618_033_988_749_895))).sin_cos();
+        let flat = (tangent * cos + bitangent * sin) * out.sqrt();
+        side_hit(scene, &Ray { origin, direction: flat + normal * (1.0 - out).sqrt() })
+    };
+    (0..rays).filter_map(look).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::{boxes, grey};
+
+    #[test]
+    fn walls_that_rounding_leans_see_the_same() {
+        let seen = |lean: f32| -> Vec<Vec<u32>> {
+            let room = (Vec3::ZERO, Vec3::new(6.5, 4.5, 3.0));
+            let pillars = [1.1, 2.8, 4.3].map(|x| (Vec3::new(x, 1.3, 0.0), Vec3::new(x + 0.6, 2.1, 2.4)));
+            let mut mesh = boxes(&[room, pillars[0], pillars[1], pillars[2]]);
+            mesh.positions.iter_mut().for_each(|p| *p += Vec3::new(lean, lean, 0.0) * p.z);
+            let scene = grey(mesh, 0.5);
+            (0..2 * scene.mesh.triangles.len() as u32).map(|side| seen_by(&scene, side, MOST)).collect()
+        };
+        assert_eq!(seen(1e-6), seen(-1e-6));
     }
 }
