@@ -127,8 +127,7 @@ pub fn bake(
         baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
         // as people see the place, rather than with all its dark corners
         for (l, exposure) in baked.exposures.iter_mut().enumerate().filter(|_| !cameras.is_empty()) {
-            let sum: f32 = baked.views.iter().map(|v: &Vec<Exposure>| v[l].0.ln()).sum();
-            *exposure = Exposure((sum / cameras.len() as f32).exp());
+            *exposure = Exposure::mean(baked.views.iter().map(|view| view[l]));
         }
     }
     baked.skies = setup.lights.iter().map(|(_, light)| sky(light)).collect();

@@ -7,18 +7,18 @@ mod left_out;
 mod pictures;
 mod print;
 mod video;
+mod view_light;
 mod walk_exposure;
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
-use clerestory::bake::{self, BakedLight};
+use clerestory::bake;
 use clerestory::check;
-use clerestory::glam::Vec3;
 use clerestory::panorama::Exposure;
-use clerestory::paper::{PaperSettings, Plain, PlainRelit};
-use clerestory::render::{Frame, Irradiance, Options, Relit, Setup, Timings, exposure_of, prepare, render};
+use clerestory::paper::{PaperSettings, Plain};
+use clerestory::render::{Frame, Options, Relit, Setup, Timings, exposure_of, prepare};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
-use clerestory::scene::{self, Health, Mesh, Scene};
+use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::site::{Site, View};
 use clerestory::volume;
 use clerestory::{radiometry, site};
@@ -30,6 +30,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use video::Video;
+use view_light::{Sky, ViewLight};
 use walk_exposure::walk_exposure;
 
 use super::bake::BakeHow;
@@ -218,19 +219,9 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     }
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
     let folder = args.output.folder(&site)?;
-
-    let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
-    let marks = |mesh: &Mesh, origin| {
-        let eyes = check::eyes(&site, origin, (!names.is_empty()).then_some(&names));
-        if args.all_stages { None } else { check::unreachable(mesh, &eyes) }
-    };
     let (Model { scene, health, seconds }, spared) = match model {
         Some(model) => (model, None),
-        None => {
-            let mut health = Health::default();
-            let (scene, spared) = scene::load_without(&site, &mut health, marks)?;
-            (Model { scene, health, seconds: 0.0 }, spared)
-        }
+        None => reachable(&site, args)?,
     };
     let unreached = spared.map(not_loaded);
     let load_s = seconds + start.elapsed().as_secs_f64();
@@ -249,8 +240,8 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let pictures_s = setup.timings.load_s;
     setup.timings.load_s += load_s;
     let plain = match args.method {
-        Method::Ibs => None,
-        Method::Paper => Some(plain(&site, &scene, &options, args, &mut setup)?),
+        Method::Ibs => Vec::new(),
+        Method::Paper => plain(&site, &scene, &options, args, &mut setup)?,
     };
 
     let start = Instant::now();
@@ -262,17 +253,11 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         .map(|((_, light), volume)| Relit { scene: &scene, light, volume: volume.as_ref(), volume_only })
         .collect();
     let skies: Vec<Sky> = setup.lights.iter().map(|(_, light)| -> Sky { Box::new(|d| light.sky(d)) }).collect();
-    let plain: Vec<PlainRelit> =
-        plain.iter().flatten().zip(&skies).map(|(plain, sky)| PlainRelit { plain, sky }).collect();
     let mut filmed = match (&baked, video) {
         (Some(drawn), Some(_)) => Some(Video::new((&site, &options, &setup), &relits, drawn.baked())?),
         _ => None,
     };
-    let drawn: Option<Vec<BakedLight>> = baked.as_ref().map(|b| b.lights(&scene, &relits));
-    let light = |i: usize| -> &dyn Irradiance {
-        let full = plain.get(i).map_or(&relits[i] as &dyn Irradiance, |p| p);
-        drawn.as_ref().map_or(full, |d| &d[i])
-    };
+    let light = ViewLight::new(&relits, &plain, &skies, baked.as_ref().map(|b| b.lights(&scene, &relits)));
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = args.output.told.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");
@@ -281,7 +266,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let mut done = Vec::new();
     // frames of a walk, or of one view's video, must not flicker
     let steady = match args.path {
-        Some(_) => Some(walk_exposure(&cameras, |camera| Ok(exposure_of(&scene, light(0), camera)))?),
+        Some(_) => Some(walk_exposure(&cameras, |camera| Ok(exposure_of(&scene, light.of(0), camera)))?),
         None => None,
     };
     let mut steady: Vec<Exposure> = steady.into_iter().collect();
@@ -292,20 +277,9 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         {
             relighting = Some((*picture, video.light(*picture)?));
         }
-        let mut frame: Option<Frame> = None;
-        for i in 0..setup.lights.len() {
-            bar.set_message(visible(&view.name).into_owned());
-            let before = bar.position();
-            let tell = |rows: u64, _| bar.set_position(before + rows);
-            let now = relighting.as_ref().zip(drawn.as_ref()).map(|((_, all), d)| d[i].relit(&all[i].0, all[i].1));
-            let light = now.as_ref().map_or(light(i), |now| now);
-            let this = render(&scene, light, &view.camera, args.samples, &tell);
-            frame = Some(match frame {
-                None => this,
-                Some(first) => first.mixed(&this, args.share),
-            });
-        }
-        let Some(frame) = frame else { continue };
+        bar.set_message(visible(&view.name).into_owned());
+        let now = relighting.as_ref().map(|r| &r.1[..]);
+        let Some(frame) = light.frame(&scene, &view.camera, now, args.samples, args.share, &bar) else { continue };
         let Compared { error, fit, error_after_fit } = photos
             .get(&view.name)
             .map_or_else(Compared::default, |photo| compared(&scene, &probes, &view.camera, &frame, photo));
@@ -327,9 +301,9 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         });
     }
     bar.finish_and_clear();
-    let baked = baked.as_ref().zip(drawn.as_ref()).map(|(baked, drawn)| {
+    let baked = baked.as_ref().zip(light.full_and_baked()).map(|(baked, lights)| {
         let frames = if args.path.is_some() && video.is_none() { &cameras[..] } else { &[] };
-        let told = baked.told(&scene, [&relits[0], &drawn[0]], frames, args.samples);
+        let told = baked.told(&scene, lights, frames, args.samples);
         BakedFrames { video: filmed.as_ref().map(|video| video.times), ..told }
     });
     let left_out = not_done(&site, args.all_stages, &options, unreached, &setup, pictures_s)?;
@@ -346,6 +320,18 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         warnings,
         gains,
     })
+}
+
+/// What of a site's model probes and views can reach, and what that spared.
+fn reachable(site: &Site, args: &RenderArgs) -> anyhow::Result<(Model, Option<Spared>)> {
+    let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
+    let marks = |mesh: &Mesh, origin| {
+        let eyes = check::eyes(site, origin, (!names.is_empty()).then_some(&names));
+        if args.all_stages { None } else { check::unreachable(mesh, &eyes) }
+    };
+    let mut health = Health::default();
+    let (scene, spared) = scene::load_without(site, &mut health, marks)?;
+    Ok((Model { scene, health, seconds: 0.0 }, spared))
 }
 
 /// The views that were asked for, in the site's order.
@@ -389,6 +375,3 @@ fn plain(
     setup.transport_of.fill(None);
     Ok(all)
 }
-
-/// What tells the sky's radiance.
-type Sky<'a> = Box<dyn Fn(Vec3) -> Vec3 + Sync + 'a>;

@@ -31,6 +31,12 @@ impl Exposure {
         Self((0.18 / log_average) as f32)
     }
 
+    /// One for pictures that are seen together: the geometric mean of theirs; 1 where there is none.
+    pub fn mean(all: impl IntoIterator<Item = Self>) -> Self {
+        let (sum, count) = all.into_iter().fold((0.0, 0.0f32), |(sum, n), e| (sum + e.0.ln(), n + 1.0));
+        Self((sum / count.max(1.0)).exp())
+    }
+
     /// Linear screen values, cut off at 0 and 1; what is no light is black. Metrics look through this.
     pub fn clip(self, p: Vec3) -> Vec3 {
         if Picture::valid(p) { (p * self.0).min(Vec3::ONE) } else { Vec3::ZERO }
@@ -82,6 +88,12 @@ mod tests {
         assert_eq!(Exposure::of(&Picture::new(3, 3)), Exposure(1.0));
         picture.pixels.fill(Vec3::splat(f32::NAN));
         assert_eq!(Exposure::of(&picture), Exposure(1.0));
+    }
+
+    #[test]
+    fn the_mean_of_exposures_is_as_many_stops_from_each() {
+        assert!((Exposure::mean([Exposure(0.5), Exposure(8.0)]).0 - 2.0).abs() < 1e-6);
+        assert_eq!(Exposure::mean([]), Exposure(1.0));
     }
 
     #[test]

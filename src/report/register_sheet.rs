@@ -4,6 +4,7 @@
 use glam::Vec3;
 
 use super::audit_sheet::{picture_png, reduced};
+use super::draw::a3::{GAP, HEADLINE_LINE, MARGIN, SIZE, draw_headline, headline};
 use super::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
 use super::draw::png::{encoded, wrap};
 use super::draw::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
@@ -14,10 +15,7 @@ use crate::scene::Scene;
 use crate::site::edit::in_site_file;
 use crate::site::{Pose, Site};
 
-/// A3 landscape at most, millimetres: the sheet ends where its content does.
-const SIZE: [f64; 2] = [420.0, 297.0];
-const MARGIN: f64 = 10.0;
-const GAP: f64 = 5.0;
+/// Room for a picture's title, millimetres.
 const TITLE: f64 = 6.0;
 
 /// Height of the foot, where the numbers stand.
@@ -128,13 +126,14 @@ pub fn register_sheet(about: &RegisterSheet) -> Svg {
     let name = found.subject.name(site);
     let says = register_words(found);
     let title = format!("{}: pose of the {} {name}", site.name, found.subject.kind());
-    let headline = wrap(&sentence(&says), SIZE[0] - 2.0 * MARGIN, HEADLINE, true);
-    let top = 22.0 + LINE * headline.len() as f64;
+    let headline = headline(&sentence(&says));
+    let top = 22.0 + HEADLINE_LINE * headline.len() as f64;
     let panels = panels(found);
     let aspect = picture.width as f64 / picture.height.max(1) as f64;
     let (columns, wide) = layout(panels.len(), aspect, SIZE[1] - FOOT - TITLE_BLOCK - MARGIN - top);
     let high = wide / aspect;
     let below = top + panels.len().div_ceil(columns) as f64 * (high + TITLE + 3.0) + 5.0;
+    // the sheet ends where its content does
     let mut svg = Svg::new(SIZE[0], below + FOOT + TITLE_BLOCK + 4.0, &title, &says);
     svg.group("header", "header", |svg| header(svg, about, &headline));
     for (i, panel) in panels.iter().enumerate() {
@@ -160,10 +159,6 @@ fn layout(count: usize, aspect: f64, height: f64) -> (usize, f64) {
     all.fold((1, 0.0), |best, next| if next.1 >= 0.95 * best.1 { next } else { best })
 }
 
-/// Size and line height of the headline.
-const HEADLINE: f64 = 4.2;
-const LINE: f64 = 5.6;
-
 /// With a capital and a full stop.
 fn sentence(words: &str) -> String {
     let mut all = words.chars();
@@ -178,12 +173,7 @@ fn header(svg: &mut Svg, about: &RegisterSheet, headline: &[String]) {
     svg.text([MARGIN, 16.0], &title, &Text::new(6.0).bold());
     let made = format!("clerestory {}: {command}", env!("CARGO_PKG_VERSION"));
     svg.text([SIZE[0] - MARGIN, 9.0], &made, &Text::new(2.2).colour(GREY).anchor(Anchor::End));
-    let mut y = 24.0;
-    for line in headline {
-        svg.text([MARGIN, y], line, &Text::new(HEADLINE).bold());
-        y += LINE;
-    }
-    svg.line([MARGIN, y - 2.5], [SIZE[0] - MARGIN, y - 2.5], &Style::line(BLACK, 0.35));
+    draw_headline(svg, headline);
 }
 
 fn panels(found: &Registered) -> Vec<Panel<'_>> {

@@ -3,14 +3,11 @@
 use super::subject::{AuditSheet, look};
 use super::{key_plan, pictures, table, words};
 use crate::audit::{Shares, Verdict};
+use crate::report::draw::a3::{GAP, MARGIN, SIZE, draw_headline, headline};
 use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
 use crate::report::{Anchor, Fingerprint, Svg, Text, wrap};
 
-/// A3 landscape, millimetres.
-const SIZE: [f64; 2] = [420.0, 297.0];
-const MARGIN: f64 = 10.0;
-const GAP: f64 = 5.0;
 /// The finest print: seven points.
 const FINE: f64 = 2.5;
 const SMALL: f64 = 2.6;
@@ -82,13 +79,7 @@ fn header(svg: &mut Svg, about: &AuditSheet, says: &str) -> f64 {
         date => format!("photograph taken {date}"),
     };
     right(svg, 17.5, &format!("{surveyed} · audited {}", about.audited), Text::new(SMALL).colour(GREY));
-    let mut y = 24.0;
-    for line in wrap(says, SIZE[0] - 2.0 * MARGIN, 4.2, true) {
-        svg.text([MARGIN, y], &line, &Text::new(4.2).bold());
-        y += 5.6;
-    }
-    svg.line([MARGIN, y - 2.5], [SIZE[0] - MARGIN, y - 2.5], &Style::line(BLACK, 0.35));
-    y
+    draw_headline(svg, &headline(says))
 }
 
 /// Colours and hatches with their shares, and why the rest could not be tested.
