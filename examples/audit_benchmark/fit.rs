@@ -85,6 +85,9 @@ pub fn fit(files: &[String]) {
         // what is said of a site's candidates by the others'
         for site in all.iter().map(Candidate::site).collect::<BTreeSet<_>>() {
             let (own, others): (Vec<usize>, Vec<usize>) = (0..all.len()).partition(|i| all[*i].site() == site);
+            if others.is_empty() {
+                continue;
+            }
             let without = regression(&others.into_iter().map(|i| &samples[i]).collect::<Vec<_>>());
             weighed
                 .extend(own.into_iter().map(|i| (dot(&samples[i].0, &without), all[i].of_right_model, all[i].fault)));

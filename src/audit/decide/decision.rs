@@ -181,10 +181,8 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
 }
 
 /// A part whose outline is beside its place.
-pub(crate) fn outline(observed: &Observations, part: Shifted) -> Judged {
+pub(crate) fn outline(part: Shifted) -> Judged {
     let shift = part.shift();
-    let region = Region { pixels: part.pixels };
-    let (log_odds, evidence) =
-        OUTLINE.weigh([part.odds, part.by.pixels(), mismatch(observed, &region), size(observed, region.pixels.len())]);
-    Judged { shift, ..Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, region) }
+    let (log_odds, evidence) = OUTLINE.weigh([part.odds]);
+    Judged { shift, ..Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, Region { pixels: part.pixels }) }
 }

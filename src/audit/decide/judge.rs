@@ -133,18 +133,30 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &AuditScene, observed: &Observ
     judged
 }
 
-/// Adds parts that stand beside their place. They explain what lies mostly within them.
+/// Adds parts that stand beside their place. Regions of shape that lie mostly within one are of it, and all of it is as sure as
+/// the surest of them; where a picture within it is surer to be wrong, the part may well be in its place.
 fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Observations) -> Vec<Judged> {
     for part in shifted {
-        if part.pixels.len() < least(observed) {
-            continue;
-        }
+        let part = decision::outline(part);
         let within = |j: &Judged| {
-            let inside = j.region.pixels.iter().filter(|i| part.pixels.binary_search(i).is_ok()).count();
+            let inside = j.region.pixels.iter().filter(|i| part.region.pixels.binary_search(i).is_ok()).count();
             2 * inside > j.region.pixels.len()
         };
-        judged.retain(|j| !within(j));
-        judged.push(decision::outline(observed, part));
+        let repainted = |j: &Judged| j.kind == Kind::Texture && j.log_odds > part.log_odds && within(j);
+        if part.score() < observed.settings.least_probability
+            || part.region.pixels.len() < least(observed)
+            || judged.iter().any(repainted)
+        {
+            continue;
+        }
+        let (own, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(within);
+        judged = others;
+        let surer = own.into_iter().filter(|j| j.log_odds > part.log_odds);
+        let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
+        judged.push(match surest {
+            Some(surest) => Judged { region: part.region, ..surest },
+            None => part,
+        });
     }
     judged
 }

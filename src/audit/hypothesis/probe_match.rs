@@ -7,7 +7,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, ODDS, REACH, Small, registration};
+use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, REACH, Small, registration};
 use crate::audit::likelihood::appearance;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::ProbeView;
@@ -31,8 +31,9 @@ const MARGIN_PX: f32 = 8.0;
 /// angle whose cosine this is.
 const ALONG: f32 = 0.85;
 
-/// A single picture must be so many times as sure as the photograph itself.
-const SURE: f32 = 2.0;
+/// Logarithm of the odds from which on a probe's picture of another place counts: it is smaller than the photograph, and lit by
+/// what it shows.
+const SURE: f32 = 32.0;
 
 /// What a probe says of a part.
 pub(crate) struct ProbeMatch {
@@ -50,7 +51,6 @@ struct InProbe {
     shift: [f32; 2],
     /// Unit direction in which it moves when the part moves along the camera's ray.
     towards: [f32; 2],
-    fits: bool,
     odds: f32,
     metres_per_px: f32,
     others: Vec<[f32; 2]>,
@@ -77,7 +77,7 @@ pub(crate) fn probe_matches(
         for t in told {
             let px = (t.shift[0] - common[0]).hypot(t.shift[1] - common[1]);
             let along = ((t.shift[0] - common[0]) * t.towards[0] + (t.shift[1] - common[1]) * t.towards[1]).abs();
-            if !t.fits || px <= least || along < ALONG * px || t.odds < SURE * ODDS + tries {
+            if px <= least || along < ALONG * px || t.odds < SURE + tries {
                 continue;
             }
             let found = ProbeMatch { which: t.which, px, metres: px * t.metres_per_px, odds: t.odds - tries };
@@ -133,7 +133,6 @@ fn asked(
         which,
         shift: fit.shift,
         towards,
-        fits: fit.elsewhere(),
         odds: fit.odds,
         metres_per_px: distance * pixel,
         others: fits.iter().map(|f| f.shift).collect(),

@@ -2,13 +2,14 @@
 //!
 //! Near an outline no probe can be asked, since it sees past it, and a sideways move leaves the surface in its own plane.
 //! But the outline itself is an edge of render and photograph alike. So each part's outline is laid over the photograph at
-//! small shifts, and compared by correlation where it is with the place where it fits best.
+//! small shifts, and compared by correlation where it is with the place where it fits best. How much such a shift says is
+//! fitted (`decide/odds.rs`).
 
 use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
 use crate::audit::hypothesis::probe_match::probe_matches;
-use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, ODDS, Small, registration};
+use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, Small, registration};
 use crate::audit::view::{AuditScene, Observations};
 
 /// A part larger than this share of the picture is its room, and of a smaller one than that no probe is asked.
@@ -67,7 +68,7 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
     let (common, least) = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
     let beside = |f: &&Fit| {
         let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
-        f.elsewhere() && off > least && f.odds >= ODDS
+        off > least && f.odds > 0.0
     };
     let mut all: Vec<Shifted> = fits.iter().filter(beside).map(|f| whole(&small, observed, f)).collect();
     // what is in its place in the photograph need not be in a probe's picture

@@ -43,12 +43,6 @@ const LEAST_VARIANCE: f64 = 1e-6;
 /// Correlation from which on an outline counts as found.
 pub(crate) const FOUND: f32 = 0.6;
 
-/// And what it must gain over the outline's own place.
-const GAINED: f32 = 0.1;
-
-/// Logarithm of the odds that it takes, after all the shifts that are tried.
-pub(crate) const ODDS: f32 = 16.0;
-
 /// What outlines are off by together, pixels, and by how much more than that one must be to be off its place: a pose is
 /// trusted as far as parts agree.
 pub(crate) fn registration(shifts: &[[f32; 2]]) -> ([f32; 2], f32) {
@@ -65,18 +59,10 @@ pub(crate) struct Fit<'a> {
     pub(crate) members: &'a [usize],
     /// Pixels to the right and down.
     pub(crate) shift: [f32; 2],
-    /// Correlation in its own place and in the best.
-    own: f32,
+    /// Correlation where it fits best.
     pub(crate) best: f32,
-    /// Logarithm of the odds against its own place.
+    /// Logarithm of the odds against its own place, after all the shifts that are tried.
     pub(crate) odds: f32,
-}
-
-impl Fit<'_> {
-    /// Whether the outline fits another place than its own, and clearly better.
-    pub(crate) fn elsewhere(&self) -> bool {
-        self.shift.iter().any(|s| s.abs() > 0.5) && self.best >= self.own + GAINED
-    }
 }
 
 /// The pictures at the test's size.
@@ -204,11 +190,14 @@ impl Small {
         };
         let shift =
             [x as f32 + finer(at(x - 1, y).0, at(x + 1, y).0), y as f32 + finer(at(x, y - 1).0, at(x, y + 1).0)];
-        let own = at(0, 0).0;
+        let (own, told_here) = at(0, 0);
+        if told_here == 0.0 {
+            return None;
+        }
         let gap = |c: f32| (1.0 - c.clamp(0.0, 0.99).powi(2)).ln();
         let shifts = ((2 * REACH + 1) as f32).powi(2).ln();
         let odds = 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) - shifts;
-        Some(Fit { members, shift, own, best, odds })
+        Some(Fit { members, shift, best, odds })
     }
 
     /// Correlation of the model's structure with the photograph's at a shift, and over how many pixels.
