@@ -79,7 +79,7 @@ pub(crate) fn assess(
             let finding = finding(site, prepared, view, observed, &j, &mask, w);
             let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
             let sightlines = sightlines(prepared, observed, &j.region.pixels);
-            Found { finding, mask, pixels: j.region.pixels, normal, log_odds: j.log_odds, sightlines }
+            Found { finding, mask, pixels: j.region.pixels, normal, log_odds: j.log_odds, part: j.part, sightlines }
         })
         .collect();
     let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };

@@ -1,6 +1,7 @@
 //! A view's findings and doubts, before they have numbers, and what is needed to compare them with other views'.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::finding::{AuditedView, Finding};
@@ -30,6 +31,8 @@ pub(crate) struct Found {
     pub(crate) normal: Vec3,
     /// Logarithm of the odds of a fault.
     pub(crate) log_odds: f32,
+    /// The part of the model whose outline told it.
+    pub(crate) part: Option<u32>,
     /// Places all over it, with the probes that can tell of them.
     pub(crate) sightlines: Vec<Sightlines>,
 }
@@ -74,6 +77,14 @@ impl Eye {
     /// The pixel that shows a place on a modelled surface.
     pub(crate) fn on(&self, point: Vec3) -> Option<usize> {
         self.project(point).filter(|(_, share)| (share - 1.0).abs() <= BEFORE).map(|(i, _)| i)
+    }
+
+    /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.
+    pub(crate) fn showing(&self, other: &Self, pixels: &[usize]) -> Vec<bool> {
+        let mut inside = vec![false; other.distance.len()];
+        pixels.iter().for_each(|i| inside[*i] = true);
+        let shows = |i: usize| self.distance[i].is_finite() && other.on(self.position[i]).is_some_and(|j| inside[j]);
+        (0..self.distance.len()).into_par_iter().map(shows).collect()
     }
 }
 

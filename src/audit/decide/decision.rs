@@ -184,5 +184,6 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
 pub(crate) fn outline(part: Shifted) -> Judged {
     let shift = part.shift();
     let (log_odds, evidence) = OUTLINE.weigh([part.odds]);
-    Judged { shift, ..Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, Region { pixels: part.pixels }) }
+    let region = Region { pixels: part.pixels };
+    Judged { shift, part: Some(part.part), ..Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, region) }
 }

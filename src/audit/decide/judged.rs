@@ -18,13 +18,15 @@ pub struct Judged {
     pub displacement: Option<Displacement>,
     /// How far a part stands beside its place.
     pub shift: Option<Shift>,
+    /// The part of the model whose outline told it.
+    pub(crate) part: Option<u32>,
     /// The figures behind it.
     pub evidence: Vec<Evidence>,
 }
 
 impl Judged {
     pub(crate) fn new(kind: Kind, what: What, log_odds: f32, evidence: Vec<Evidence>, region: Region) -> Self {
-        Self { region, kind, what, log_odds, displacement: None, shift: None, evidence }
+        Self { region, kind, what, log_odds, displacement: None, shift: None, part: None, evidence }
     }
 
     /// Probability of a fault, 0..=1, as far as its view tells.

@@ -8,7 +8,7 @@ use crate::audit::decide::assess::note;
 use crate::audit::decide::assessed::{Assessed, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
-use crate::audit::decide::odds::{self, ELSEWHERE, OTHERS};
+use crate::audit::decide::odds::{self, ELSEWHERE, OTHERS, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
@@ -16,7 +16,7 @@ use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
 
-/// Other photographs that show fewer places of a region than this say nothing of it.
+/// Photographs that show fewer places or pixels of a region than this say nothing of it.
 const FEWEST: u32 = 20;
 
 /// Says of each region how likely it is a fault and how often a right model would give one like it; what it would give more often
@@ -31,8 +31,12 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     };
     let learnt: Vec<Vec<_>> =
         assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| learnt(v, f)).collect()).collect();
+    let outlines = outlines(assessed);
     for (a, learnt) in assessed.iter_mut().zip(learnt) {
         for (f, learnt) in a.found.iter_mut().zip(learnt) {
+            if let Some(odds) = f.part.and_then(|part| outlines.get(&part)) {
+                (f.log_odds, f.finding.evidence) = OUTLINE.weigh([*odds]);
+            }
             for (test, value) in learnt.into_iter().filter_map(|(test, value)| Some((test, value?))) {
                 odds::learn(&mut f.finding, &mut f.log_odds, test, value);
             }
@@ -48,6 +52,17 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
         }
         a.view.count();
     }
+}
+
+/// Logarithm of the odds that all photographs together give against a part's place, by its number: each sees it from elsewhere.
+fn outlines(assessed: &[Assessed]) -> BTreeMap<u32, f32> {
+    let mut sums = BTreeMap::new();
+    for f in assessed.iter().flat_map(|a| &a.found) {
+        if let (Some(part), Some(outline)) = (f.part, f.finding.evidence.first()) {
+            *sums.entry(part).or_default() += outline.value as f32;
+        }
+    }
+    sums
 }
 
 /// How far off other photographs are where they show the same surfaces, at most twice the threshold; `None` where none does.
@@ -67,6 +82,8 @@ struct Fault {
     /// The view that shows it best.
     view: usize,
     finding: Finding,
+    /// Its pixels in that view, at the audit's size.
+    pixels: Vec<usize>,
     normal: Vec3,
     /// Its mask in each view that shows it.
     masks: BTreeMap<usize, Vec<bool>>,
@@ -85,6 +102,32 @@ impl Fault {
             && (a.reason == Reason::None) == (b.reason == Reason::None)
             && a.material == b.material
             && apart < 0.6 * a.size_m.max(b.size_m)
+    }
+
+    /// Whether it is a fault of surfaces that the model has: those are wrong in whichever view shows them. What the model lacks stands
+    /// before or behind its surfaces, elsewhere in each view.
+    fn of_modelled_surfaces(&self) -> bool {
+        self.finding.reason == Reason::None && self.finding.what != What::Missing
+    }
+
+    /// Marks it in the views that show its surfaces and found nothing there by themselves.
+    fn mark_elsewhere(&mut self, assessed: &mut [Assessed]) {
+        let others: Vec<usize> = (0..assessed.len()).filter(|w| !self.masks.contains_key(w)).collect();
+        for w in others {
+            let shown = assessed[w].eye.showing(&assessed[self.view].eye, &self.pixels);
+            let Assessed { view, eye, .. } = &mut assessed[w];
+            let (width, by) = (view.photograph.width, view.summary.reduced_by as usize);
+            let usable = |i: usize| !matches!(view.reasons[i], Reason::Clipped | Reason::Dark | Reason::Masked);
+            let at = |i: usize| shown[i / width / by * eye.camera.width as usize + i % width / by];
+            let mask: Vec<bool> = (0..view.verdicts.len()).map(|i| usable(i) && at(i)).collect();
+            if mask.iter().filter(|m| **m).count() < FEWEST as usize * by * by {
+                continue;
+            }
+            label::mark(&mut view.verdicts, &mut view.reasons, &mask, self.finding.kind, Reason::None);
+            view.count();
+            self.finding.also_in.push(view.summary.view.clone());
+            self.masks.insert(w, mask);
+        }
     }
 }
 
@@ -121,10 +164,11 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
             }
             None => {
                 let masks = BTreeMap::from([(v, f.mask)]);
-                faults.push(Fault { view: v, finding: f.finding, normal: f.normal, masks });
+                faults.push(Fault { view: v, finding: f.finding, pixels: f.pixels, normal: f.normal, masks });
             }
         }
     }
+    faults.iter_mut().filter(|f| f.of_modelled_surfaces()).for_each(|f| f.mark_elsewhere(&mut assessed));
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
     for Fault { finding: mut f, masks, .. } in faults {

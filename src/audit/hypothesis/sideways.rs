@@ -26,6 +26,8 @@ pub(crate) enum Outline {
 
 /// A part whose outline the photograph shows elsewhere.
 pub(crate) struct Shifted {
+    /// Its number.
+    pub(crate) part: u32,
     /// The part's pixels and those that it is shifted to, in order.
     pub(crate) pixels: Vec<usize>,
     pub(crate) by: Outline,
@@ -78,6 +80,7 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
         .map(|f| (small.part[f.members[0]], small.at_full_size(observed, f.members, [0, 0])))
         .collect();
     all.extend(probe_matches(prepared, observed, &asked).into_iter().map(|w| Shifted {
+        part: asked[w.which].0,
         pixels: asked[w.which].1.clone(),
         by: Outline::InProbe(w.px),
         metres: w.metres,
@@ -95,5 +98,5 @@ fn whole(small: &Small, observed: &Observations, fit: &Fit) -> Shifted {
     let by_px = fit.shift.map(|d| d * small.by as f32);
     let distance = fit.members.iter().map(|i| small.distance[*i]).sum::<f32>() / fit.members.len() as f32;
     let metres = by_px[0].hypot(by_px[1]) * distance / observed.surfaces.focal;
-    Shifted { pixels, by: Outline::InPhotograph(by_px), metres, odds: fit.odds }
+    Shifted { part: small.part[fit.members[0]], pixels, by: Outline::InPhotograph(by_px), metres, odds: fit.odds }
 }
