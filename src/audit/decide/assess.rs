@@ -109,6 +109,14 @@ fn in_neutral_light(observed: &Observations, i: usize) -> Vec3 {
     if s.triangle[i] == u32::MAX || !light.is_finite() { Vec3::ZERO } else { observed.albedo[i] * light }
 }
 
+/// Left, top, and one past right and bottom of a mask, and how many pixels it has.
+pub(crate) fn extent(mask: &[bool], width: usize) -> ([u32; 4], u64) {
+    let inside = (0..mask.len()).filter(|i| mask[*i]).map(|i| ((i % width) as u32, (i / width) as u32));
+    inside.fold(([u32::MAX, u32::MAX, 0, 0], 0), |([left, top, right, bottom], n), (x, y)| {
+        ([left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1)], n + 1)
+    })
+}
+
 /// A region as a finding.
 fn finding(
     site: &Site,
@@ -121,11 +129,7 @@ fn finding(
 ) -> Finding {
     let s = &observed.surfaces;
     let scene = prepared.scene;
-    let mut bbox = [u32::MAX, u32::MAX, 0, 0];
-    for i in (0..mask.len()).filter(|i| mask[*i]) {
-        let (x, y) = ((i % width) as u32, (i / width) as u32);
-        bbox = [bbox[0].min(x), bbox[1].min(y), bbox[2].max(x + 1), bbox[3].max(y + 1)];
-    }
+    let (bbox, area_px) = extent(mask, width);
     let (mut centre, mut area, mut low, mut high) = (DVec3::ZERO, 0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut materials: BTreeMap<u32, f64> = BTreeMap::new();
     for &i in &j.region.pixels {
@@ -152,7 +156,7 @@ fn finding(
         what: j.what,
         score: 0.0,
         bbox,
-        area_px: mask.iter().filter(|m| **m).count() as u64,
+        area_px,
         mask: String::new(),
         masks: BTreeMap::new(),
         false_alarms: None,

@@ -3,14 +3,15 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
-use crate::audit::decide::assess::note;
+use crate::audit::decide::assess::{extent, note};
 use crate::audit::decide::assessed::{Assessed, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
 use crate::audit::decide::odds::{self, ELSEWHERE, OTHERS, OUTLINE};
 use crate::audit::decide::scores;
-use crate::audit::finding::{Audit, Finding, Kind, Method, What};
+use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
 use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
@@ -110,6 +111,34 @@ impl Fault {
         self.finding.reason == Reason::None && self.finding.what != What::Missing
     }
 
+    /// Whether a doubt of its kind lies mostly within it.
+    fn explains(&self, doubt: &Self) -> bool {
+        let (Some(own), Some(theirs)) = (self.masks.get(&doubt.view), doubt.masks.get(&doubt.view)) else {
+            return false;
+        };
+        let all = theirs.iter().filter(|m| **m).count();
+        let within = own.iter().zip(theirs).filter(|(o, t)| **o && **t).count();
+        self.finding.kind == doubt.finding.kind && 2 * within > all
+    }
+
+    /// Adds what a view shows of it.
+    fn show(&mut self, v: usize, view: &str, mask: Vec<bool>) {
+        if view != self.finding.view && !self.finding.also_in.iter().any(|v| v == view) {
+            self.finding.also_in.push(view.to_owned());
+        }
+        match self.masks.entry(v) {
+            Entry::Vacant(none) => drop(none.insert(mask)),
+            Entry::Occupied(mut all) => all.get_mut().iter_mut().zip(mask).for_each(|(all, here)| *all |= here),
+        }
+    }
+
+    /// The same, in the view's verdicts, too.
+    fn mark(&mut self, v: usize, view: &mut AuditedView, mask: Vec<bool>) {
+        label::mark(&mut view.verdicts, &mut view.reasons, &mask, self.finding.kind, Reason::None);
+        view.count();
+        self.show(v, &view.summary.view, mask);
+    }
+
     /// Marks it in the views that show its surfaces and found nothing there by themselves.
     fn mark_elsewhere(&mut self, assessed: &mut [Assessed]) {
         let others: Vec<usize> = (0..assessed.len()).filter(|w| !self.masks.contains_key(w)).collect();
@@ -120,13 +149,9 @@ impl Fault {
             let usable = |i: usize| !matches!(view.reasons[i], Reason::Clipped | Reason::Dark | Reason::Masked);
             let at = |i: usize| shown[i / width / by * eye.camera.width as usize + i % width / by];
             let mask: Vec<bool> = (0..view.verdicts.len()).map(|i| usable(i) && at(i)).collect();
-            if mask.iter().filter(|m| **m).count() < FEWEST as usize * by * by {
-                continue;
+            if mask.iter().filter(|m| **m).count() >= FEWEST as usize * by * by {
+                self.mark(w, view, mask);
             }
-            label::mark(&mut view.verdicts, &mut view.reasons, &mask, self.finding.kind, Reason::None);
-            view.count();
-            self.finding.also_in.push(view.summary.view.clone());
-            self.masks.insert(w, mask);
         }
     }
 }
@@ -156,11 +181,7 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
                 }
                 k.area_cm2 = k.area_cm2.max(f.finding.area_cm2);
                 k.false_alarms = k.false_alarms.zip(f.finding.false_alarms).map(|(a, b)| a.min(b));
-                if !k.also_in.contains(&f.finding.view) {
-                    k.also_in.push(f.finding.view);
-                }
-                let mask = fault.masks.entry(v).or_insert_with(|| vec![false; f.mask.len()]);
-                mask.iter_mut().zip(&f.mask).for_each(|(all, here)| *all |= here);
+                fault.show(v, &f.finding.view, f.mask);
             }
             None => {
                 let masks = BTreeMap::from([(v, f.mask)]);
@@ -169,9 +190,19 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
         }
     }
     faults.iter_mut().filter(|f| f.of_modelled_surfaces()).for_each(|f| f.mark_elsewhere(&mut assessed));
+    let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(|f| f.finding.reason == Reason::None);
+    let mut left = Vec::new();
+    for doubt in doubts {
+        match faults.iter_mut().find(|f| f.explains(&doubt)) {
+            Some(fault) => doubt.masks.into_iter().for_each(|(v, mask)| fault.mark(v, &mut assessed[v].view, mask)),
+            None => left.push(doubt),
+        }
+    }
+    faults.append(&mut left);
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
-    for Fault { finding: mut f, masks, .. } in faults {
+    for Fault { view: best, finding: mut f, masks, .. } in faults {
+        (f.bbox, f.area_px) = extent(&masks[&best], assessed[best].view.photograph.width);
         let sure = f.reason == Reason::None;
         let list = if sure { &mut findings } else { &mut doubts };
         f.id = format!("{}{}", if sure { "F" } else { "D" }, list.len() + 1);
