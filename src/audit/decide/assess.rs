@@ -10,7 +10,7 @@ use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
 use crate::audit::observe::photo::Photo;
-use crate::audit::picture::regions::at_most;
+use crate::audit::picture::regions::{at_most, bounds, mask_of};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::Picture;
@@ -73,8 +73,7 @@ pub(crate) fn assess(
     let found = judged
         .into_par_iter()
         .map(|j| {
-            let mut inside = vec![false; observed.surfaces.triangle.len()];
-            j.region.pixels.iter().for_each(|&i| inside[i] = true);
+            let inside = mask_of(&j.region.pixels, observed.surfaces.triangle.len());
             let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
             let finding = finding(site, prepared, view, observed, &j, &mask, w);
             let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
@@ -109,12 +108,10 @@ fn in_neutral_light(observed: &Observations, i: usize) -> Vec3 {
     if s.triangle[i] == u32::MAX || !light.is_finite() { Vec3::ZERO } else { observed.albedo[i] * light }
 }
 
-/// Left, top, and one past right and bottom of a mask, and how many pixels it has.
+/// The box around a mask: left, top, and one past right and bottom; and how many pixels it has.
 pub(crate) fn extent(mask: &[bool], width: usize) -> ([u32; 4], u64) {
-    let inside = (0..mask.len()).filter(|i| mask[*i]).map(|i| ((i % width) as u32, (i / width) as u32));
-    inside.fold(([u32::MAX, u32::MAX, 0, 0], 0), |([left, top, right, bottom], n), (x, y)| {
-        ([left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1)], n + 1)
-    })
+    let pixels: Vec<usize> = (0..mask.len()).filter(|i| mask[*i]).collect();
+    (bounds(&pixels, width).map(|side| side as u32), pixels.len() as u64)
 }
 
 /// A region as a finding.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::finding::{AuditedView, Finding};
-use crate::audit::picture::regions::at_most;
+use crate::audit::picture::regions::{at_most, mask_of};
 use crate::site::Camera;
 
 /// More places of a region tell no more of where it is.
@@ -31,8 +31,8 @@ pub(crate) struct Found {
     pub(crate) normal: Vec3,
     /// Logarithm of the odds of a fault.
     pub(crate) log_odds: f32,
-    /// The part of the model whose outline told it.
-    pub(crate) part: Option<u32>,
+    /// The part of the model whose outline told it, and the logarithm of the odds against its place.
+    pub(crate) part: Option<(u32, f32)>,
     /// Places all over it, with the probes that can tell of them.
     pub(crate) sightlines: Vec<Sightlines>,
 }
@@ -81,8 +81,7 @@ impl Eye {
 
     /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.
     pub(crate) fn showing(&self, other: &Self, pixels: &[usize]) -> Vec<bool> {
-        let mut inside = vec![false; other.distance.len()];
-        pixels.iter().for_each(|i| inside[*i] = true);
+        let inside = mask_of(pixels, other.distance.len());
         let shows = |i: usize| self.distance[i].is_finite() && other.on(self.position[i]).is_some_and(|j| inside[j]);
         (0..self.distance.len()).into_par_iter().map(shows).collect()
     }

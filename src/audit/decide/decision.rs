@@ -9,7 +9,7 @@ use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
 use crate::audit::likelihood::structure::odds_of;
-use crate::audit::picture::regions::{Region, bounds};
+use crate::audit::picture::regions::{Region, bounds, mask_of};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::luminance;
 
@@ -150,8 +150,7 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
     // where nothing else meets its borders they say nothing against it
-    let mut inside = vec![false; observed.usable.len()];
-    region.pixels.iter().for_each(|i| inside[*i] = true);
+    let inside = mask_of(&region.pixels, observed.usable.len());
     let step = t.step(&observed.surfaces, &region.pixels, |i| inside[i]).unwrap_or(unexplained).min(odds::STEP);
     let (log_odds, evidence) = PICTURE.weigh([
         slope,
@@ -182,8 +181,8 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
 
 /// A part whose outline is beside its place.
 pub(crate) fn outline(part: Shifted) -> Judged {
-    let shift = part.shift();
-    let (log_odds, evidence) = OUTLINE.weigh([part.odds]);
-    let region = Region { pixels: part.pixels };
-    Judged { shift, part: Some(part.part), ..Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, region) }
+    let Shifted { part, pixels, shift, odds } = part;
+    let (log_odds, evidence) = OUTLINE.weigh([odds]);
+    let judged = Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, Region { pixels });
+    Judged { shift, part: Some((part, odds)), ..judged }
 }

@@ -10,7 +10,7 @@ use crate::audit::decide::scores::{LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
-use crate::audit::picture::regions::{Region, closed, components, opened};
+use crate::audit::picture::regions::{Region, closed, components, mask_of, opened};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
 
@@ -36,8 +36,7 @@ impl Observations {
         let (judged, _) = judge(prepared, self, &Scores::of(self));
         let (mut verdicts, mut reasons) = label::verdicts(self);
         for j in &judged {
-            let mut mask = vec![false; verdicts.len()];
-            j.pixels().iter().for_each(|i| mask[*i] = true);
+            let mask = mask_of(j.pixels(), verdicts.len());
             label::mark(&mut verdicts, &mut reasons, &mask, j.kind, j.reason(self.settings.false_alarms));
         }
         (judged, verdicts)

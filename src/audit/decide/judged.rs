@@ -18,8 +18,8 @@ pub struct Judged {
     pub displacement: Option<Displacement>,
     /// How far a part stands beside its place.
     pub shift: Option<Shift>,
-    /// The part of the model whose outline told it.
-    pub(crate) part: Option<u32>,
+    /// The part of the model whose outline told it, and the logarithm of the odds against its place.
+    pub(crate) part: Option<(u32, f32)>,
     /// The figures behind it.
     pub evidence: Vec<Evidence>,
 }

@@ -3,7 +3,6 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
 use crate::audit::decide::assess::{extent, note};
 use crate::audit::decide::assessed::{Assessed, Found};
@@ -35,7 +34,7 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     let outlines = outlines(assessed);
     for (a, learnt) in assessed.iter_mut().zip(learnt) {
         for (f, learnt) in a.found.iter_mut().zip(learnt) {
-            if let Some(odds) = f.part.and_then(|part| outlines.get(&part)) {
+            if let Some(odds) = f.part.and_then(|(part, _)| outlines.get(&part)) {
                 (f.log_odds, f.finding.evidence) = OUTLINE.weigh([*odds]);
             }
             for (test, value) in learnt.into_iter().filter_map(|(test, value)| Some((test, value?))) {
@@ -58,10 +57,8 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
 /// Logarithm of the odds that all photographs together give against a part's place, by its number: each sees it from elsewhere.
 fn outlines(assessed: &[Assessed]) -> BTreeMap<u32, f32> {
     let mut sums = BTreeMap::new();
-    for f in assessed.iter().flat_map(|a| &a.found) {
-        if let (Some(part), Some(outline)) = (f.part, f.finding.evidence.first()) {
-            *sums.entry(part).or_default() += outline.value as f32;
-        }
+    for (part, odds) in assessed.iter().flat_map(|a| &a.found).filter_map(|f| f.part) {
+        *sums.entry(part).or_default() += odds;
     }
     sums
 }
@@ -126,10 +123,8 @@ impl Fault {
         if view != self.finding.view && !self.finding.also_in.iter().any(|v| v == view) {
             self.finding.also_in.push(view.to_owned());
         }
-        match self.masks.entry(v) {
-            Entry::Vacant(none) => drop(none.insert(mask)),
-            Entry::Occupied(mut all) => all.get_mut().iter_mut().zip(mask).for_each(|(all, here)| *all |= here),
-        }
+        let all = self.masks.entry(v).or_insert_with(|| vec![false; mask.len()]);
+        all.iter_mut().zip(mask).for_each(|(all, here)| *all |= here);
     }
 
     /// The same, in the view's verdicts, too.

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::finding::{Kind, What};
+use crate::audit::picture::regions::mask_of;
 use crate::audit::verdict::{Reason, Verdict};
 
 /// A region is explained if at least this share of what tells of it is.
@@ -76,8 +77,7 @@ fn hidden(assessed: &[Assessed]) -> Vec<Vec<bool>> {
     let mut things: Vec<Silhouette> = Vec::new();
     for (view, a) in assessed.iter().enumerate() {
         for found in a.found.iter().filter(stands) {
-            let mut mask = vec![false; a.eye.distance.len()];
-            found.pixels.iter().for_each(|i| mask[*i] = true);
+            let mask = mask_of(&found.pixels, a.eye.distance.len());
             things.push(Silhouette { view, eye: &a.eye, found, mask });
         }
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::audit::likelihood::photo_consistency::{HERE, PLACES, place};
-use crate::audit::picture::regions::{Region, at_most, dilated};
+use crate::audit::picture::regions::{Region, at_most, dilated, mask_of};
 use crate::audit::view::{AuditScene, Observations};
 
 /// A region's cost over the sweep.
@@ -43,11 +43,7 @@ const TELLING_SHARE: f32 = 0.25;
 pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Region) -> Swept {
     let (w, h) = observed.size();
     let g = &observed.geometry;
-    let mut mask = vec![false; w * h];
-    for &i in &region.pixels {
-        mask[i] = true;
-    }
-    let wide = dilated(&mask, w, h, 2);
+    let wide = dilated(&mask_of(&region.pixels, w * h), w, h, 2);
     let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
     // what shows nothing fits no place better than another, and would only hide that the rest does
     let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();

@@ -39,9 +39,7 @@ const SURE: f32 = 32.0;
 pub(crate) struct ProbeMatch {
     /// Which of the parts that were asked for.
     pub(crate) which: usize,
-    /// How far its outline is off, the probe's pixels, and the same on the part, metres.
-    pub(crate) px: f32,
-    pub(crate) metres: f32,
+    /// Logarithm of the odds against the model's place.
     pub(crate) odds: f32,
 }
 
@@ -52,7 +50,6 @@ struct InProbe {
     /// Unit direction in which it moves when the part moves along the camera's ray.
     towards: [f32; 2],
     odds: f32,
-    metres_per_px: f32,
     others: Vec<[f32; 2]>,
 }
 
@@ -80,7 +77,7 @@ pub(crate) fn probe_matches(
             if px <= least || along < ALONG * px || t.odds < SURE + tries {
                 continue;
             }
-            let found = ProbeMatch { which: t.which, px, metres: px * t.metres_per_px, odds: t.odds - tries };
+            let found = ProbeMatch { which: t.which, odds: t.odds - tries };
             match all.iter_mut().find(|w| w.which == t.which) {
                 Some(other) if other.odds >= found.odds => {}
                 Some(other) => *other = found,
@@ -129,14 +126,7 @@ fn asked(
     let members = small.members();
     let beside = members.iter().enumerate().filter(|(k, m)| *k as u32 != part && m.len() >= FEWEST);
     let fits: Vec<Fit> = beside.filter_map(|(_, m)| small.fit(m)).filter(|f| f.best >= FOUND).collect();
-    Some(InProbe {
-        which,
-        shift: fit.shift,
-        towards,
-        odds: fit.odds,
-        metres_per_px: distance * pixel,
-        others: fits.iter().map(|f| f.shift).collect(),
-    })
+    Some(InProbe { which, shift: fit.shift, towards, odds: fit.odds, others: fits.iter().map(|f| f.shift).collect() })
 }
 
 /// What a camera in a probe's place sees, by the model and by the probe's picture.

@@ -16,44 +16,16 @@ use crate::audit::view::{AuditScene, Observations};
 const LARGEST: f32 = 0.35;
 const SMALLEST: f32 = 3e-3;
 
-/// By how many pixels a part is shifted.
-pub(crate) enum Outline {
-    /// In the photograph: pixels of the audit's size, to the right and down.
-    InPhotograph([f32; 2]),
-    /// In a probe's picture only: pixels of that.
-    InProbe(f32),
-}
-
 /// A part whose outline the photograph shows elsewhere.
 pub(crate) struct Shifted {
     /// Its number.
     pub(crate) part: u32,
     /// The part's pixels and those that it is shifted to, in order.
     pub(crate) pixels: Vec<usize>,
-    pub(crate) by: Outline,
-    /// The same on the part, metres.
-    pub(crate) metres: f32,
+    /// Where it really stands, as far as the photograph shows it.
+    pub(crate) shift: Option<Shift>,
     /// Logarithm of the odds against the model's place.
     pub(crate) odds: f32,
-}
-
-impl Outline {
-    /// By how many pixels.
-    pub(crate) fn pixels(&self) -> f32 {
-        match self {
-            Self::InPhotograph([right, down]) => right.hypot(*down),
-            Self::InProbe(px) => *px,
-        }
-    }
-}
-
-impl Shifted {
-    /// Where the part really stands, as far as the photograph shows it.
-    pub(crate) fn shift(&self) -> Option<Shift> {
-        let Outline::InPhotograph(by) = self.by else { return None };
-        let [right, down] = by.map(|px| f64::from(px * self.metres / self.by.pixels()));
-        Some(Shift { right_m: right, down_m: down })
-    }
 }
 
 /// Looks for parts whose outlines are shifted against the others', in the photograph or in what a probe saw.
@@ -82,8 +54,7 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
     all.extend(probe_matches(prepared, observed, &asked).into_iter().map(|w| Shifted {
         part: asked[w.which].0,
         pixels: asked[w.which].1.clone(),
-        by: Outline::InProbe(w.px),
-        metres: w.metres,
+        shift: None,
         odds: w.odds,
     }));
     all
@@ -95,8 +66,8 @@ fn whole(small: &Small, observed: &Observations, fit: &Fit) -> Shifted {
     pixels.extend(small.at_full_size(observed, fit.members, fit.shift.map(|d| d.round() as isize)));
     pixels.sort_unstable();
     pixels.dedup();
-    let by_px = fit.shift.map(|d| d * small.by as f32);
     let distance = fit.members.iter().map(|i| small.distance[*i]).sum::<f32>() / fit.members.len() as f32;
-    let metres = by_px[0].hypot(by_px[1]) * distance / observed.surfaces.focal;
-    Shifted { part: small.part[fit.members[0]], pixels, by: Outline::InPhotograph(by_px), metres, odds: fit.odds }
+    let [right_m, down_m] = fit.shift.map(|d| f64::from(d * small.by as f32 * distance / observed.surfaces.focal));
+    let shift = Some(Shift { right_m, down_m });
+    Shifted { part: small.part[fit.members[0]], pixels, shift, odds: fit.odds }
 }

@@ -40,6 +40,13 @@ pub(crate) fn dilated(mask: &[bool], width: usize, height: usize, radius: usize)
     steps.iter().map(|s| *s < far && *s <= radius).collect()
 }
 
+/// Whether each of so many pixels is one of some.
+pub(crate) fn mask_of(pixels: &[usize], count: usize) -> Vec<bool> {
+    let mut mask = vec![false; count];
+    pixels.iter().for_each(|i| mask[*i] = true);
+    mask
+}
+
 fn inverted(mask: &[bool]) -> Vec<bool> {
     mask.iter().map(|m| !m).collect()
 }
