@@ -1,14 +1,11 @@
 //! Site files, right and wrong, and the `check` verb.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "support/data.rs"]
-mod data;
-
+use crate::data::shared;
 use assert_cmd::Command;
 use clerestory::panorama::Projection;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Environment, Site, Up};
-use data::shared;
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
 use std::path::Path;
