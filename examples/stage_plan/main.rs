@@ -24,7 +24,7 @@ const TURNS: usize = 5;
 const HEAD: &str = "# What is left out, and what that saves
 
 `check`, `render` and the report print, for each site, which stages of work it needs, which are left out and why, and
-what that saves. `--all-stages` does everything; the pictures are the same to the last bit (`tests/stage_plan.rs`).
+what that saves. `--all-stages` does everything; the pictures are the same to the last bit (`tests/light/stage_plan.rs`).
 
 | a site with … | goes without | told by | what is saved |
 |---|---|---|---|

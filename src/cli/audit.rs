@@ -61,7 +61,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         bail!("{file}: the view “{}” has no photo to compare with", view.name);
     }
     let folder = args.output.folder(&site)?;
-    let Model { scene, health, .. } = Model::of(&site)?;
+    let Model { scene, health, .. } = Model::of(&site, &folder)?;
     let mut found = Vec::new();
     if args.register {
         (site, found) =

@@ -90,7 +90,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let lightings = lightings(&site, &args.how.lighting)?;
     let folder = args.output.folder(&site)?;
-    let Model { scene, health, seconds } = Model::of(&site)?;
+    let Model { scene, health, seconds } = Model::of(&site, &folder)?;
     let start = Instant::now();
     let shown = args.output.told.talks();
     let Bake { baked, mut setup } = baked(&site, &scene, &lightings, &args.how, bake::BakeSettings::default(), shown)?;
@@ -157,15 +157,30 @@ pub(super) fn lightings(site: &Site, asked: &[String]) -> anyhow::Result<Vec<Str
 pub(super) fn stem(site: &Site) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c.to_ascii_lowercase() } else { '-' };
     let name: String = site.name.chars().map(plain).collect();
-    if name.trim_matches('-').is_empty() { "site".to_owned() } else { name.trim_matches('-').to_owned() }
+    match name.trim_matches('-') {
+        "" => "site".to_owned(),
+        "coverage" => "site-coverage".to_owned(), // the plan's own
+        name => name.to_owned(),
+    }
+}
+
+/// What the files of each lighting are called, each in its own way, letter case aside: “10:00” and “1000” are two.
+fn stems(site: &str, lightings: &[String]) -> Vec<String> {
+    let mut stems: Vec<String> = Vec::new();
+    for lighting in lightings {
+        let plain = lighting.replace(|c: char| !c.is_alphanumeric() && c != '-', "");
+        let stem = if lightings.len() > 1 { format!("{site}-{plain}") } else { site.to_owned() };
+        let taken = |name: &String| stems.iter().any(|s| s.to_lowercase() == name.to_lowercase());
+        let mut names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
+        stems.extend(names.find(|name| !taken(name)));
+    }
+    stems
 }
 
 fn write(folder: &Path, site: &Site, scene: &Scene, baked: &Baked) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let command = super::terminal::command::own_command();
-    for (l, lighting) in baked.lightings.iter().enumerate() {
-        let plain = lighting.replace(|c: char| !c.is_alphanumeric() && c != '-', "");
-        let stem = if baked.lightings.len() > 1 { format!("{}-{plain}", stem(site)) } else { stem(site) };
+    for (l, stem) in stems(&stem(site), &baked.lightings).iter().enumerate() {
         let mut notes = Map::new();
         notes.insert("site".into(), Value::from(site.name.as_str()));
         notes.insert("command".into(), Value::from(command.as_str()));
@@ -203,4 +218,20 @@ fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
         t.load_s, t.shoot_s, t.index_s, t.volume_s, o.bake_s, o.write_s
     )?;
     o.files.iter().try_for_each(|f| writeln!(out, "{}", f.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stems;
+
+    #[test]
+    fn no_lighting_s_files_take_the_place_of_another_s() {
+        let of = |names: &[&str]| stems("nave", &names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
+        assert_eq!(of(&["10:00"]), ["nave"]);
+        assert_eq!(of(&["10:00", "14:30"]), ["nave-1000", "nave-1430"]);
+        assert_eq!(
+            of(&["10:00", "1000", "Day", "day", "?", "!"]),
+            ["nave-1000", "nave-1000-2", "nave-Day", "nave-day-2", "nave-", "nave--2"]
+        );
+    }
 }

@@ -49,7 +49,7 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let folder = args.output.folder(&site)?;
     let spinner = args.output.told.bar("{spinner} {msg}");
     spinner.set_message("reading the model");
-    let Model { scene, health, .. } = Model::of(&site)?;
+    let Model { scene, health, .. } = Model::of(&site, &folder)?;
     spinner.set_message("planning");
     let mut options =
         Options { fresh: args.fresh, floors: args.floor.clone(), all_parts: args.all_parts, ..Options::default() };

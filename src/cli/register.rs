@@ -109,7 +109,7 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     let target = args.write.as_deref().map(|file| writable(file, &site, args.overwrite)).transpose()?;
     let lighting = lighting(&site, args.lighting.as_deref())?;
     let folder = args.output.folder(&site)?;
-    let Model { scene, health, .. } = Model::of(&site)?;
+    let Model { scene, health, .. } = Model::of(&site, &folder)?;
     let settings = RegisterSettings {
         within_m: args.within,
         tilt_deg: args.tilt,

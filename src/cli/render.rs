@@ -37,7 +37,7 @@ use super::bake::BakeHow;
 use super::register::lighting;
 use super::terminal::model::Model;
 use super::terminal::number::between;
-use super::terminal::output::Output;
+use super::terminal::output::{Output, apart};
 use super::terminal::peak_memory::peak_bytes;
 use super::terminal::visible::visible;
 
@@ -155,7 +155,7 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     if args.gpu {
         return gpu(&site, args, out);
     }
-    let model = args.register.then(|| Model::of(&site)).transpose()?;
+    let model = args.register.then(|| Model::of(&site, &args.output.folder(&site)?)).transpose()?;
     if let Some(Model { scene, .. }) = &model {
         let (found, lines) =
             super::register::in_passing(&site, scene, args.lighting.as_deref(), &args.view, args.output.told.talks())?;
@@ -221,7 +221,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let folder = args.output.folder(&site)?;
     let (Model { scene, health, seconds }, spared) = match model {
         Some(model) => (model, None),
-        None => reachable(&site, args)?,
+        None => reachable(&site, args, &folder)?,
     };
     let unreached = spared.map(not_loaded);
     let load_s = seconds + start.elapsed().as_secs_f64();
@@ -233,6 +233,8 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let (baked, mut setup) = match args.baked || video.is_some() {
         true => baked::baked(&site, &scene, &options, (args.vertices, video.is_some()), args.output.told)
             .map(|(baked, setup)| (Some(baked), setup))?,
+        // the paper's method has a volume of its own: of ours it takes what is behind windows
+        false if args.method == Method::Paper => (None, prepare(&site, &scene, &[], &options)?),
         false => (None, prepare(&site, &scene, &cameras, &options)?),
     };
     // all stages: the lightings that nobody asked for too
@@ -323,7 +325,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
 }
 
 /// What of a site's model probes and views can reach, and what that spared.
-fn reachable(site: &Site, args: &RenderArgs) -> anyhow::Result<(Model, Option<Spared>)> {
+fn reachable(site: &Site, args: &RenderArgs, folder: &Path) -> anyhow::Result<(Model, Option<Spared>)> {
     let names: Vec<&str> = args.view.iter().map(String::as_str).collect();
     let marks = |mesh: &Mesh, origin| {
         let eyes = check::eyes(site, origin, (!names.is_empty()).then_some(&names));
@@ -331,6 +333,7 @@ fn reachable(site: &Site, args: &RenderArgs) -> anyhow::Result<(Model, Option<Sp
     };
     let mut health = Health::default();
     let (scene, spared) = scene::load_without(site, &mut health, marks)?;
+    apart(folder, &health.files)?;
     Ok((Model { scene, health, seconds: 0.0 }, spared))
 }
 
@@ -373,5 +376,6 @@ fn plain(
     }
     setup.timings = timings;
     setup.transport_of.fill(None);
+    setup.left_out.retain(|l| l.stage != "volume");
     Ok(all)
 }

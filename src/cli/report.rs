@@ -22,7 +22,7 @@ use super::render::{RenderArgs, rendered};
 use super::study::studied;
 use super::terminal::command::{as_argument, command, in_words, own_command};
 use super::terminal::model::Model;
-use super::terminal::output::Output;
+use super::terminal::output::{Output, apart};
 use super::view::viewed;
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
@@ -193,11 +193,12 @@ impl Report<'_> {
         match part {
             Part::Check => {
                 let check = check(site)?;
+                apart(folder, &check.model.files)?;
                 write_json(&folder.join("check.json"), &check)?;
                 archive.check = Some(check);
             }
             Part::Plan => {
-                let Model { scene, .. } = Model::of(site)?;
+                let Model { scene, .. } = Model::of(site, folder)?;
                 let plan = plan(site, &scene, &plan::stations::run::Options::default())
                     .with_context(|| site.file.display().to_string())?;
                 archive.plan = Some(write_plan(site, &scene, &plan, folder)?.0);
@@ -211,7 +212,7 @@ impl Report<'_> {
             }
             Part::Audit => {
                 let (site, found) = self.registered()?;
-                let Model { scene, health, .. } = Model::of(&site)?;
+                let Model { scene, health, .. } = Model::of(&site, folder)?;
                 let said = health.warnings.into_iter().chain(found).collect();
                 let settings = audit::Settings::default();
                 archive.audit = Some(audited(&site, &scene, said, None, &[], &settings, folder, false)?);
@@ -226,7 +227,7 @@ impl Report<'_> {
                     plan: archive.plan.as_ref().map(|_| folder.join("plan.json")),
                     command: own_command(),
                 };
-                viewed(site, &Model::of(site)?, &BakeHow::default(), &extras, folder, false)?;
+                viewed(site, &Model::of(site, folder)?, &BakeHow::default(), &extras, folder, false)?;
                 archive.viewer = Some("viewer.html".to_owned());
             }
         }
@@ -237,7 +238,9 @@ impl Report<'_> {
     fn registered(&mut self) -> anyhow::Result<(Site, Vec<String>)> {
         let registered = match self.registered.take() {
             Some(known) => known,
-            None if self.args.register => in_passing(self.site, &Model::of(self.site)?.scene, None, &[], false)?,
+            None if self.args.register => {
+                in_passing(self.site, &Model::of(self.site, self.folder)?.scene, None, &[], false)?
+            }
             None => (self.site.clone(), Vec::new()),
         };
         Ok(self.registered.insert(registered).clone())
@@ -357,10 +360,26 @@ fn files_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
-        if path.is_file() && path.file_name().is_some_and(|n| n != "manifest.json") {
+        // a program that was ended while it wrote has left its parts
+        let is_part = path.extension().is_some_and(|e| e == "part");
+        if path.is_file() && !is_part && path.file_name().is_some_and(|n| n != "manifest.json") {
             files.push(path);
         }
     }
     files.sort();
     Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::files_in;
+
+    #[test]
+    fn what_a_crash_left_is_no_result() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "b.png.12.part", "manifest.json"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        assert_eq!(files_in(folder.path()).unwrap(), [folder.path().join("a.png")]);
+    }
 }

@@ -7,6 +7,7 @@ use clerestory::study::{self, How, Metric, Options, Outside, Progress, Study, Su
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::model::Model;
 use super::terminal::number::{ABOVE_ZERO, between};
 use super::terminal::output::Output;
 use super::terminal::visible::visible;
@@ -65,6 +66,7 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let site = Site::load(&args.site)?;
     let folder = args.output.folder(&site)?;
     let names: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
+    Model::of(&site, &folder)?; // none of its files may lie there
     let outside = match &args.outside {
         Some(path) => study::read_outside(path, &names)?,
         None => Vec::new(),

@@ -62,7 +62,7 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
         command: super::terminal::command::own_command(),
     };
     let folder = args.output.folder(&site)?;
-    let model = Model::of(&site)?;
+    let model = Model::of(&site, &folder)?;
     let outcome = viewed(&site, &model, &args.how, &extras, &folder, args.output.told.talks())?;
     args.output.told.tell(&outcome, out, |out| {
         let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;

@@ -243,11 +243,14 @@ impl View {
     /// files.
     pub fn file_stem(&self) -> String {
         const FILES: [&str; 8] = ["index", "manifest", "check", "render", "plan", "study", "findings", "coverage"];
-        const BEGINNINGS: [&str; 6] = ["view-", "audit-", "plan-", "coverage-", "mask-", "register-"];
+        const BEGINNINGS: [&str; 7] = ["view-", "audit-", "plan-", "coverage-", "mask-", "register-", "study-"];
         let name = self.name.to_lowercase();
         let stem = name.split('.').next().unwrap_or(&name);
         let taken = FILES.contains(&stem) || BEGINNINGS.iter().any(|begin| name.starts_with(begin));
-        if taken { format!("view-{}", self.name) } else { self.name.clone() }
+        // the report's own pictures of a view are called so
+        let ending =
+            if ["-photo", "-relit", "-findings", "-view"].iter().any(|own| name.ends_with(own)) { "-view" } else { "" };
+        if taken { format!("view-{}{ending}", self.name) } else { self.name.clone() }
     }
 }
 

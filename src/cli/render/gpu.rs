@@ -40,7 +40,6 @@ mod with_card {
     use clerestory::gpu::{self, Drawer};
     use clerestory::panorama::{Exposure, Layer};
     use clerestory::render::Timings;
-    use clerestory::scene::{self, Health};
     use clerestory::site::Site;
     use serde::Serialize;
     use std::io::{self, Write};
@@ -51,6 +50,7 @@ mod with_card {
     use crate::cli::render::gpu::Asked;
     use crate::cli::render::pictures::write;
     use crate::cli::render::walk_exposure::walk_exposure;
+    use crate::cli::terminal::model::Model;
     use crate::cli::terminal::output::Output;
     use crate::cli::terminal::{peak_memory::peak_bytes, visible::visible};
 
@@ -95,8 +95,7 @@ mod with_card {
         gpu::adapter()?;
         let start = Instant::now();
         let folder = output.folder(site)?;
-        let mut health = Health::default();
-        let scene = scene::load(site, &mut health)?;
+        let Model { scene, health, .. } = Model::of(site, &folder)?;
         let load_s = start.elapsed().as_secs_f64();
         let usual = BakeSettings { views: false, sun_apart: true, ..BakeSettings::default() };
         let start = Instant::now();

@@ -72,20 +72,22 @@ impl Output {
     /// A folder in which the site's model or pictures lie: a result may have the name of one.
     pub(crate) fn folder(&self, site: &Site) -> anyhow::Result<PathBuf> {
         let folder = self.out.clone().unwrap_or_else(|| by_default(site));
-        let of = |file: &PathBuf| folder_of(file).canonicalize().ok();
-        if let Ok(known) = folder.canonicalize()
-            && let Some(own) = site.files().iter().find(|f| **f != site.file && of(f).as_ref() == Some(&known))
-        {
-            bail!(
-                "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another \
-                 folder",
-                folder.display(),
-                own.display()
-            );
-        }
+        let own: Vec<PathBuf> = site.files().into_iter().filter(|f| *f != site.file).collect();
+        apart(&folder, &own)?;
         std::fs::create_dir_all(&folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
         Ok(folder)
     }
+}
+
+/// Refuses a folder in which files of the site's own lie.
+pub(crate) fn apart(folder: &Path, own: &[PathBuf]) -> anyhow::Result<()> {
+    let Ok(known) = folder.canonicalize() else { return Ok(()) };
+    let Some(own) = own.iter().find(|f| folder_of(f).canonicalize().is_ok_and(|f| f == known)) else { return Ok(()) };
+    bail!(
+        "{}: the site's own files lie there, such as {}, and results could take their place. Give --out another folder",
+        folder.display(),
+        own.display()
+    )
 }
 
 /// `reports/SITE`, after the site's folder, or after the site file where it is not called site.toml.

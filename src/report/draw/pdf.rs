@@ -8,19 +8,10 @@ use krilla::metadata::{DateTime, Metadata};
 use krilla::page::PageSettings;
 use krilla::{Document, SerializeSettings};
 use krilla_svg::{SurfaceExt, SvgSettings};
-use std::sync::{Arc, LazyLock};
-use usvg::fontdb;
+use resvg::usvg;
 
-use super::png::{BOLD, PLAIN};
+use super::png::options;
 use crate::report::error::ReportError;
-
-// krilla stands on an older usvg than the pictures do, with a database of its own
-static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
-    let mut fonts = fontdb::Database::new();
-    fonts.load_font_data(PLAIN.to_vec());
-    fonts.load_font_data(BOLD.to_vec());
-    Arc::new(fonts)
-});
 
 /// A PDF file with a page for each SVG sheet, as large as the sheet. The same bytes for the same sheets and time. With the
 /// time when it was made (`YYYY-MM-DDThh:mm:ssZ`), which archives ask for, it is PDF/A-2b, unless a sheet breaks one of that
@@ -30,13 +21,7 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 /// If an SVG cannot be read or drawn.
 pub fn pdf(title: &str, sheets: &[&str], made: Option<&str>) -> Result<Vec<u8>, ReportError> {
     let bad = |what: String| ReportError::Drawing { what };
-    let options = usvg::Options {
-        fontdb: FONTS.clone(),
-        font_family: "DejaVu Sans".into(),
-        // PDF's unit is a point, 1/72 inch
-        dpi: 72.0,
-        ..usvg::Options::default()
-    };
+    let options = options(72.0); // PDF's unit is a point, 1/72 inch
     let trees: Result<Vec<_>, _> = sheets.iter().map(|svg| usvg::Tree::from_str(svg, &options)).collect();
     let trees = trees.map_err(|e| bad(e.to_string()))?;
     let metadata = Metadata::new().title(title.to_owned()).creator("clerestory".to_owned()).language("en".to_owned());

@@ -9,8 +9,8 @@ use resvg::usvg::{self, fontdb};
 
 use crate::report::error::ReportError;
 
-pub(in crate::report) const PLAIN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
-pub(in crate::report) const BOLD: &[u8] = include_bytes!("font/DejaVuSans-Bold.ttf");
+const PLAIN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
+const BOLD: &[u8] = include_bytes!("font/DejaVuSans-Bold.ttf");
 
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = fontdb::Database::new();
@@ -19,20 +19,23 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// A PNG file of an SVG sheet at `dpi` dots per inch (of the sheet's own millimetres). System fonts are not used: the
-/// same sheet gives the same bytes everywhere.
+/// How sheets are read: with no font of the system, so that the same sheet gives the same bytes everywhere.
+pub(super) fn options(dpi: f32) -> usvg::Options<'static> {
+    usvg::Options {
+        fontdb: FONTS.clone(),
+        font_family: "DejaVu Sans".into(),
+        dpi, // a millimetre is dpi/25.4 pixels
+        ..usvg::Options::default()
+    }
+}
+
+/// A PNG file of an SVG sheet at `dpi` dots per inch (of the sheet's own millimetres).
 ///
 /// # Errors
 /// If the SVG cannot be read, or the picture would have no pixel or more than 2²⁸.
 pub fn png(svg: &str, dpi: f32) -> Result<Vec<u8>, ReportError> {
     let bad = |what: String| ReportError::Drawing { what };
-    let options = usvg::Options {
-        fontdb: FONTS.clone(),
-        font_family: "DejaVu Sans".into(),
-        dpi, // a millimetre is dpi/25.4 pixels
-        ..usvg::Options::default()
-    };
-    let tree = usvg::Tree::from_str(svg, &options).map_err(|e| bad(e.to_string()))?;
+    let tree = usvg::Tree::from_str(svg, &options(dpi)).map_err(|e| bad(e.to_string()))?;
     let size = tree.size().to_int_size();
     let (width, height) = (size.width(), size.height());
     let too_large = u64::from(width) * u64::from(height) > 1 << 28;

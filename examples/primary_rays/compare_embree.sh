@@ -2,14 +2,14 @@
 # Primary rays of a site's views at 512×512, 1 and 4 a pixel, on 2 threads: ours beside Embree's (pip install embreex),
 # the same triangles and rays, in turns. Prints Mray/s (median over the turns) and the ratios to Embree.
 set -euo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/../.."
 turns=${1:-3}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cargo build --release --quiet --example primary_rays
 for _ in $(seq "$turns"); do
     "${CARGO_TARGET_DIR:-target}"/release/examples/primary_rays "$folder"
-    python3 benches/embree.py "$folder"
+    python3 examples/primary_rays/embree.py "$folder"
 done | tee /dev/stderr | awk '
     $4 == "Mray/s" { n[$1, $2]++; rate[$1, $2, n[$1, $2]] = $3 }
     function median(who, samples,   i, j, m, v, x) {

@@ -2,13 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on")]
 
-#[path = "../examples/build_chapel/chapel/mod.rs"]
-#[allow(dead_code, missing_docs, unreachable_pub)]
-mod chapel;
-#[path = "../examples/common/mod.rs"]
-#[allow(dead_code, missing_docs, unreachable_pub)]
-mod common;
-
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::Site;
 use glam::{Vec3, vec3};
@@ -103,7 +96,7 @@ fn demo_makes_missing_folders_and_fills_an_empty_one() {
 
 #[test]
 fn the_generator_makes_the_bundled_models_and_site_files() {
-    for (name, bytes) in chapel::files().unwrap() {
+    for (name, bytes) in crate::chapel::files().unwrap() {
         let committed = fs::read(bundled().join(&name)).unwrap();
         assert!(committed == bytes, "{name} differs: run `cargo run --release --example build_chapel -- sites/chapel`");
     }
@@ -111,10 +104,12 @@ fn the_generator_makes_the_bundled_models_and_site_files() {
 
 #[test]
 fn both_models_are_healthy() {
-    for (name, version) in [("site.toml", chapel::Version::Truth), ("as_modelled.toml", chapel::Version::AsModelled)] {
+    for (name, version) in
+        [("site.toml", crate::chapel::Version::Truth), ("as_modelled.toml", crate::chapel::Version::AsModelled)]
+    {
         let (_, scene, health) = load(name);
         assert_eq!(health.warnings, Vec::<String>::new());
-        assert_eq!(scene.mesh.triangles.len(), chapel::model(version).triangles(), "no triangle is dropped");
+        assert_eq!(scene.mesh.triangles.len(), crate::chapel::model(version).triangles(), "no triangle is dropped");
         assert!((15_000..40_000).contains(&scene.mesh.triangles.len()));
         for i in 0..scene.mesh.triangles.len() as u32 {
             let albedo = scene.filtered_albedo(i, glam::Vec2::splat(1.0 / 3.0), 10.0);
@@ -163,7 +158,7 @@ fn check_walls(name: &str) {
 
 /// Whether a ray from inside passes the outer rim of a window, or what stands around it.
 fn through_a_window(site: &Site, from: Vec3, direction: Vec3) -> bool {
-    chapel::building::windows().into_iter().any(|[centre, a, b]| {
+    crate::chapel::building::windows().into_iter().any(|[centre, a, b]| {
         let centre = site.frame.point_in(centre).as_vec3();
         let [a, b] = [a, b].map(|half| site.frame.direction_in(half).as_vec3());
         let normal = a.cross(b);

@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that cannot go on")]
 
-#[path = "support/data.rs"]
-mod data;
-mod support;
-
+use crate::data::shared;
+use crate::support::{Built, Plan, Quad, closed, grey, sides, v};
 use assert_cmd::Command;
 use clerestory::plan::PlanError;
 use clerestory::plan::export::tables::{self, Outward};
@@ -13,11 +11,9 @@ use clerestory::plan::stations::result::{FloorPlan, SitePlan};
 use clerestory::plan::stations::run::{Options, plan};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
-use data::shared;
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
 use std::path::Path;
-use support::{Built, Plan, Quad, closed, grey, sides, v};
 
 /// Fewer patches than the verb takes: the check in space is quicker.
 fn quick() -> Options {

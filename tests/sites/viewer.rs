@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test that cannot go on")]
 
-mod support;
-
+use crate::support::{Built, Plan, closed, grey, options, sides, v};
 use clerestory::bake::{self, bake};
 use clerestory::panorama::{Exposure, Picture};
 use clerestory::render::{Relit, render};
@@ -17,7 +16,6 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use support::{Built, Plan, closed, grey, options, sides, v};
 use tungstenite::{Message, WebSocket, client};
 
 /// A browser without a window, and what its page logs.
@@ -157,7 +155,7 @@ fn room() -> Built {
     quads.remove(1);
     // painted on its two large faces: on the narrow ones squares would be finer than pixels
     quads.extend(sides(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), [0, 0, 0, 0, 1, 1]));
-    let mut plan = Plan::new(quads, &[grey(0.6), support::Paint { albedo: 0.8, emission: 0.0, checker: true }])
+    let mut plan = Plan::new(quads, &[grey(0.6), crate::support::Paint { albedo: 0.8, emission: 0.0, checker: true }])
         .probe(v(0.9, 1.4, 1.0), 128)
         .probe(v(1.1, 0.6, 0.7), 128)
         .view(v(0.4, 0.3, 1.2), v(3.5, 2.5, 1.0), 256)

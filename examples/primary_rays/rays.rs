@@ -1,4 +1,4 @@
-//! The rays that the benchmarks cast: the pixels of a site's views, in tiles.
+//! The rays that are cast: the pixels of a site's views, in tiles.
 
 use clerestory::scene::{self, Health, Hit, Ray, Scene, Tracer};
 use clerestory::site::Site;
@@ -51,7 +51,6 @@ pub(crate) fn load(path: &Path, side: u32) -> Result<(Scene, Vec<View>), Box<dyn
 }
 
 /// As many rays from the same point, every which way (a golden-angle spiral, shuffled by a large stride).
-#[allow(dead_code, reason = "only one of the programs that share this module uses it")]
 pub(crate) fn scattered(view: &View) -> View {
     let n = view.directions.len();
     let directions = (0..n)

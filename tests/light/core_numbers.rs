@@ -4,17 +4,15 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{
+    Built, Paint, Plan, Quad, assert_all, assert_finite, closed, grey, irradiance, options, relative_rmse, sides, v,
+};
 use clerestory::panorama::Picture;
 use clerestory::reference::{self, Eye, trace, unwatched};
 use clerestory::render::{SetupError, Source, prepare};
 use clerestory::study::relmse;
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
-use support::{
-    Built, Paint, Plan, Quad, assert_all, assert_finite, closed, grey, irradiance, options, relative_rmse, sides, v,
-};
 
 const HIGH: DVec3 = DVec3::new(4.0, 3.0, 2.5);
 

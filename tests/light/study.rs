@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{Built, Plan, closed, grey, v};
 use assert_cmd::Command;
 use glam::DVec3;
 use std::fs;
 use std::path::Path;
-use support::{Built, Plan, closed, grey, v};
 
 /// A room with an open ceiling, one probe and one view.
 fn room() -> Built {

@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{Built, Plan, Quad, closed, grey, options, v};
 use clerestory::audit::{self, Photo, audit};
 use clerestory::panorama::{EnvironmentSampler, Exposure, Layer, Panorama, Picture, Projection, write_exr};
 use clerestory::plan::cover::coverage::Coverage;
@@ -18,7 +17,6 @@ use clerestory::study::{self, Block, Curve, Metric, Resamples, order, pareto, ro
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use support::{Built, Plan, Quad, closed, grey, options, v};
 
 /// What a float can hold, the odd ones as often as all others.
 fn float() -> impl Strategy<Value = f32> {

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{Plan, closed, grey, options, v};
 use clerestory::panorama::write_exr;
 use glam::{DVec3, Vec3};
 use std::fs;
-use support::{Plan, closed, grey, options, v};
 
 /// From the site file to the EXR of every layer, with records of two probes, a sun, and a niche that no probe sees.
 #[test]

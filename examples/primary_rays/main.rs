@@ -1,16 +1,18 @@
-//! Times primary rays on 2 threads and, where a folder is given, writes triangles and rays there as raw little-endian
-//! f32 for another ray caster: `primary_rays [FOLDER]`. See benches/compare_embree.sh.
+//! Times building the tree, primary rays and rays every which way on 2 threads and, where a folder is given, writes triangles
+//! and rays there as raw little-endian f32 for another ray caster: `primary_rays [FOLDER]`. See compare_embree.sh beside it.
 
 #![allow(clippy::print_stdout, reason = "its result goes to the console")]
 
-#[path = "../benches/rays/mod.rs"]
 mod rays;
 
+use clerestory::scene::{Scene, Tracer};
 use rays::{View, cast_packets, cast_single};
 use std::path::Path;
 use std::time::Instant;
 
 const REPEATS: usize = 9;
+
+type Cast = fn(&Tracer, &View) -> (usize, f64);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = rays::site().ok_or("no site to cast rays at")?;
@@ -19,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (scene, views) = rays::load(&path, side)?;
         let triangles = scene.mesh.triangles.len();
         if side == 1 {
-            let build = median(|| pool.install(|| clerestory::scene::Tracer::new(&scene.mesh)).bytes());
+            let build = median(|| pool.install(|| Tracer::new(&scene.mesh)).bytes());
             println!(
                 "{triangles} triangles, built in {:.3} s, {:.1} bytes a triangle",
                 build,
@@ -30,7 +32,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             export(Path::new(&folder), side, &scene, &views)?;
         }
         let rays: usize = views.iter().map(|v| v.directions.len()).sum();
-        for (name, cast) in [("single", cast_single as fn(&_, &View) -> (usize, f64)), ("packet", cast_packets)] {
+        let scattered: Vec<View> = views.iter().map(rays::scattered).collect();
+        let kinds: [(&str, &[View], Cast); 4] = [
+            ("single", &views, cast_single),
+            ("packet", &views, cast_packets),
+            ("scattered-single", &scattered, cast_single),
+            ("scattered-packet", &scattered, cast_packets),
+        ];
+        for (name, views, cast) in kinds {
             let mut found = (0, 0.0);
             let seconds = median(|| {
                 found = pool.install(|| {
@@ -62,7 +71,7 @@ fn median(mut run: impl FnMut() -> usize) -> f64 {
     seconds[REPEATS / 2]
 }
 
-fn export(folder: &Path, side: u32, scene: &clerestory::scene::Scene, views: &[View]) -> std::io::Result<()> {
+fn export(folder: &Path, side: u32, scene: &Scene, views: &[View]) -> std::io::Result<()> {
     let bytes = |values: Vec<f32>| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
     let corners = (0..scene.mesh.triangles.len() as u32).flat_map(|i| scene.mesh.corners(i)).flat_map(|p| p.to_array());
     std::fs::create_dir_all(folder)?;

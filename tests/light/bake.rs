@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{Built, Plan, closed, grey, options, v};
 use clerestory::bake::{self, Bake, Baked, BakedLight, Pieces, bake, write_glb, write_ply};
 use clerestory::panorama::{self, Layer, Picture, Radiometry, write_exr};
 use clerestory::render::{Irradiance, Relit, pictures, prepare_for, render};
@@ -16,7 +15,6 @@ use clerestory::volume::{Nearby, Volume};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::fs;
-use support::{Built, Plan, closed, grey, options, v};
 
 /// A room without a ceiling, sun, and a block that hides part of it from both probes.
 fn room() -> (Plan, Built) {

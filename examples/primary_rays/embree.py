@@ -1,4 +1,4 @@
-"""Times Embree (pip install embreex) on the rays that examples/primary_rays.rs wrote: embree.py FOLDER.
+"""Times Embree (pip install embreex) on the rays that main.rs wrote: embree.py FOLDER.
 
 embreex keeps Python's lock while it casts, so two processes cast half the rays each. Both wait for each other before every
 pass, and a pass lasts until the slower one has finished.

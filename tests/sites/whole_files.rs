@@ -50,6 +50,35 @@ fn no_verb_writes_where_the_sites_own_files_lie() {
     assert_eq!(fs::read(&photo).unwrap(), before);
 }
 
+const ROOM: &str = "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 0 0 3\nv 6 0 3\nv 6 5 3\nv 0 5 3\nvt 0 0\nf 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\n\
+                    f 3 4 8 7\nf 2 3 7 6\nusemtl a\nf 1/1 4/1 8/1 5/1\n";
+
+/// The site file names the model, which names its materials, which name their pictures.
+#[test]
+fn no_verb_writes_where_the_models_own_pictures_lie() {
+    let site = tempfile::tempdir().unwrap();
+    let picture = site.path().join("pictures/plan-ground.png");
+    fs::create_dir(site.path().join("pictures")).unwrap();
+    image::RgbImage::new(2, 2).save(&picture).unwrap();
+    fs::write(site.path().join("m.obj"), format!("mtllib m.mtl\n{ROOM}")).unwrap();
+    fs::write(site.path().join("m.mtl"), "newmtl a\nmap_Kd pictures/plan-ground.png\n").unwrap();
+    let text = "[site]\nunits = \"m\"\nup = \"z\"\n[model]\npath = \"m.obj\"\n[[view]]\nname = \"plan-ground\"\n\
+                position = [2, 2, 1.6]\nlook_at = [0, 2, 1.6]\nfov_y = 60\nsize = [8, 8]\n";
+    fs::write(site.path().join("site.toml"), text).unwrap();
+    let before = fs::read(&picture).unwrap();
+    for verb in ["plan", "render", "bake", "view", "study", "audit", "register", "report"] {
+        let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
+            .args([verb, ".", "--out", "pictures"])
+            .current_dir(site.path())
+            .output()
+            .unwrap();
+        let error = String::from_utf8(said.stderr).unwrap();
+        assert!(said.status.code() == Some(1) && error.contains("own files lie there"), "{verb}: {error}");
+    }
+    assert_eq!(fs::read(&picture).unwrap(), before);
+    assert_eq!(fs::read_dir(picture.parent().unwrap()).unwrap().count(), 1);
+}
+
 /// A report's page and manifest name its files, so a name that they could not say is refused before any work.
 #[cfg(unix)]
 #[test]
@@ -74,9 +103,7 @@ fn names_that_begin_with_a_dash_are_no_options() {
     let dir = tempfile::tempdir().unwrap();
     let site = dir.path().join("-site");
     fs::create_dir(&site).unwrap();
-    let room = "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 0 0 3\nv 6 0 3\nv 6 5 3\nv 0 5 3\nf 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\n\
-                f 1 4 8 5\n";
-    fs::write(site.join("m.obj"), room).unwrap();
+    fs::write(site.join("m.obj"), ROOM).unwrap();
     fs::write(site.join("site.toml"), "[site]\nunits = \"m\"\nup = \"z\"\n[model]\npath = \"m.obj\"\n").unwrap();
     let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
         .args(["report", "--quiet", "--without", "render,audit,study", "--out=-r", "--", "-site"])

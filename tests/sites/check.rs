@@ -1,14 +1,11 @@
 //! Site files, right and wrong, and the `check` verb.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "support/data.rs"]
-mod data;
-
+use crate::data::shared;
 use assert_cmd::Command;
 use clerestory::panorama::Projection;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Environment, Site, Up};
-use data::shared;
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
 use std::path::Path;
@@ -442,12 +439,12 @@ fn all_faults_of_a_file_are_told_at_once() {
 #[test]
 fn a_view_never_takes_the_name_of_the_reports_own_files() {
     let site = load(
-        &["study", "Plan-ground", "apse"]
+        &["study", "Plan-ground", "apse", "study-truth-apse-a", "study-photo"]
             .map(|n| format!("{VIEW}fov_y = 50\nsize = [8, 8]\n").replace("\"v\"", &format!("\"{n}\"")))
             .concat(),
     );
     let stems: Vec<String> = site.views.iter().map(clerestory::site::View::file_stem).collect();
-    assert_eq!(stems, ["view-study", "view-Plan-ground", "apse"]);
+    assert_eq!(stems, ["view-study", "view-Plan-ground", "apse", "view-study-truth-apse-a", "view-study-photo-view"]);
 }
 
 #[test]

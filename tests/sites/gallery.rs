@@ -2,15 +2,12 @@
 
 #![allow(clippy::print_stdout)] // says what was skipped
 
-#[path = "support/data.rs"]
-mod data;
-#[path = "gallery/oracle.rs"]
 mod oracle;
 
+use crate::data::shared;
 use clerestory::plan::free_space::open_space::OpenSpace;
 use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::plan::gallery::{Effort, covered_fraction, guard};
-use data::shared;
 use glam::{DVec2, dvec2};
 use oracle::visible_area;
 use proptest::prelude::*;

@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{Built, Paint, Plan, Quad, closed, grey, v};
 use assert_cmd::Command;
 use glam::DVec3;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use support::{Built, Paint, Plan, Quad, closed, grey, v};
 
 /// A closed room with a panel, a sealed chest with something in it, and a house next door that nobody sees, both with the
 /// only picture; two lightings.

@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-mod support;
-
+use crate::support::{Built, Plan, Quad, closed, grey, irradiance, options, sides, v};
 use clerestory::reference;
 use clerestory::render::Options;
 use clerestory::scene::{Scene, Surface};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
-use support::{Built, Plan, Quad, closed, grey, irradiance, options, sides, v};
 
 const WALL_M: f64 = 0.1;
 

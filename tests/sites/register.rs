@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
-mod support;
-
+use crate::support::{Plan, grey, sides, v};
 use clerestory::register::{Subject, preview};
 use clerestory::site::{Frame, Pose, Site};
 use glam::{DMat3, DVec3};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::{Plan, grey, sides, v};
 
 fn run(arguments: &[&str]) -> Result<String, String> {
     let done = assert_cmd::Command::cargo_bin("clerestory").unwrap().args(arguments).output().unwrap();

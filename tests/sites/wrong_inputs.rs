@@ -2,16 +2,13 @@
 //! that is right.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "support/data.rs"]
-mod data;
-
+use crate::data::shared;
 use clerestory::audit;
 use clerestory::check::{CauseKind, check};
 use clerestory::panorama::{self, Layer, Picture};
 use clerestory::register::{self, Misfit};
 use clerestory::scene::{self, Health};
 use clerestory::site::Site;
-use data::shared;
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -2,22 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on")]
 
-#[path = "../examples/common/mod.rs"]
-#[allow(dead_code, missing_docs, unreachable_pub)]
-mod common;
-#[path = "../examples/interiors/interior/mod.rs"]
-#[allow(dead_code, missing_docs, unreachable_pub)]
-mod interior;
-
+use crate::interior::light::{Field, sunlight};
+use crate::interior::pictures::lamps;
+use crate::interior::shade::seen;
+use crate::interior::{Kind, Options};
 use clerestory::panorama;
 use clerestory::reference::{Eye, Lights, ReferenceSettings, irradiance};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
 use glam::Vec3;
-use interior::light::{Field, sunlight};
-use interior::pictures::lamps;
-use interior::shade::seen;
-use interior::{Kind, Options};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -67,7 +60,7 @@ fn distance(scene: &Scene, from: Vec3, direction: Vec3) -> f32 {
 fn each_kind_loads_and_is_lit_and_its_stations_stand_in_the_open() {
     for seed in 0..5 {
         let folder = tempfile::tempdir().unwrap();
-        interior::write(folder.path(), &tiny(seed)).unwrap();
+        crate::interior::write(folder.path(), &tiny(seed)).unwrap();
         let (site, scene) = load(&folder.path().join("site.toml"));
         let (truth, true_scene) = load(&folder.path().join("truth/site.toml"));
         load(&folder.path().join("site_8bit.toml"));
@@ -95,7 +88,7 @@ fn the_same_seed_writes_the_same_bytes_on_any_number_of_threads() {
     let write = |seed: u64, threads: usize| {
         let folder = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| interior::write(folder.path(), &tiny(seed)).map_err(|e| e.to_string())).unwrap();
+        pool.install(|| crate::interior::write(folder.path(), &tiny(seed)).map_err(|e| e.to_string())).unwrap();
         files(folder.path())
     };
     let once = write(4, 1);
@@ -111,7 +104,7 @@ fn the_same_seed_writes_the_same_bytes_on_any_number_of_threads() {
 fn light_is_as_the_path_tracer_has_it() {
     for (seed, kind) in [(1, Kind::Hall), (5, Kind::Rooms)] {
         let folder = tempfile::tempdir().unwrap();
-        let drawn = interior::write(folder.path(), &Options { pictures: false, ..tiny(seed) }).unwrap();
+        let drawn = crate::interior::write(folder.path(), &Options { pictures: false, ..tiny(seed) }).unwrap();
         assert_eq!(drawn.kind, kind);
         let site = Site::load_with(&folder.path().join("truth"), Pictures::MayBeMissing).unwrap();
         let scene = scene::load(&site, &mut Health::default()).unwrap();

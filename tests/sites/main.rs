@@ -1,0 +1,31 @@
+//! Sites: their files right and wrong, what is planned, registered and drawn from them, and the sources themselves.
+//!
+//! One program for many files of tests: each that is linked costs seconds.
+
+#[path = "../../examples/build_chapel/chapel/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod chapel;
+#[path = "../../examples/common/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod common;
+#[path = "../support/data.rs"]
+#[allow(clippy::print_stdout, reason = "says what is skipped")]
+mod data;
+#[path = "../../examples/interiors/interior/mod.rs"]
+#[allow(dead_code, missing_docs, unreachable_pub)]
+mod interior;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod check;
+mod demo;
+mod gallery;
+mod interiors;
+mod layout;
+mod never_nan;
+mod photographs;
+mod plan;
+mod register;
+mod viewer;
+mod whole_files;
+mod wrong_inputs;
