@@ -575,6 +575,12 @@ fn cameras_beside_photographs_are_found_and_tell_which_way_is_up() {
     assert_eq!((draft.probes, draft.views, draft.unplaced), (8, 2, 0), "{}", draft.text);
     fs::write(path("site.toml"), &draft.text).unwrap();
     Site::load(folder.path()).unwrap();
+    // cameras that cannot be read are told of, not passed over
+    fs::write(path("colmap/sparse/0/images.txt"), "1 2 0 0 0 0 0 0 1 p0.png\n\n").unwrap();
+    let broken = clerestory::init::draft(&path("other.toml"), &sources).unwrap();
+    let told = |w: &String| w.contains("images.txt") && w.contains("these cameras are left out");
+    assert!(broken.warnings.iter().filter(|w| told(w)).count() == 1, "{:?}", broken.warnings);
+    assert_eq!((broken.probes, broken.unposed), (0, 10));
 }
 
 /// A picture of one colour as a PNG file.
@@ -650,6 +656,9 @@ fn a_structured_scan_is_the_place_it_was_taken_in() {
 
     // rays from another place find the same walls, as far as the scanners saw them
     let scan = scene::load(&scanned, &mut Health::default()).unwrap();
+    // what the points saw is a picture a setup, so that it can be averaged over what a pixel covers
+    assert!(scan.mesh.colours.is_empty() && scan.textures.iter().all(|t| t.size() == (360, 180)));
+    assert_eq!((scan.textures.len(), scan.materials.len()), (3, 3));
     let from = DVec3::new(6.5, 0.6, 1.5);
     let (own, other) = (seen(&model, model.local(from)), seen(&scan, scan.local(from)));
     let both: Vec<_> = own.iter().zip(&other).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();

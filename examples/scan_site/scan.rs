@@ -107,13 +107,13 @@ pub(crate) fn write(
 }
 
 fn prototype(rows: usize) -> Vec<Record> {
-    let double = RecordDataType::Double { min: None, max: None };
+    let single = RecordDataType::Single { min: None, max: None };
     let whole = |max: usize| RecordDataType::Integer { min: 0, max: max as i64 };
     let record = |name, data_type| Record { name, data_type };
     vec![
-        record(RecordName::CartesianX, double.clone()),
-        record(RecordName::CartesianY, double.clone()),
-        record(RecordName::CartesianZ, double),
+        record(RecordName::CartesianX, single.clone()),
+        record(RecordName::CartesianY, single.clone()),
+        record(RecordName::CartesianZ, single),
         record(RecordName::ColorRed, whole(255)),
         record(RecordName::ColorGreen, whole(255)),
         record(RecordName::ColorBlue, whole(255)),
@@ -132,12 +132,12 @@ fn point(scene: &Scene, setup: &Setup, row: usize, column: usize, rows: usize) -
     let hit = scene.tracer.closest(&ray, 0.0)?;
     let surface = scene.surface(&ray, &hit);
     let albedo: Vec3 = scene.albedo(hit.triangle, surface.barycentric);
-    let [x, y, z] = (local * f64::from(hit.t)).to_array();
+    let [x, y, z] = (local * f64::from(hit.t)).as_vec3().to_array();
     let [red, green, blue] = albedo.to_array().map(|v| (255.0 * linear_to_srgb(v)).round() as i64);
     Some(vec![
-        RecordValue::Double(x),
-        RecordValue::Double(y),
-        RecordValue::Double(z),
+        RecordValue::Single(x),
+        RecordValue::Single(y),
+        RecordValue::Single(z),
         RecordValue::Integer(red),
         RecordValue::Integer(green),
         RecordValue::Integer(blue),

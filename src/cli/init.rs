@@ -30,7 +30,7 @@ pub(crate) struct InitArgs {
     /// A folder of light probes
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     probes: Option<PathBuf>,
-    /// The site file to write; its folder has to be there
+    /// The site file to write; its folder is made where there is none
     #[arg(long, value_name = "FILE", default_value = "site.toml", value_hint = ValueHint::FilePath)]
     out: PathBuf,
     /// Take the place of a file that is there
@@ -89,9 +89,8 @@ pub(crate) fn run(args: &InitArgs, out: &mut impl Write) -> anyhow::Result<()> {
     if file.exists() && !args.overwrite {
         bail!("{}: the file is there already. Name another with --out, or add --overwrite", file.display());
     }
-    if !folder_of(&file).is_dir() {
-        bail!("{}: there is no such folder. Make it first", folder_of(&file).display());
-    }
+    let folder = folder_of(&file);
+    std::fs::create_dir_all(folder).map_err(|e| anyhow::anyhow!("{}: {e}", folder.display()))?;
     let sources = Sources {
         model: args.model.clone(),
         photos: args.photos.clone(),

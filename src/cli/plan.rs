@@ -110,20 +110,18 @@ fn print(plan: &FloorPlan, outward: &Outward, out: &mut impl Write) -> io::Resul
     if !curve.is_empty() {
         writeln!(out, "#   seen after 1, 2, … stations: {} %", curve.join(", "))?;
     }
-    let covered = plan.covered_fraction();
     writeln!(
         out,
         "#   floor seen {:.1} %, walls at probe height {:.1} %",
-        100.0 * covered,
+        100.0 * plan.covered_fraction(),
         100.0 * plan.wall_fraction
     )?;
     if let Some(s) = plan.surface {
         writeln!(
             out,
-            "#   surface seen in 3D {:.1} % of {:.0} m² that can be seen from here ({:+.1} points against the plan)",
+            "#   surface seen in 3D {:.1} % of {:.0} m² that can be seen from here",
             100.0 * s.covered_fraction,
-            s.reachable_m2,
-            100.0 * (s.covered_fraction - covered)
+            s.reachable_m2
         )?;
     }
     writeln!(out, "#   seen from no allowed place: {:.1} m² of floor", plan.unreachable_m2)?;

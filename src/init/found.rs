@@ -131,18 +131,25 @@ impl PoseFile {
     }
 }
 
-/// The camera files in or beside a folder of pictures, the one that knows most of them first.
-pub(super) fn pose_files(folder: &Path, pictures: &[Found]) -> Vec<PoseFile> {
+/// The camera files in or beside a folder of pictures, the one that knows most of them first; those that cannot be read come as
+/// sentences.
+pub(super) fn pose_files(folder: &Path, pictures: &[Found]) -> (Vec<PoseFile>, Vec<String>) {
     let beside = folder.canonicalize().ok().and_then(|f| Some(f.parent()?.to_owned()));
-    let mut all: BTreeMap<PathBuf, PoseFile> = BTreeMap::new();
+    let mut all: BTreeMap<PathBuf, Result<PoseFile, String>> = BTreeMap::new();
     for path in [Some(folder.to_owned()), beside].into_iter().flatten().flat_map(|f| candidates(&f)) {
-        let (Ok(whole), Ok(photographs)) = (path.canonicalize(), pose_file_photographs(&path)) else { continue };
-        all.entry(whole).or_insert(PoseFile { path, names: photographs.iter().flat_map(|p| bare_names(p)).collect() });
+        let Ok(whole) = path.canonicalize() else { continue };
+        all.entry(whole).or_insert_with(|| match pose_file_photographs(&path) {
+            Ok(photographs) => Ok(PoseFile { path, names: photographs.iter().flat_map(|p| bare_names(p)).collect() }),
+            Err(e) => Err(format!("{e}; these cameras are left out.")),
+        });
     }
+    // most .xml files are about something else
+    let odd =
+        all.iter().filter(|(path, _)| path.is_dir()).filter_map(|(_, file)| file.as_ref().err().cloned()).collect();
     let known = |file: &PoseFile| pictures.iter().filter(|p| file.knows(p)).count();
-    let mut all: Vec<PoseFile> = all.into_values().filter(|file| known(file) > 0).collect();
+    let mut all: Vec<PoseFile> = all.into_values().flatten().filter(|file| known(file) > 0).collect();
     all.sort_by_key(|file| std::cmp::Reverse(known(file)));
-    all
+    (all, odd)
 }
 
 /// A photograph's name without folders, with and without its ending, in small letters.

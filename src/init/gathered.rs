@@ -63,7 +63,9 @@ impl Gathered {
         let (photos, probes) = (read(&sources.photos)?, read(&sources.probes)?);
         let folder = sources.photos.as_ref().or(sources.probes.as_ref()).cloned().unwrap_or_default();
         let known = if sources.photos.is_some() { &photos } else { &probes };
-        let mut files = found::pose_files(&folder, known).into_iter();
+        let (files, odd) = found::pose_files(&folder, known);
+        warnings.extend(odd);
+        let mut files = files.into_iter();
         let pose_file = files.next();
         let others: Vec<String> = files.map(|p| p.path.display().to_string()).collect();
         if !others.is_empty() {

@@ -109,13 +109,15 @@ fn plain_rgb(header: &Header) -> Option<Channels> {
     Some(Channels::Rgb([find(header, "R")?, find(header, "G")?, find(header, "B")?]))
 }
 
+/// Of several named layers of colour the one that is light, as `render --layers` names it; else the first.
 fn named_rgb(header: &Header) -> Option<Channels> {
-    header.channels.list.iter().find_map(|c| {
-        let name = c.name.to_string();
-        let prefix = name.strip_suffix(".R").or_else(|| name.strip_suffix(".r"))?;
+    let rgb = |prefix: &str| {
         let of = |letter| find(header, &format!("{prefix}.{letter}"));
         Some(Channels::Rgb([of("R")?, of("G")?, of("B")?]))
-    })
+    };
+    let names = || header.channels.list.iter().map(|c| c.name.to_string());
+    let prefixed = |name: String| name.strip_suffix(".R").or_else(|| name.strip_suffix(".r")).and_then(rgb);
+    rgb("radiance").or_else(|| names().find_map(prefixed))
 }
 
 fn chroma(header: &Header) -> Option<Channels> {
@@ -307,6 +309,13 @@ mod tests {
         let channels = ["R", "G", "B", "a.R", "a.G", "a.B"].map(|n| (n, ramp(4, if n.len() == 1 { 1.0 } else { 7.0 })));
         let both = layer((2, 2), LayerAttributes::default(), Encoding::FAST_LOSSLESS, channels.to_vec());
         let (_folder, path) = written("both.exr", bounds(0, 0, 2, 2), vec![both]);
+        assert_eq!(read(&path).unwrap().pixels[3], Vec3::splat(3.0));
+
+        // as `render --layers` writes it
+        let names = ["albedo.B", "albedo.G", "albedo.R", "radiance.B", "radiance.G", "radiance.R"];
+        let channels = names.map(|n| (n, ramp(4, if n.starts_with('a') { 7.0 } else { 1.0 })));
+        let layered = layer((2, 2), LayerAttributes::default(), Encoding::FAST_LOSSLESS, channels.to_vec());
+        let (_folder, path) = written("layered.exr", bounds(0, 0, 2, 2), vec![layered]);
         assert_eq!(read(&path).unwrap().pixels[3], Vec3::splat(3.0));
 
         let grey = layer((2, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, vec![("Y", ramp(4, 0.5))]);

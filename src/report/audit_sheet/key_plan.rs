@@ -2,12 +2,17 @@
 
 use glam::{DVec2, Vec3};
 
+use super::labels::apart;
 use super::subject::{AuditSheet, listed};
+use crate::audit::Finding;
 use crate::report::style::{BLACK, GREY, Style, WHITE};
 use crate::report::{Anchor, Point, Svg, Text};
 
 /// Shorter pieces of the section, in millimetres on the sheet, are left out.
 const SHORTEST: f64 = 0.15;
+
+/// Radius of a finding's mark, millimetres.
+const MARK: f64 = 2.4;
 
 /// Draws the key plan into a rectangle `[x, y, width, height]`.
 pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, frame: [f64; 4]) {
@@ -47,11 +52,16 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         }
     });
     svg.group("finding-places", "", |svg| {
-        for (f, _) in listed(about) {
-            let p = about.scene.local(about.site.frame.point_in(f.position.into()));
-            let [x, y] = at(p.truncate().as_dvec2());
-            let [x, y] = [x.clamp(left + 2.5, left + width - 2.5), y.clamp(top + 2.5, top + height - 2.5)];
-            svg.circle([x, y], 2.4, &Style::fill(WHITE).outlined(BLACK, 0.35));
+        let findings = listed(about);
+        let place =
+            |f: &Finding| at(about.scene.local(about.site.frame.point_in(f.position.into())).truncate().as_dvec2());
+        let places: Vec<Point> = findings.iter().map(|(f, _)| place(f)).collect();
+        let labels = apart(&places, 2.0 * MARK + 0.4, frame);
+        for (place, label) in places.iter().zip(&labels) {
+            svg.line(*place, *label, &Style::line(BLACK, 0.25));
+        }
+        for ((f, _), [x, y]) in findings.iter().zip(labels) {
+            svg.circle([x, y], MARK, &Style::fill(WHITE).outlined(BLACK, 0.35));
             svg.text([x, y + 0.8], &f.id, &Text::new(2.5).bold().anchor(Anchor::Middle));
         }
     });

@@ -1,6 +1,7 @@
 //! The audit sheet: what is wrong with the model as one photograph shows it, where, how large and how sure.
 
 mod key_plan;
+mod labels;
 mod outline;
 mod pictures;
 mod sheet;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::labels::apart;
 use super::outline::Cells;
 use super::subject::{AuditSheet, look, look_of};
 use crate::audit::{AuditedView, Finding, Verdict};
@@ -117,8 +118,8 @@ fn outlines(svg: &mut Svg, about: &AuditSheet, frame: [f64; 4]) {
             labels.push((id, [frame[0] + x * frame[2], frame[1] + y * frame[3]]));
         }
     }
-    for (id, [x, y]) in labels {
-        let x = x.clamp(frame[0] + 4.0, frame[0] + frame[2] - 4.0);
+    let places: Vec<Point> = labels.iter().map(|(_, place)| *place).collect();
+    for ((id, _), [x, y]) in labels.iter().zip(apart(&places, 8.0, frame)) {
         svg.text([x, y + 1.4], id, &Text::new(3.8).bold().anchor(Anchor::Middle).halo(0.7));
     }
 }

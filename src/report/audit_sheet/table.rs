@@ -31,9 +31,9 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, [left, top, width, height]
     let foot = 3.6;
     // more rows make them lower
     let fit = |row: f64| ((height - head - foot) / row) as usize;
-    let row = [17.0, 14.0, 11.5, 10.0].into_iter().find(|r| rows.len() <= fit(*r)).unwrap_or(10.0);
+    let row = [23.2, 17.0, 14.0, 11.5, 10.0].into_iter().find(|r| rows.len() <= fit(*r)).unwrap_or(10.0);
     let shown = rows.len().min(fit(row));
-    let crop = row - 1.6;
+    let crop = crop_of(row);
     let mut columns = COLUMNS.map(|c| c.1);
     columns[1] = 2.0 * crop + 3.0;
     columns[2] = width - columns.iter().sum::<f64>();
@@ -68,7 +68,7 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     svg.rectangle([x[0] + 0.8, y + 1.2, 1.2, row - 2.4], &Style::fill(look_of(f)));
     svg.text([x[0] + 2.8, line(0) + 0.4], &f.id, &Text::new(3.2).bold());
     if here {
-        crops(svg, about, f, [x[1] + 1.0, y + 0.8, row - 1.6]);
+        crops(svg, about, f, [x[1] + 1.0, y + 0.8, crop_of(row)]);
     } else {
         svg.text([x[1] + 1.0, line(0)], &format!("see {}", f.view), &Text::new(SMALL).colour(GREY));
     }
@@ -96,6 +96,11 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
         svg.rectangle([left, base - 1.9, 2.0, 2.0], &Style::line(BLACK, 0.2));
         svg.text([left + 2.8, base - 0.1], choice, &Text::new(SMALL));
     }
+}
+
+/// The side of a picture in a row: words get what room a high row has beyond that.
+fn crop_of(row: f64) -> f64 {
+    row.min(17.0) - 1.6
 }
 
 /// The finding in the photograph and in the render.

@@ -90,10 +90,10 @@ pub(super) fn fitted(s: &ViewSummary) -> Vec<String> {
     let mut lines = vec![
         pose,
         format!(
-            "Photograph {:+.2} stops to the probes' exposure, white balance × {r:.2}, {g:.2}, {b:.2}, corners {:+.2} stops; \
+            "Photograph {} stops to the probes' exposure, white balance × {r:.2}, {g:.2}, {b:.2}, corners {} stops; \
              its noise {:.1} %{}.",
-            s.exposure_ev,
-            s.vignetting_ev,
+            signed(s.exposure_ev),
+            signed(s.vignetting_ev),
             100.0 * s.noise,
             if s.reduced_by > 1 { format!("; {0} × {0} pixels averaged to one", s.reduced_by) } else { String::new() }
         ),
@@ -101,16 +101,26 @@ pub(super) fn fitted(s: &ViewSummary) -> Vec<String> {
     for p in &s.probes {
         let differs =
             p.difference.map_or(String::new(), |d| format!(", differs from the photograph by {:.1} %", 100.0 * d));
-        lines.push(format!("Probe {}: gain {:+.2} stops, sees {:.0} %{differs}.", p.probe, p.gain_ev, 100.0 * p.sees));
+        lines.push(format!(
+            "Probe {}: gain {} stops, sees {:.0} %{differs}.",
+            p.probe,
+            signed(p.gain_ev),
+            100.0 * p.sees
+        ));
     }
     lines
+}
+
+/// With two decimals and a sign, but zero without a minus.
+fn signed(x: f64) -> String {
+    format!("{:+.2}", (100.0 * x).round() / 100.0 + 0.0)
 }
 
 /// What the two tests are, and what no test can tell.
 pub(super) const METHOD: &str = "Geometry: what each probe saw of a surface, carried into the camera, is compared with \
     the photograph, in units of what most of this photograph differs by; then the surface is moved, left out or continued. \
     Texture: the photograph over the model's albedo under smoothed light. Light that a smooth surface may mirror is no \
-    difference. A surface moved by a whole period of its pattern, and everything recoloured at once, cannot be told.";
+    difference. A surface moved by a whole period of its pattern, and everything recoloured at once, are not found.";
 
 /// Square centimetres as people say them.
 pub(super) fn area(cm2: f64) -> String {

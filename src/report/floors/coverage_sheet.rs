@@ -1,8 +1,8 @@
 //! The sheet that shows how often each part of a floor is seen, and what more stations would add.
 
 use super::floor_map::{FloorMap, MARGIN, Sample, VOID, legend, words};
-use super::plan_sheet::{UNREACHABLE, UNSEEN, figures};
-use crate::plan::export::tables::{Outward, counted};
+use super::plan_sheet::{UNREACHABLE, UNSEEN, figures, needed};
+use crate::plan::export::tables::Outward;
 use crate::plan::floors::raster::Map;
 use crate::plan::stations::result::FloorPlan;
 use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
@@ -55,10 +55,10 @@ pub fn coverage_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg
     map.bar_and_north(&mut svg, out.frame.north_deg);
     let top = map.frame[1] + map.frame[3] + 5.0;
     let mut entries = vec![
-        (Sample::Area(MORE.to_vec()), "seen by three stations or more"),
-        (Sample::Area(TWICE.to_vec()), "seen by two"),
-        (Sample::Area(ONCE.to_vec()), "seen by one"),
-        (Sample::Area(vec![UNSEEN]), "seen by none of them"),
+        (Sample::Area(MORE.to_vec()), "seen from three places or more"),
+        (Sample::Area(TWICE.to_vec()), "seen from two"),
+        (Sample::Area(ONCE.to_vec()), "seen from one"),
+        (Sample::Area(vec![UNSEEN]), "seen from none of them"),
         (Sample::Area(vec![UNREACHABLE]), "seen from nowhere allowed"),
         (Sample::Line(WALL_UNSEEN), "wall not seen, or too obliquely"),
         (Sample::Line(STAND), "a tripod can stand within"),
@@ -129,21 +129,13 @@ fn findings(plan: &FloorPlan, lengths: Lengths) -> Vec<String> {
     ];
     if let Some(s) = plan.surface {
         all.push(format!(
-            "In space, rays from the lenses meet {:.1} % of the {} of surface that can be seen from this floor, {:+.1} \
-             points against the plan: vaults, ledges and what stands behind furniture. {} more cannot be seen \
-             from any allowed place.",
+            "In space, the lenses see {:.1} % of the {} of surface that can be seen from this floor. What they miss are \
+             mostly vaults, ledges and what stands behind furniture. {} more cannot be seen from any allowed place.",
             100.0 * s.covered_fraction,
             area(s.reachable_m2, 0),
-            100.0 * (s.covered_fraction - plan.covered_fraction()),
             area(s.unreachable_m2, 0)
         ));
     }
-    all.push(format!(
-        "{} can reach the target in plan, and no fewer than {}, for the floor cut into {} places and {} points.",
-        counted(plan.needed, "station"),
-        plan.lower_bound,
-        plan.discrete[0],
-        plan.discrete[1]
-    ));
+    all.push(needed(plan));
     all
 }

@@ -76,12 +76,30 @@ pub(super) fn figures(plan: &FloorPlan, out: &Outward) -> String {
     let space =
         plan.surface.map_or_else(String::new, |s| format!(", {:.1} % of surfaces in 3D", 100.0 * s.covered_fraction));
     format!(
-        "Elevation {} · {} open · {count} ({} for the plan; at least {} needed) · {:.1} % of floor seen{space}",
+        "Elevation {} · {} open · {count} (at least {} needed) · {:.1} % of floor seen{space}",
         out.elevation(plan.floor.elevation),
         Lengths::of(&out.frame).area(plan.area_m2, 0),
-        plan.needed,
         plan.lower_bound,
         100.0 * plan.covered_fraction()
+    )
+}
+
+/// How many stations are needed, and what for.
+pub(super) fn needed(plan: &FloorPlan) -> String {
+    if plan.stations.is_empty() {
+        return "No new station is needed.".to_owned();
+    }
+    let more = match plan.stations.len().saturating_sub(plan.needed) {
+        0 => String::new(),
+        n => format!(" {n} more for walls and vaults, or for what neighbours must have in common."),
+    };
+    format!(
+        "{} for the floor, where at least {} {} needed (it is cut into {} possible places and {} points).{more}",
+        counted(plan.needed, "station"),
+        plan.lower_bound,
+        if plan.lower_bound == 1 { "is" } else { "are" },
+        plan.discrete[0],
+        plan.discrete[1]
     )
 }
 
@@ -119,7 +137,7 @@ fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap, lengths: Lengths) {
                 let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(1e-9);
                 let places = [0.5, 0.65, 0.8, 1.0 + 3.0 / length, 1.0 + 5.0 / length].map(along);
                 // where there is no room, the table tells
-                let Some(best) = places.iter().find(|p| free(p) > 3.2) else { continue };
+                let Some(best) = places.iter().find(|p| free(p) > 4.0) else { continue };
                 taken.push(*best);
                 let text = Text::new(2.4).anchor(Anchor::Middle).halo(0.5);
                 svg.text([best[0], best[1] + 0.8], &lengths.tape(tape.metres), &text);
@@ -195,7 +213,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
                 pz,
                 lengths.area(s.covers_m2, 1),
                 format!("{:.1} %", 100.0 * plan.curve[i]),
-                tapes.join("  "),
+                tapes.join(", "),
             ];
             let size = Text::new(if narrow { 2.3 } else { 2.6 });
             for (k, cell) in cells.iter().enumerate() {
@@ -228,9 +246,6 @@ fn notes(plan: &FloorPlan, out: &Outward, made_by: &str) -> Vec<String> {
              clockwise from true north (N). Sees: open floor seen; total: share seen with all stations up to this one, \
              of what can be seen."
         ),
-        format!(
-            "The lower bound holds for the floor cut into {} possible places and {} points. {made_by}",
-            plan.discrete[0], plan.discrete[1]
-        ),
+        format!("{} {made_by}", needed(plan)),
     ]
 }

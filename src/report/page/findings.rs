@@ -86,7 +86,7 @@ fn row(f: &Finding) -> Markup {
             td {
                 a href={ "#view-" (f.view) } { (f.view) }
                 @if !f.material.is_empty() { ", " (f.material) }
-                br; (f.position.map(|v| format!("{v:.2}")).join(", "))
+                br; span class="place" { (f.position.map(|v| format!("{v:.2}")).join(", ")) }
             }
             td class="prose" { (f.note) }
         }

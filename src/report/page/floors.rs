@@ -19,13 +19,7 @@ fn floor(index: usize, floor: &FloorJson) -> Markup {
         div class="floor" {
             div class="lead" {
                 h3 { (floor.name) }
-                p {
-                    (format!("At {:.2} in the model’s units; {:.1} m² open. ", floor.elevation, floor.area_m2))
-                    @if floor.stations.is_empty() { "No new station is needed: " } @else { (counted(floor.stations.len(), "station")) }
-                    (format!(" see {} of it; at least {} needed for that, with the floor cut into places to stand and \
-                        points to see. ", percent(floor.covered_fraction), floor.lower_bound))
-                    (format!("{:.1} m² are seen from no allowed place.", floor.unreachable_m2))
-                }
+                p { (in_words(floor)) }
                 @for stem in floor.sheets.iter().take(1) { (drawn(stem)) }
             }
             @for stem in floor.sheets.iter().skip(1) { (drawn(stem)) }
@@ -40,6 +34,23 @@ fn floor(index: usize, floor: &FloorJson) -> Markup {
             }
         }
     }
+}
+
+fn in_words(floor: &FloorJson) -> String {
+    let seen = percent(floor.covered_fraction);
+    let stations = match floor.stations.len() {
+        0 => format!("No new station is needed: {seen} of it is seen."),
+        n => {
+            let are = if floor.lower_bound == 1 { "is" } else { "are" };
+            let see = if n == 1 { "sees" } else { "see" };
+            format!("{} {see} {seen} of it; at least {} {are} needed.", counted(n, "station"), floor.lower_bound)
+        }
+    };
+    let hidden = match floor.unreachable_m2 {
+        m2 if m2 < 0.05 => String::new(),
+        m2 => format!(" {m2:.1} m² cannot be seen from any allowed place."),
+    };
+    format!("Elevation {:.2} in the model’s units; {:.1} m² open. {stations}{hidden}", floor.elevation, floor.area_m2)
 }
 
 fn stations(stations: &[StationJson]) -> Markup {

@@ -38,7 +38,7 @@ pub(super) fn summary(archive: &Archive) -> Markup {
 fn what(archive: &Archive) -> String {
     let size = archive.check.as_ref().map_or_else(String::new, |check| {
         let [x, y, z] = check.model.size_m;
-        format!(" of {x:.1} × {y:.1} × {z:.1} m")
+        format!(" of {x:.1} × {y:.1} × {z:.1}\u{a0}m")
     });
     let probes = archive.check.as_ref().map_or(0, |c| c.probes.len());
     let photos = archive.views.iter().filter(|v| v.photo.is_some()).count();
@@ -145,7 +145,7 @@ fn facts(archive: &Archive) -> Markup {
     if let Some(check) = &archive.check {
         let triangles = format!("{} triangles", check.model.triangles);
         let [x, y, z] = check.model.size_m;
-        facts.push(("Model", format!("{x:.1} × {y:.1} × {z:.1} m"), triangles));
+        facts.push(("Model", format!("{x:.1} × {y:.1} × {z:.1}\u{a0}m"), triangles));
         facts.push(("Probes", check.probes.len().to_string(), "pictures taken inside".to_owned()));
     }
     html! {

@@ -4,7 +4,7 @@ use super::table::{orders, table};
 use crate::plan::export::tables::counted;
 use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
 use crate::report::draw::loglog::{Mark, Plot};
-use crate::report::draw::png::wrap;
+use crate::report::draw::png::{text_width, wrap};
 use crate::report::draw::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::study::{
@@ -47,8 +47,7 @@ pub fn study_sheet(imprint: &Imprint, study: &Study, summary: &Summary, outside:
         svg.group("plot", id, |svg| panel(svg, frame, summary, outside, with_setup));
     }
     y = top + tall + 16.0;
-    legend(&mut svg, y, outside);
-    y += 4.4 * (3.0 + outside.len() as f64).div_euclid(3.01) + 11.0;
+    y = legend(&mut svg, y, outside) + 6.6;
     svg.group("findings", "findings", |svg| y = findings(svg, y, study, summary, outside));
     let foot = SIZE[1] - 8.0 - TITLE_BLOCK;
     let (bottom, right) = (foot - 4.0, SIZE[0] - MARGIN);
@@ -224,23 +223,29 @@ fn range(i: &Interval) -> String {
     format!("{} to {}", rounded(i.low), rounded(i.high))
 }
 
-fn legend(svg: &mut Svg, y: f64, outside: &[Outside]) {
+/// What the marks mean, line by line; gives where it ends.
+fn legend(svg: &mut Svg, y: f64, outside: &[Outside]) -> f64 {
     let mut items = vec![
         (Mark::Disc, BLUE, "image-based shooting (ringed: its default settings)".to_owned()),
         (Mark::Triangle, PURPLE, "the published method, plain".to_owned()),
         (TRACED, VERMILION, "path tracing, our own".to_owned()),
     ];
     items.extend(outside.iter().zip(OUTSIDE).map(|(o, (mark, colour))| (mark, colour, o.name.clone())));
-    let column = (SIZE[0] - 2.0 * MARGIN) / 3.0;
-    for (i, (mark, colour, name)) in items.iter().enumerate() {
-        let at = [MARGIN + 2.0 + (i % 3) as f64 * column, y + (i / 3) as f64 * 4.4];
-        mark.draw(svg, [at[0], at[1] - 0.9], 1.1, colour);
-        svg.text([at[0] + 3.0, at[1]], name, &Text::new(SMALL));
+    let [mut x, mut y] = [MARGIN, y];
+    for (mark, colour, name) in &items {
+        let wide = 5.0 + text_width(name, SMALL, false);
+        if x > MARGIN && x + wide > SIZE[0] - MARGIN {
+            (x, y) = (MARGIN, y + 4.4);
+        }
+        mark.draw(svg, [x + 2.0, y - 0.9], 1.1, colour);
+        svg.text([x + 5.0, y], name, &Text::new(SMALL));
+        x += wide + 6.0;
     }
-    let y = y + items.len().div_ceil(3) as f64 * 4.4;
+    y += 4.4;
     let note = "Grey steps: what no other setting beats in time and error. Bars: 95 % confidence. Broken lines: \
                 extrapolated, not measured.";
     svg.text([MARGIN, y], note, &Text::new(SMALL).colour(GREY));
+    y
 }
 
 /// Sentences; gives where they end.
@@ -290,7 +295,7 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
     };
     let flip = summary.equal_time.iter().filter(|e| e.metric == Metric::Flip);
     say("Error in the same time", &flip.map(one).collect::<Vec<_>>());
-    say("Orders p of convergence: error ~ parameter to the power p (95 %)", &orders(summary));
+    say("What twice as much of one setting does to the error (95 %)", &orders(summary));
     say("Where image-based shooting loses", &summary.losses);
     let mut known: Vec<String> = order_said(&summary.probe_order).into_iter().collect();
     if let (Some(rmse), Some(flip)) = (study.truth.noise_rmse, study.truth.noise_flip) {

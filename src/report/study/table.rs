@@ -4,30 +4,33 @@ use std::collections::BTreeMap;
 
 use crate::report::draw::style::{BLACK, GREY, Style};
 use crate::report::draw::svg::{Anchor, Svg, Text};
-use crate::study::{Interval, Method, Parameter, Row, Summary};
+use crate::study::{Method, Parameter, Row, Summary};
 
 /// Millimetres.
 const LINE: f64 = 3.2;
 const SIZE: f64 = 2.2;
 
-/// Sentences on how error falls, a method and parameter each; order p means error ~ parameter to the power p.
+/// Sentences on how error falls, a method and parameter each: an order p means error ~ parameter to the power p.
 pub(super) fn orders(summary: &Summary) -> Vec<String> {
     let mut by_parameter: BTreeMap<(Method, Parameter), Vec<String>> = BTreeMap::new();
     for c in &summary.convergence {
-        let Interval { value, low, high } = c.order;
-        let order = format!("{} {} ({} to {})", c.metric.name(), signed(value), signed(low), signed(high));
-        let tail = c.tail.map_or_else(String::new, |t| format!(", what is left to gain falls with {}", signed(t)));
-        by_parameter.entry((c.method, c.parameter)).or_default().push(order + &tail);
+        let [value, low, high] = [c.order.value, c.order.low, c.order.high].map(f64::exp2);
+        let doubled = format!("{} × {value:.2} ({low:.2} to {high:.2})", c.metric.name());
+        by_parameter.entry((c.method, c.parameter)).or_default().push(doubled);
     }
-    let one = |((method, parameter), orders): ((Method, Parameter), Vec<String>)| {
-        format!("{}, {}: {}", method.name(), parameter.name(), orders.join("; "))
+    let one = |((method, parameter), errors): ((Method, Parameter), Vec<String>)| {
+        format!("{}, {}: {}", words(method), parameter.name(), errors.join("; "))
     };
     by_parameter.into_iter().map(one).collect()
 }
 
-fn signed(x: f64) -> String {
-    let x = (100.0 * x).round() / 100.0 + 0.0;
-    if x < 0.0 { format!("−{:.2}", -x) } else { format!("{x:.2}") }
+/// What the sheet calls a method.
+fn words(method: Method) -> &'static str {
+    match method {
+        Method::Ibs => "image-based shooting",
+        Method::Paper => "published method",
+        Method::PathTracing => "path tracing",
+    }
 }
 
 /// The table of settings from `top` down to `bottom`. Where not all fit, each method as it comes and what nothing beats
@@ -35,7 +38,7 @@ fn signed(x: f64) -> String {
 pub(super) fn table(svg: &mut Svg, top: f64, bottom: f64, left: f64, right: f64, summary: &Summary) {
     let columns: [(&str, f64); 8] = [
         ("method", left),
-        ("setting", left + 26.0),
+        ("setting", left + 30.0),
         ("set-up s", left + 78.0),
         ("frame s", left + 94.0),
         ("RMSE", left + 112.0),
@@ -61,7 +64,7 @@ pub(super) fn table(svg: &mut Svg, top: f64, bottom: f64, left: f64, right: f64,
         let star = if row.pareto { " *" } else { "" };
         let flip = format!("{:.4} ({:.3}–{:.3})", row.flip.value, row.flip.low, row.flip.high);
         let cells = [
-            row.setting.method.name().to_owned(),
+            words(row.setting.method).to_owned(),
             format!("{}{star}", row.label),
             format!("{:.2}", row.setup.cpu_s),
             format!("{:.3}", row.frame.cpu_s),
@@ -96,7 +99,7 @@ fn shown(rows: &[Row], room: usize) -> Vec<&Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::{Metric, Seconds, Setting};
+    use crate::study::{Interval, Metric, Seconds, Setting};
 
     fn row(k: usize, pareto: bool, parameter: Parameter) -> Row {
         let setting = Setting { method: Method::Ibs, parameter, value: k as f64 };
@@ -110,8 +113,6 @@ mod tests {
             (0..9).map(|k| row(k, k == 7, if k == 4 { Parameter::AsItComes } else { Parameter::Rays })).collect();
         let of = |room| shown(&rows, room).iter().map(|r| r.label.clone()).collect::<String>();
         assert_eq!([of(20), of(4), of(2), of(1)], ["012345678", "0147", "47", "4"]);
-        assert_eq!(signed(-0.001), "0.00");
-        assert_eq!(signed(-0.5), "−0.50");
     }
 
     #[test]
@@ -133,7 +134,7 @@ mod tests {
             probe_order: vec![],
             losses: vec![],
         };
-        let said = "path tracing, samples a pixel: RMSE −0.50 (−0.51 to −0.49); FLIP −0.30 (−0.31 to −0.29)";
+        let said = "path tracing, samples a pixel: RMSE × 0.71 (0.70 to 0.71); FLIP × 0.81 (0.81 to 0.82)";
         assert_eq!(orders(&summary), [said]);
     }
 }

@@ -5,29 +5,27 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-use crate::memory;
+use super::raster::Extent;
 
-/// A point in the scanner's own axes, metres, and where in its raster it was taken.
+/// A point in the scanner's own axes, metres, and the row and column that it was taken in.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
-    pub(super) row: i64,
-    pub(super) column: i64,
+    pub(super) place: [i32; 2],
     pub(super) local: Vec3,
-    /// 0 to 1.
-    pub(super) colour: Vec3,
 }
 
 /// A raster of points.
 #[derive(Debug)]
 pub(super) struct Grid {
     rows: usize,
+    /// Of a scan all round one more than it has: the last is the first again.
     columns: usize,
-    /// Index into `points` by row and column; [`NONE`] where there is no point.
+    /// Index into the points by row and column; [`NONE`] where there is no point.
     index: Vec<u32>,
     /// In the scanner's own axes.
     points: Vec<Vec3>,
-    /// In 65,535ths, to need little memory.
-    colours: Vec<[u16; 3]>,
+    /// The scan's row and column of each point.
+    places: Vec<[i32; 2]>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -40,41 +38,48 @@ const GLANCING: f32 = 28.6;
 const SHALLOW: f32 = 0.03;
 
 impl Grid {
-    /// Sorts points into a raster; of several in one place the nearest stays.
+    /// Sorts points of every `step`th row and column into a raster; of several in one place the nearest stays. A whole turn
+    /// has `turn` of the scan's columns.
     ///
     /// # Errors
     ///
-    /// Rows and columns so far apart that the raster is all but empty.
-    pub(super) fn of(cells: Vec<Cell>) -> Result<Self, String> {
-        let range = |of: fn(&Cell) -> i64| {
-            let low = cells.iter().map(of).min().unwrap_or(0);
-            let high = cells.iter().map(of).max().unwrap_or(-1);
-            (low, (high as i128 - low as i128 + 1) as usize)
-        };
-        let ((row, rows), (column, columns)) = (range(|c| c.row), range(|c| c.column));
-        let room = cells.len().saturating_mul(64).saturating_add(1 << 16);
-        if rows.checked_mul(columns).is_none_or(|all| all > room) || cells.len() >= NONE as usize {
-            return Err(format!(
-                "a scan of {} points has {rows} rows and {columns} columns: they are numbered wrongly. Export it again",
-                cells.len()
-            ));
-        }
-        memory::check(4 * (rows * columns) as u64).map_err(|over| over.to_string())?;
-        let index = vec![NONE; rows * columns];
-        let mut grid = Self { rows, columns, index, points: Vec::new(), colours: Vec::new() };
+    /// As [`Extent::of`].
+    pub(super) fn of(cells: &[Cell], step: i64, turn: i64) -> Result<Self, String> {
+        let place = |c: &Cell| c.place.map(|v| i64::from(v) / step);
+        let extent = Extent::of(cells.iter().map(place))?;
+        let [rows, columns] = extent.size;
+        let mut grid =
+            Self { rows, columns, index: vec![NONE; rows * columns], points: Vec::new(), places: Vec::new() };
         for cell in cells {
-            let place = &mut grid.index[(cell.row - row) as usize * columns + (cell.column - column) as usize];
-            let colour = (65_535.0 * cell.colour).round().as_u16vec3().to_array();
-            if *place == NONE {
-                *place = grid.points.len() as u32;
+            let index = &mut grid.index[extent.index(place(cell))];
+            if *index == NONE {
+                *index = grid.points.len() as u32;
                 grid.points.push(cell.local);
-                grid.colours.push(colour);
-            } else if cell.local.length_squared() < grid.points[*place as usize].length_squared() {
-                grid.points[*place as usize] = cell.local;
-                grid.colours[*place as usize] = colour;
+                grid.places.push(cell.place);
+            } else if cell.local.length_squared() < grid.points[*index as usize].length_squared() {
+                grid.points[*index as usize] = cell.local;
             }
         }
+        if grid.closes() {
+            grid.close(turn);
+        }
         Ok(grid)
+    }
+
+    /// Adds the first column once more after the last.
+    fn close(&mut self, turn: i64) {
+        let mut index = Vec::with_capacity(self.rows * (self.columns + 1));
+        for row in self.index.chunks(self.columns) {
+            index.extend_from_slice(row);
+            index.push(if row[0] == NONE { NONE } else { self.points.len() as u32 });
+            if row[0] != NONE {
+                let [scan_row, column] = self.places[row[0] as usize];
+                self.points.push(self.points[row[0] as usize]);
+                self.places.push([scan_row, column.saturating_add(turn as i32)]);
+            }
+        }
+        self.columns += 1;
+        self.index = index;
     }
 
     /// All points, in the scanner's own axes.
@@ -82,24 +87,22 @@ impl Grid {
         &self.points
     }
 
-    /// A point's colour, 0 to 1.
-    pub(super) fn colour(&self, index: u32) -> Vec3 {
-        Vec3::from_array(self.colours[index as usize].map(f32::from)) / 65_535.0
+    /// The scan's row and column of a point.
+    pub(super) fn place(&self, index: u32) -> [i64; 2] {
+        self.places[index as usize].map(i64::from)
     }
 
     /// Triangles over the points, in their order.
     pub(super) fn triangles(&self) -> Vec<[u32; 3]> {
-        let closed = self.closes();
-        let last = if closed { self.columns } else { self.columns.saturating_sub(1) };
         let mut all = Vec::with_capacity(2 * self.points.len());
         for row in 0..self.rows.saturating_sub(1) {
-            for column in 0..last {
+            for column in 0..self.columns.saturating_sub(1) {
                 let next = column + 1;
-                let at = |r: usize, c: usize| self.at(r as isize, c as isize, closed);
+                let at = |r: usize, c: usize| self.at(r as isize, c as isize);
                 let [a, b, c, d] = [at(row, column), at(row, next), at(row + 1, next), at(row + 1, column)];
                 // the quad's sides: above, right, below, left
                 let joined = |one: Option<u32>, other: Option<u32>, step: [isize; 2], from: [usize; 2]| {
-                    one.zip(other).is_some_and(|(i, j)| self.joined(i, j, from, step, closed))
+                    one.zip(other).is_some_and(|(i, j)| self.joined(i, j, from, step))
                 };
                 let above = joined(a, b, [0, 1], [row, column]);
                 let right = joined(b, c, [1, 0], [row, next]);
@@ -127,10 +130,8 @@ impl Grid {
         all
     }
 
-    fn at(&self, row: isize, column: isize, closed: bool) -> Option<u32> {
-        let columns = self.columns as isize;
-        let column = if closed { column.rem_euclid(columns) } else { column };
-        if !(0..self.rows as isize).contains(&row) || !(0..columns).contains(&column) {
+    fn at(&self, row: isize, column: isize) -> Option<u32> {
+        if !(0..self.rows as isize).contains(&row) || !(0..self.columns as isize).contains(&column) {
             return None;
         }
         Some(self.index[row as usize * self.columns + column as usize]).filter(|i| *i != NONE)
@@ -141,7 +142,7 @@ impl Grid {
     }
 
     /// Whether two neighbours lie on one surface: `from` is the first one's row and column, `step` leads to the second.
-    fn joined(&self, i: u32, j: u32, from: [usize; 2], step: [isize; 2], closed: bool) -> bool {
+    fn joined(&self, i: u32, j: u32, from: [usize; 2], step: [isize; 2]) -> bool {
         /// Even change: at most so many times as much as from the neighbour before or to the one after.
         const EVEN: f32 = 1.6;
         let (near, far) = (self.range(i).min(self.range(j)), self.range(i).max(self.range(j)));
@@ -159,15 +160,15 @@ impl Grid {
         let change = inverse(j) - inverse(i);
         let even = |other: f32| other * change > 0.0 && change.abs() <= EVEN * other.abs();
         let [row, column] = from.map(|v| v as isize);
-        let before = self.at(row - step[0], column - step[1], closed).map(|k| inverse(i) - inverse(k));
-        let after = self.at(row + 2 * step[0], column + 2 * step[1], closed).map(|k| inverse(k) - inverse(j));
+        let before = self.at(row - step[0], column - step[1]).map(|k| inverse(i) - inverse(k));
+        let after = self.at(row + 2 * step[0], column + 2 * step[1]).map(|k| inverse(k) - inverse(j));
         before.is_some_and(even) || after.is_some_and(even)
     }
 
     /// Whether the last column is the first one's neighbour, as of a scan all round.
     fn closes(&self) -> bool {
         let direction = |row: usize, column: usize| {
-            let index = self.at(row as isize, column as isize, false)?;
+            let index = self.at(row as isize, column as isize)?;
             Some(self.points[index as usize].normalize())
         };
         let angle = |row: usize, a: usize, b: usize| Some(direction(row, a)?.distance(direction(row, b)?));
@@ -206,12 +207,11 @@ mod tests {
                 let direction =
                     Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
                 if let Some(range) = range(direction) {
-                    let (row, column) = (row as i64, column as i64);
-                    cells.push(Cell { row, column, local: direction * range, colour: Vec3::ONE });
+                    cells.push(Cell { place: [row as i32, column as i32], local: direction * range });
                 }
             }
         }
-        Grid::of(cells).unwrap()
+        Grid::of(&cells, 1, columns as i64).unwrap()
     }
 
     /// The range to the inside of a box around the scanner.
@@ -224,10 +224,10 @@ mod tests {
         // 20 m long, 1.5 m to the floor: seen at 8.5° above it at the far end
         let half = Vec3::new(10.0, 3.0, 1.5);
         let grid = scan(60, 180, 2.0 * std::f32::consts::PI, |d| Some(to_walls(d, half)));
-        assert!(grid.closes());
+        assert_eq!((grid.columns, grid.place(60 * 180)), (181, [0, 180]));
         assert_eq!(grid.triangles().len(), 2 * 59 * 180);
         // a part of a turn does not close
-        assert!(!scan(60, 180, 6.0, |d| Some(to_walls(d, half))).closes());
+        assert_eq!(scan(60, 180, 6.0, |d| Some(to_walls(d, half))).columns, 180);
     }
 
     #[test]
@@ -245,12 +245,5 @@ mod tests {
         assert_eq!(bridges.count(), 0);
         // both are whole but for the seam
         assert!(triangles.len() > 2 * 59 * 360 - 4 * 60, "{}", triangles.len());
-    }
-
-    #[test]
-    fn rows_and_columns_that_make_no_raster_are_refused() {
-        let cell = |row, column| Cell { row, column, local: Vec3::X, colour: Vec3::ONE };
-        assert!(Grid::of(vec![cell(0, 0), cell(i64::MAX, i64::MAX)]).is_err());
-        assert!(Grid::of(Vec::new()).unwrap().triangles().is_empty());
     }
 }

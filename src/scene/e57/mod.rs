@@ -1,33 +1,37 @@
 //! Scans from E57 (ASTM E2807, *3D Imaging Data Exchange*), the one door to the crate e57.
 //!
-//! A structured setup, whose points have rows and columns, becomes a mesh coloured by its points (`grid`); of what several
-//! see, the finest stays (`overlap`). Pictures with poses are listed for `init` to take out (`pictures`). Both are in the
+//! A structured setup, whose points have rows and columns, becomes a mesh (`grid`) with a picture of its points' colours
+//! (`raster`); of what several see, the finest stays (`overlap`). Pictures with poses are listed for `init` to take out (`pictures`). Both are in the
 //! file's own axes: metres, z up.
 
 mod distortion;
 mod grid;
 mod overlap;
 mod pictures;
+mod raster;
 
 pub use pictures::{ScanPicture, ScanPictures, ScanProjection};
 
 use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordName};
-use glam::{DMat3, DQuat, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
 use std::fs::File;
 use std::io::BufReader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use super::Wrap;
 use super::error::SceneError;
-use super::model::{ImportedModel, centre};
+use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO, centre};
 use crate::site::Frame;
-use grid::{Grid, Placement};
+use grid::{Cell, Grid, Placement};
+use raster::{Raster, Texel};
 
 type Reader = E57Reader<BufReader<File>>;
 
-/// So many points of all setups together are meshed; of more, rows and columns are left out evenly. Few remain of them
-/// where setups overlap.
+/// So many points of all setups together are meshed, and give their colours; of more, rows and columns are left out evenly.
+/// Few remain of them where setups overlap.
 const MOST_POINTS: u64 = 16_000_000;
+const MOST_TEXELS: u64 = 64_000_000;
 
 /// Where a scanner stood.
 #[derive(Clone, Copy, Debug)]
@@ -97,24 +101,19 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneErr
             let problem = format!("{all} points are announced, more than the file holds");
             return Err(SceneError::Malformed { path: path.to_owned(), line: 0, problem });
         }
-        let step = ((all as f64 / MOST_POINTS as f64).sqrt().ceil() as i64).max(1);
-        let mut grids = Vec::new();
-        for cloud in &structured {
-            let grid = grid(reader, cloud, step).map_err(|problem| SceneError::Malformed {
-                path: path.to_owned(),
-                line: 0,
-                problem,
-            })?;
-            grids.push((grid, placement(cloud.transform.as_ref())));
-        }
-        let mut model = joined(&grids, frame).map_err(|problem| SceneError::Malformed {
-            path: path.to_owned(),
-            line: 0,
-            problem,
-        })?;
+        let thin = |most: u64| ((all as f64 / most as f64).sqrt().ceil() as i64).max(1);
+        let texel = thin(MOST_TEXELS);
+        let steps = Steps { texel, mesh: (thin(MOST_POINTS) as u64).next_multiple_of(texel as u64) as i64 };
+        let malformed = |problem| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
+        let scans = structured.iter().map(|cloud| scan(reader, cloud, steps)).collect::<Result<Vec<_>, _>>();
+        let mut model = scans.and_then(|scans| joined(path, &scans, frame)).map_err(malformed)?;
         let mut odd = |sentence: String| model.oddities.others.push(sentence);
-        if step > 1 {
-            odd(format!("{all} points are more than is worked with: every {step}th row and column is taken."));
+        if steps.mesh > 1 {
+            let colours = if texel > 1 { format!("every {}", nth(texel)) } else { "all".to_owned() };
+            odd(format!(
+                "{all} points are more than are meshed: every {} row and column is, with the colours of {colours}.",
+                nth(steps.mesh)
+            ));
         }
         if !loose.is_empty() {
             odd(format!("{} scans without rows and columns are left out.", loose.len()));
@@ -145,45 +144,94 @@ fn unstructured(path: &Path, loose: &[&PointCloud], pictures: usize) -> SceneErr
     SceneError::Empty { path: path.to_owned(), why }
 }
 
-/// The points of a setup by row and column, in the scanner's own axes; every `step`th of both.
-fn grid(reader: &mut Reader, cloud: &PointCloud, step: i64) -> Result<Grid, String> {
-    let mut simple = reader.pointcloud_simple(cloud).map_err(|e| decode_error(&e))?;
-    simple.apply_pose(false);
-    let mut kept = Vec::new();
-    for point in simple {
-        let point = point.map_err(|e| decode_error(&e))?;
-        if point.row % step != 0 || point.column % step != 0 {
-            continue;
-        }
-        let CartesianCoordinate::Valid { x, y, z } = point.cartesian else { continue };
-        let local = DVec3::new(x, y, z).as_vec3();
-        if !local.is_finite() || local.length_squared() < 1e-8 {
-            continue;
-        }
-        let colour = point.color.map_or(Vec3::ONE, |c| Vec3::new(c.red, c.green, c.blue));
-        let colour = if colour.is_finite() { colour.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE };
-        kept.push(grid::Cell { row: point.row / step, column: point.column / step, local, colour });
-    }
-    Grid::of(kept)
+/// Every so-manieth row and column of a scan gives colours, and is meshed.
+#[derive(Clone, Copy)]
+struct Steps {
+    texel: i64,
+    mesh: i64,
 }
 
-/// All setups as one model.
-fn joined(grids: &[(Grid, Placement)], frame: &Frame) -> Result<ImportedModel, String> {
+/// What a setup saw.
+struct Scan {
+    grid: Grid,
+    colours: Raster,
+    at: Placement,
+}
+
+/// Reads a setup.
+fn scan(reader: &mut Reader, cloud: &PointCloud, steps: Steps) -> Result<Scan, String> {
+    let mut simple = reader.pointcloud_simple(cloud).map_err(|e| decode_error(&e))?;
+    simple.apply_pose(false);
+    let (mut cells, mut texels) = (Vec::new(), Vec::new());
+    for point in simple {
+        let point = point.map_err(|e| decode_error(&e))?;
+        let is_of = |step: i64| point.row % step == 0 && point.column % step == 0;
+        let CartesianCoordinate::Valid { x, y, z } = point.cartesian else { continue };
+        let local = DVec3::new(x, y, z).as_vec3();
+        if !is_of(steps.texel) || !local.is_finite() || local.length_squared() < 1e-8 {
+            continue;
+        }
+        let (Ok(row), Ok(column)) = (i32::try_from(point.row), i32::try_from(point.column)) else {
+            return Err(format!("a point is in row {} and column {}", point.row, point.column));
+        };
+        let colour = point.color.map_or([1.0; 3], |c| [c.red, c.green, c.blue]);
+        // what is no number becomes 0
+        texels.push(Texel { place: [row, column], colour: colour.map(|v| (255.0 * v).round() as u8) });
+        if is_of(steps.mesh) {
+            cells.push(Cell { place: [row, column], local });
+        }
+    }
+    let colours = Raster::of(&texels, steps.texel)?;
+    let grid = Grid::of(&cells, steps.mesh, colours.columns())?;
+    Ok(Scan { grid, colours, at: placement(cloud.transform.as_ref()) })
+}
+
+/// All setups as one model, each with a material of its own.
+fn joined(path: &Path, scans: &[Scan], frame: &Frame) -> Result<ImportedModel, String> {
     let placed = |at: &Placement, p: Vec3| at.rotation * p.as_dvec3() + at.position;
-    let mut model = ImportedModel { material_names: vec![None], ..ImportedModel::default() };
-    let all = grids.iter().flat_map(|(grid, at)| grid.points().iter().map(move |p| placed(at, *p)));
+    let mut model = ImportedModel::default();
+    let all = scans.iter().flat_map(|scan| scan.grid.points().iter().map(move |p| placed(&scan.at, *p)));
     model.origin = centre(all, frame);
-    for ((grid, at), mut triangles) in grids.iter().zip(overlap::finest(grids)) {
+    let grids: Vec<(&Grid, Placement)> = scans.iter().map(|scan| (&scan.grid, scan.at)).collect();
+    for (Scan { grid, colours, at }, mut triangles) in scans.iter().zip(overlap::finest(&grids)) {
+        if triangles.is_empty() {
+            continue;
+        }
         let used = renumbered(&mut triangles, grid.points().len());
         let points = used.iter().map(|i| placed(at, grid.points()[*i as usize]));
         let first = model.add_vertices(points, frame)?;
-        model.colours.extend(used.iter().map(|i| grid.colour(*i)));
+        model.uvs.extend(used.iter().map(|i| DVec2::from(colours.uv(grid.place(*i))).as_vec2()));
+        model.materials.extend(std::iter::repeat_n(model.own.len() as u32, triangles.len()));
         model.triangles.extend(triangles.into_iter().map(|corners| corners.map(|i| first + i)));
+        let material = painted(path, model.own.len(), colours.png()?);
+        model.material_names.push(Some(material.name.clone()));
+        model.own.push(material);
     }
-    model.materials = vec![0; model.triangles.len()];
     model.oddities.vertices = model.positions.len() as u64;
-    model.oddities.coloured = model.oddities.vertices;
     Ok(model)
+}
+
+/// A setup's material, by its number.
+fn painted(path: &Path, number: usize, picture: Vec<u8>) -> ModelMaterial {
+    let name = format!("setup {}", number + 1);
+    let map = Map {
+        name: format!("{name}.png"),
+        file: path.to_owned(),
+        line: 0,
+        plain_albedo: Vec3::splat(UNKNOWN_ALBEDO),
+        embedded: Some(picture.into()),
+        wrap: [Wrap::Repeat, Wrap::Clamp],
+    };
+    ModelMaterial { name, albedo: Vec3::ONE, emission: Vec3::ZERO, map: Some(map), cutout: None }
+}
+
+/// The ordinal of a step.
+fn nth(step: i64) -> String {
+    match step {
+        2 => "second".to_owned(),
+        3 => "third".to_owned(),
+        n => format!("{n}th"),
+    }
 }
 
 /// Numbers the corners of triangles anew, without the points that none has; the old numbers of those that remain.

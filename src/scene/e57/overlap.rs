@@ -16,7 +16,7 @@ const APART: [f32; 2] = [0.01, 0.002];
 const FINER: f32 = 0.9;
 
 /// Each setup's triangles, without those that another one has finer, or looks through.
-pub(super) fn finest(grids: &[(Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
+pub(super) fn finest(grids: &[(&Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
     let triangles: Vec<Vec<[u32; 3]>> = grids.iter().map(|(grid, _)| grid.triangles()).collect();
     if grids.len() < 2 {
         return triangles;
@@ -214,15 +214,16 @@ mod tests {
             let (azimuth, elevation) = ((column as f32 + 0.5) * step, 0.5 * PI - (row as f32 + 0.5) * step);
             let d = Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
             let range = ((half - d.signum() * Vec3::X * x) / d.abs()).min_element();
-            cells.push(Cell { row, column, local: d * range, colour: Vec3::ONE });
+            cells.push(Cell { place: [row as i32, column as i32], local: d * range });
         }
         let at = Placement { position: DVec3::X * f64::from(x), rotation: DMat3::IDENTITY };
-        (Grid::of(cells).unwrap(), at)
+        (Grid::of(&cells, 1, 2 * rows).unwrap(), at)
     }
 
     #[test]
     fn each_end_of_a_room_is_kept_from_the_scanner_beside_it_and_no_gap_opens() {
         let scans = [scan(-3.0, 90), scan(3.0, 90)];
+        let scans = [(&scans[0].0, scans[0].1), (&scans[1].0, scans[1].1)];
         let kept = finest(&scans);
         let middles: Vec<Vec<Vec3>> = (0..2)
             .map(|s| {
