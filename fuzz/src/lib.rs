@@ -12,7 +12,7 @@ use std::path::Path;
 pub const READERS: &[&str] = &readers::READERS;
 
 /// How much decoding one picture may take here: what needs more is refused, which keeps executions quick.
-pub const MEMORY: u64 = 64 << 20;
+pub const MEMORY: u64 = 4 << 20;
 
 /// Gives bytes to a reader, as a file in `folder`, which is its own; what it warns of.
 ///
