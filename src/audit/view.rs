@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::audit::finding::PoseCorrection;
+use crate::audit::likelihood::agreement::{Unlike, unlike};
 use crate::audit::likelihood::appearance::{self, Texture};
 use crate::audit::likelihood::continuation::{self, Continuation};
 use crate::audit::likelihood::photo_consistency::{self, Geometry};
@@ -101,6 +102,8 @@ pub struct Observations {
     /// Where a surface beside goes on although the model has an opening.
     pub(crate) continued: Continuation,
     pub(crate) texture: Texture,
+    /// How unlike the photograph is to the model's albedo in smooth light.
+    pub(crate) unlike: Unlike,
     pub(crate) pose: PoseCorrection,
     pub(crate) settings: Settings,
 }
@@ -174,6 +177,8 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         continuation::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &mismatch);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
+    let in_smooth_light: Vec<Vec3> = frame.albedo.pixels.iter().zip(&e).map(|(a, e)| *a * *e).collect();
+    let unlike = unlike(surfaces.width, &log_photo, &in_smooth_light, &usable);
     Observations {
         camera,
         reduced_by: n,
@@ -190,6 +195,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         geometry,
         continued,
         texture,
+        unlike,
         pose,
         settings: settings.clone(),
     }
@@ -199,6 +205,12 @@ impl Observations {
     /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         (self.surfaces.width, self.surfaces.height)
+    }
+
+    /// How unlike each pixel is to what the model makes, by the size of structure that tells most.
+    pub(crate) fn unlike_most(&self) -> Vec<f32> {
+        let [first, second, third] = &self.unlike;
+        (0..first.len()).map(|i| first[i].max(second[i]).max(third[i])).collect()
     }
 
     /// The refined camera, at the audit's size, and how far it was moved.

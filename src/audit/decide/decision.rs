@@ -1,8 +1,8 @@
 //! What is wrong with a region, and what was measured of it.
 
 use crate::audit::decide::judged::Judged;
-use crate::audit::decide::odds::{self, OUTLINE, PICTURE, SHAPE};
-use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, lacking};
+use crate::audit::decide::odds::{self, OUTLINE, PICTURE, SHAPE, UNLIKE};
+use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
@@ -30,6 +30,9 @@ const CONTINUED: f32 = 0.4;
 
 /// A region is a whole surface, and not a part of one, if it has more than this share of its pieces.
 const WHOLE: f64 = 0.6;
+
+/// A region that is unlike the model is off its place from this mean score of the geometry test on.
+const OF_SHAPE: f32 = 0.55;
 
 /// Odds from which on a region's structure is another than the model's, and the share of the usual structure that it has less of.
 const REGION_ODDS: f32 = 6.0;
@@ -177,6 +180,40 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
         }
     };
     Judged::new(Kind::Texture, what, log_odds, evidence, region)
+}
+
+/// A region that shows little of what the model makes there, if it may be a fault: of its shape where photograph and probes do not
+/// agree either, of its picture where they do.
+pub(crate) fn unlike(
+    prepared: &AuditScene,
+    observed: &Observations,
+    scores: &Scores,
+    shares: &[(u32, u32)],
+    inside: &[bool],
+    region: Region,
+) -> Option<Judged> {
+    let over = |values: &[f32], most: f32| mean(&region, |i| Some(values[i].min(most)));
+    let [_, middle, coarse] = &observed.unlike;
+    let of_shape = over(&scores.geometry, 3.0);
+    let (log_odds, evidence) = UNLIKE.weigh([
+        over(middle, f32::MAX),
+        over(coarse, f32::MAX),
+        size(observed, region.pixels.len()),
+        thickness(&region, observed.surfaces.width).ln(),
+        of_shape,
+        over(&scores.texture, 3.0),
+        mirrored(observed, &region),
+        over(&observed.texture.structure.odds, f32::MAX),
+    ]);
+    if odds::probability(log_odds) < observed.settings.least_probability {
+        return None;
+    }
+    let judged = if of_shape >= OF_SHAPE {
+        shape(prepared, observed, shares, inside, region)
+    } else {
+        picture(prepared, observed, region)
+    };
+    Some(Judged { log_odds, evidence, ..judged })
 }
 
 /// A part whose outline is beside its place.

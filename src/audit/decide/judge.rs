@@ -1,6 +1,8 @@
 //! From both tests' maps to regions with a kind: what they mark is cut into regions, each is judged by itself, and what
 //! belongs together is joined.
 
+use rayon::prelude::*;
+
 use crate::audit::decide::decision;
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::decide::judged::Judged;
@@ -18,6 +20,8 @@ use crate::audit::view::{AuditScene, Observations};
 pub(crate) const WHITE: f32 = 8.0;
 /// Where a fault of shape is at least so likely, none of the picture is looked for.
 const LIKELY: f64 = 0.5;
+/// Where photograph and model differ by so much more than they have in common, as a logarithm, the model's picture is not there.
+const UNLIKE: f32 = 1.1;
 /// Regions smaller than this share of the picture are left out.
 const LEAST_SHARE: f64 = 6e-4;
 /// Nor are fewer pixels than this a region.
@@ -96,6 +100,16 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
             .map(|region| decision::picture(prepared, observed, region))
             .filter(|j| odds::may_reach(j.log_odds, least_likely)),
     );
+    // structures that the model does not have, whole: the tests mark their edges, here and there
+    let unlike = observed.unlike_most();
+    let over: Vec<bool> = (0..w * h).map(|i| observed.usable[i] > 0.0 && unlike[i] >= UNLIKE).collect();
+    let mask = closed(&opened(&over, w, h, 1), w, h, 2);
+    let unlike = components(&mask, &mask, w, least, |_, _| true);
+    let unlike: Vec<Judged> = unlike
+        .into_par_iter()
+        .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, region))
+        .collect();
+    let judged = unlike.into_iter().fold(judged, absorbed);
     let judged = united(with_relaid(judged, prepared, observed), observed);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
@@ -132,32 +146,43 @@ fn with_relaid(mut judged: Vec<Judged>, prepared: &AuditScene, observed: &Observ
     judged
 }
 
-/// Adds parts that stand beside their place. Regions of shape that lie mostly within one are of it, and all of it is as sure as
-/// the surest of them; where a picture within it is surer to be wrong, the part may well be in its place.
+/// Adds parts that stand beside their place; where a picture within one is surer to be wrong, the part may well be in its place.
 fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Observations) -> Vec<Judged> {
     for part in shifted {
         let part = decision::outline(part);
-        let within = |j: &Judged| {
-            let inside = j.region.pixels.iter().filter(|i| part.region.pixels.binary_search(i).is_ok()).count();
-            2 * inside > j.region.pixels.len()
-        };
-        let repainted = |j: &Judged| j.kind == Kind::Texture && j.log_odds > part.log_odds && within(j);
-        if part.score() < observed.settings.least_probability
-            || part.region.pixels.len() < least(observed)
-            || judged.iter().any(repainted)
+        let repainted = |j: &Judged| j.kind == Kind::Texture && j.log_odds > part.log_odds && mostly_within(j, &part);
+        if part.score() >= observed.settings.least_probability
+            && part.region.pixels.len() >= least(observed)
+            && !judged.iter().any(repainted)
         {
-            continue;
+            judged = absorbed(judged, part);
         }
-        let (own, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(within);
-        judged = others;
-        let surer = own.into_iter().filter(|j| j.log_odds > part.log_odds);
-        let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
-        judged.push(match surest {
-            Some(surest) => Judged { region: part.region, ..surest },
-            None => part,
-        });
     }
     judged
+}
+
+/// Whether more than half of a region lies within another, whose pixels are in order.
+fn mostly_within(region: &Judged, whole: &Judged) -> bool {
+    let own = &region.region.pixels;
+    let inside = own.iter().filter(|i| whole.region.pixels.binary_search(i).is_ok()).count();
+    2 * inside > own.len()
+}
+
+/// Adds a region that may be the whole of what others are pieces of: those that lie mostly within it are of it, and all of it is
+/// as sure as the surest of them, and what that is if it is of one kind. It adds nothing where it lies mostly within a surer one.
+fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
+    if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(&whole, j)) {
+        return judged;
+    }
+    let (own, mut others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|j| mostly_within(j, &whole));
+    let surer = own.into_iter().filter(|j| j.log_odds > whole.log_odds);
+    let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
+    others.push(match surest {
+        Some(surest) if surest.kind == whole.kind => Judged { region: whole.region, ..surest },
+        Some(surest) => Judged { log_odds: surest.log_odds, evidence: surest.evidence, ..whole },
+        None => whole,
+    });
+    others
 }
 
 /// Makes one of regions whose texture is wrong in one way on one material in one plane: a turned floor shows in pieces
@@ -199,4 +224,33 @@ fn united(judged: Vec<Judged>, observed: &Observations) -> Vec<Judged> {
 /// Pixels of the smallest region.
 fn least(observed: &Observations) -> usize {
     LEAST_PX.max((LEAST_SHARE * observed.usable.len() as f64) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(kind: Kind, log_odds: f32, pixels: std::ops::Range<usize>) -> Judged {
+        Judged::new(kind, What::Missing, log_odds, vec![], Region { pixels: pixels.collect() })
+    }
+
+    fn told(all: &[Judged]) -> Vec<(Kind, f32, usize)> {
+        all.iter().map(|j| (j.kind, j.log_odds, j.pixels().len())).collect()
+    }
+
+    #[test]
+    fn pieces_are_of_the_whole_and_a_surer_region_says_what_it_is() {
+        let pieces = || vec![judged(Kind::Texture, 3.0, 10..30), judged(Kind::Texture, -1.0, 35..50)];
+        // another kind: as sure, but not what the piece is
+        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 0..60));
+        assert_eq!(told(&joined), [(Kind::Geometry, 3.0, 60)]);
+        let joined = absorbed(pieces(), judged(Kind::Texture, 1.0, 0..60));
+        assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
+        // what lies mostly beside it stays
+        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));
+        assert_eq!(told(&joined), [(Kind::Texture, 3.0, 20), (Kind::Geometry, 1.0, 25)]);
+        // within a surer one it adds nothing
+        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 12..30));
+        assert_eq!(told(&joined), told(&pieces()));
+    }
 }

@@ -104,6 +104,21 @@ pub(crate) static PICTURE: Cues<10> = Cues {
     ],
 };
 
+/// A region that shows little of what the model makes there.
+pub(crate) static UNLIKE: Cues<8> = Cues {
+    bias: -4.69,
+    cues: [
+        Cue::new("unlike the model, 8 pixels", "logarithm", [-3.0, 4.0], 0.81, 0.52),
+        Cue::new("unlike the model, 16 pixels", "logarithm", [-4.0, 4.0], -0.32, 0.10),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], -5.95, 0.66),
+        Cue::new("thickness", "logarithm of pixels", [0.0, 5.0], 2.82, 0.96),
+        Cue::new("geometry test", "× threshold", [0.0, 1.0], 0.19, 4.98),
+        Cue::new("texture test", "× threshold", [0.0, 3.0], 0.54, 0.46),
+        Cue::new("light that it may mirror", "share", [0.0, 1.0], 0.31, -1.10),
+        Cue::new("odds of another structure", "logarithm", [-10.0, 10.0], -0.93, 0.41),
+    ],
+};
+
 /// A piece of texture that the photograph shows laid otherwise.
 pub(crate) static LAYING: Cues<4> = Cues {
     bias: 0.92,
@@ -167,7 +182,7 @@ mod tests {
     fn every_weight_is_in_the_table() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let table = std::fs::read_to_string(root.join("docs/audit.md")).unwrap();
-        let all = [&SHAPE.cues[..], &PICTURE.cues, &LAYING.cues, &OUTLINE.cues];
+        let all = [&SHAPE.cues[..], &PICTURE.cues, &UNLIKE.cues, &LAYING.cues, &OUTLINE.cues];
         for cue in all.into_iter().flatten() {
             let row = format!("| {} | {} | {:.2} | {:+.2} |", cue.test, cue.unit, cue.even, cue.weight);
             assert!(table.contains(&row), "docs/audit.md lacks the row {row}");

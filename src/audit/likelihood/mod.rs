@@ -1,5 +1,6 @@
 //! How well each pixel's observations go with a right model.
 
+pub(crate) mod agreement;
 pub(crate) mod appearance;
 pub(crate) mod continuation;
 pub(crate) mod noise;

@@ -115,7 +115,7 @@ fn fitted(start: Parts, samples: &[Sample], white: Mat3) -> Parts {
 }
 
 /// The inverse root of the covariance of those differences that are not far out, with trace 3 before.
-fn whitening(differences: impl Iterator<Item = Vec3>) -> Mat3 {
+pub(crate) fn whitening(differences: impl Iterator<Item = Vec3>) -> Mat3 {
     let all: Vec<Vec3> = differences.filter(|d| d.is_finite()).collect();
     let middle = median(all.iter().map(|d| d.length_squared())).unwrap_or(0.0);
     let sum = |rows: &mut dyn Iterator<Item = &Vec3>| {

@@ -1,0 +1,132 @@
+//! Whether a photograph shows what the model makes, structure by structure.
+//!
+//! Photograph and model are cut into bands of structure, of a few pixels each and upwards. Where the model is right the one's
+//! band is the other's and noise; where it is not, the two have nothing in common, and what both have adds up to their difference.
+//! A model's blurred or pale paint loses some of what is common, but gains no difference beyond it. Differences count in units of
+//! what they usually are in the picture at hand, with the covariance that its colours have there: light changes brightness more
+//! than hue.
+
+use glam::{Mat3, Vec3};
+use rayon::prelude::*;
+
+use crate::audit::likelihood::noise::whitening;
+use crate::edge_aware::EdgeAware;
+use crate::statistics::median;
+
+/// Structure of a size is what the first blur keeps and the second does not: standard deviations, pixels.
+const BANDS: [[f32; 2]; 3] = [[1.5, 4.0], [3.0, 8.0], [6.0, 16.0]];
+
+/// Structures of so many sizes are compared.
+pub(crate) const SIZES: usize = BANDS.len();
+
+/// What is darker than this share of the picture's median shows little structure.
+const DARK: f32 = 0.03;
+
+/// Every how many pixels the covariance is estimated from.
+const EVERY: usize = 7;
+
+/// Per size of structure and pixel, the logarithm of how much more photograph and model differ than they have in common, over a
+/// window as wide as the structure: 0 where neither is more than noise.
+pub(crate) type Unlike = [Vec<f32>; SIZES];
+
+/// Compares a photograph's logarithm with what a model makes, radiance; what is not positive there is not compared.
+pub(crate) fn unlike(width: usize, photo: &[Vec3], model: &[Vec3], usable: &[f32]) -> Unlike {
+    let n = photo.len();
+    let open = EdgeAware::open(width, n / width.max(1));
+    let known: Vec<f32> = (0..n)
+        .map(|i| usable[i] > 0.0 && photo[i].is_finite() && model[i].is_finite() && model[i].max_element() > 0.0)
+        .map(|known| if known { 1.0 } else { 0.0 })
+        .collect();
+    let photo: Vec<Vec3> = photo.iter().map(|p| p.map(f32::exp)).collect();
+    let (photo, model) = (levels(&photo, &known), levels(model, &known));
+    BANDS.map(|[fine, coarse]| {
+        let within = [fine, coarse].map(|sigma| open.smoothed(&known, sigma));
+        let band = |values: &[Vec3]| -> Vec<Vec3> {
+            let channel = |c: usize| {
+                let values: Vec<f32> = values.iter().map(|v| v[c]).collect();
+                let [a, b] = [(fine, &within[0]), (coarse, &within[1])]
+                    .map(|(sigma, smoothed)| open.mean_with(&values, &known, smoothed, sigma));
+                a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f32>>()
+            };
+            let [r, g, b]: [Vec<f32>; 3] = [0, 1, 2].map(channel);
+            (0..n).map(|i| Vec3::new(r[i], g[i], b[i])).collect()
+        };
+        let (a, b) = rayon::join(|| band(&photo), || band(&model));
+        let unit = unit((0..n).step_by(EVERY).filter(|i| known[*i] > 0.0).map(|i| a[i] - b[i]).collect());
+        let mean = |of: &(dyn Fn(Vec3, Vec3) -> f32 + Sync)| -> Vec<f32> {
+            let values: Vec<f32> = (0..n).into_par_iter().map(|i| of(unit * a[i], unit * b[i]) / 3.0).collect();
+            open.mean_with(&values, &known, &within[1], coarse)
+        };
+        let apart = mean(&|a, b| (a - b).length_squared());
+        let common = mean(&|a, b| a.dot(b));
+        let of = |i: usize| if known[i] > 0.0 { apart[i].ln_1p() - common[i].max(0.0).ln_1p() } else { 0.0 };
+        (0..n).map(of).collect()
+    })
+}
+
+/// Logarithms, the dark drawn together; 0 where nothing is known.
+fn levels(values: &[Vec3], known: &[f32]) -> Vec<Vec3> {
+    let middle = |c: usize| {
+        let all = values.iter().zip(known).filter(|(_, k)| **k > 0.0).map(|(v, _)| v[c]);
+        median(all).unwrap_or(1.0).max(1e-30)
+    };
+    let middle = Vec3::new(middle(0), middle(1), middle(2));
+    let level = |v: Vec3| (v.max(Vec3::ZERO) / middle + Vec3::splat(DARK)).map(f32::ln);
+    values.iter().zip(known).map(|(v, k)| if *k > 0.0 { level(*v) } else { Vec3::ZERO }).collect()
+}
+
+/// Makes the channels of differences independent and alike, and half of them shorter than half a unit a channel, squared.
+fn unit(differences: Vec<Vec3>) -> Mat3 {
+    let white = whitening(differences.iter().copied());
+    let middle = median(differences.iter().map(|d| (white * *d).length_squared())).unwrap_or(0.0);
+    white * (1.5 / middle.max(1e-9)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 96;
+
+    /// Blotches of some pixels, another picture for each seed.
+    fn blotches(seed: usize) -> Vec<Vec3> {
+        let hash = |x: usize, y: usize, c: usize| {
+            ((x * 7919 + y * 104_729 + (seed + c) * 15_485_863) * 2_654_435_761) >> 7 & 1023
+        };
+        let at = |i: usize, c: usize| 0.2 + 0.5 * hash(i % SIDE / 6, i / SIDE / 6, c) as f32 / 1023.0;
+        (0..SIDE * SIDE).map(|i| Vec3::new(at(i, 0), at(i, 1), at(i, 2))).collect()
+    }
+
+    fn mean(values: &[f32], inside: &dyn Fn(usize) -> bool) -> f32 {
+        let all: Vec<f32> = (0..values.len()).filter(|i| inside(*i)).map(|i| values[i]).collect();
+        all.iter().sum::<f32>() / all.len() as f32
+    }
+
+    #[test]
+    fn another_picture_is_unlike_and_pale_paint_in_uneven_light_is_not() {
+        let model = blotches(1);
+        let other = blotches(9);
+        let within = |i: usize| (30..66).contains(&(i % SIDE)) && (30..66).contains(&(i / SIDE));
+        let noise = |i: usize| 0.04 * ((((i * 2_654_435_761) >> 9) % 1000) as f32 / 500.0 - 1.0);
+        // paler than the model, and brighter to the right
+        let photo: Vec<Vec3> = (0..SIDE * SIDE)
+            .map(|i| {
+                let real = if within(i) { other[i] } else { model[i].powf(0.8) };
+                real.map(f32::ln) + Vec3::splat(noise(i) + 0.01 * (i % SIDE) as f32)
+            })
+            .collect();
+        let told = unlike(SIDE, &photo, &model, &[1.0; SIDE * SIDE]);
+        let (inside, outside) = (mean(&told[0], &within), mean(&told[0], &|i| i % SIDE < 20));
+        assert!(inside > 1.0 && outside < -0.5, "{inside} {outside}");
+    }
+
+    #[test]
+    fn what_is_not_known_and_what_shows_nothing_say_nothing() {
+        let mut model = vec![Vec3::splat(0.4); SIDE * SIDE];
+        model[..SIDE * 10].fill(Vec3::NAN);
+        let photo: Vec<Vec3> = (0..SIDE * SIDE).map(|i| Vec3::splat(1e-3 * ((i * 31) % 17) as f32)).collect();
+        let told = unlike(SIDE, &photo, &model, &[1.0; SIDE * SIDE]);
+        assert!(told.iter().all(|t| t[..SIDE * 10].iter().all(|u| *u == 0.0)));
+        assert!(told.iter().flatten().all(|u| u.is_finite() && u.abs() < 1.2));
+    }
+}
