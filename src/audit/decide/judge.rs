@@ -2,6 +2,7 @@
 //! belongs together is joined.
 
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 use crate::audit::decide::decision;
 use crate::audit::decide::false_alarms::Field;
@@ -169,28 +170,26 @@ fn mostly_within(region: &Judged, whole: &Judged) -> bool {
 }
 
 /// Adds a region that may be the whole of what others are pieces of: those that lie mostly within it are of it, and all of it is
-/// as sure as the surest of them. A place that is wrong looks wrong, too, so a likely fault of shape says what all of it is; else the
-/// surest does, if it is of the whole's kind. It adds nothing where it lies mostly within a surer one.
-fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
+/// as sure as the surest of them, and what that is if it is of one kind. A surer fault of shape stays as it is, since what tells it
+/// was measured of its own pixels. The whole adds nothing where it lies mostly within a surer region.
+fn absorbed(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
     if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(&whole, j)) {
         return judged;
     }
-    let (own, mut others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|j| mostly_within(j, &whole));
-    let names = |j: &&Judged| match j.kind {
-        Kind::Geometry if j.score() >= LIKELY => true,
-        kind => kind == whole.kind && j.log_odds > whole.log_odds,
-    };
-    let name = own.iter().filter(names).max_by(|a, b| a.kind.cmp(&b.kind).then(a.log_odds.total_cmp(&b.log_odds)));
-    let surest = own.iter().filter(|j| j.log_odds > whole.log_odds).max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
-    let (log_odds, evidence) = match surest {
-        Some(j) => (j.log_odds, j.evidence.clone()),
-        None => (whole.log_odds, whole.evidence.clone()),
-    };
-    others.push(match name {
-        Some(j) => {
-            Judged { displacement: j.displacement, ..Judged::new(j.kind, j.what, log_odds, evidence, whole.region) }
-        }
-        None => Judged { log_odds, evidence, ..whole },
+    let stays = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
+    let (own, mut others): (Vec<Judged>, Vec<Judged>) =
+        judged.into_iter().partition(|j| mostly_within(j, &whole) && !stays(j));
+    let misshapen: BTreeSet<usize> = others.iter().filter(|j| stays(j)).flat_map(|j| j.pixels()).copied().collect();
+    whole.region.pixels.retain(|i| !misshapen.contains(i));
+    if whole.region.pixels.is_empty() {
+        return others;
+    }
+    let surer = own.into_iter().filter(|j| j.log_odds > whole.log_odds);
+    let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
+    others.push(match surest {
+        Some(surest) if surest.kind == whole.kind => Judged { region: whole.region, ..surest },
+        Some(surest) => Judged { log_odds: surest.log_odds, evidence: surest.evidence, ..whole },
+        None => whole,
     });
     others
 }
@@ -251,14 +250,17 @@ mod tests {
     #[test]
     fn pieces_are_of_the_whole_and_a_surer_region_says_what_it_is() {
         let pieces = || vec![judged(Kind::Texture, 3.0, 10..30), judged(Kind::Texture, -1.0, 35..50)];
-        // what is wrong in its place looks wrong, too
+        // another kind: as sure, but not what the piece is
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 3.0, 60)]);
         let joined = absorbed(pieces(), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
-        let misshapen = |log_odds| vec![judged(Kind::Geometry, log_odds, 5..25), judged(Kind::Texture, 3.0, 30..50)];
-        assert_eq!(told(&absorbed(misshapen(0.5), judged(Kind::Texture, 1.0, 0..60))), [(Kind::Geometry, 3.0, 60)]);
-        assert_eq!(told(&absorbed(misshapen(-0.5), judged(Kind::Texture, 1.0, 0..60))), [(Kind::Texture, 3.0, 60)]);
+        // a surer fault of shape stays as it is, a doubt does not
+        let misshapen = |log_odds| vec![judged(Kind::Geometry, log_odds, 5..25)];
+        let joined = absorbed(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
+        assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20), (Kind::Texture, 1.0, 40)]);
+        let joined = absorbed(misshapen(-0.5), judged(Kind::Geometry, -1.0, 0..60));
+        assert_eq!(told(&joined), [(Kind::Geometry, -0.5, 60)]);
         // what lies mostly beside it stays
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 20), (Kind::Geometry, 1.0, 25)]);
