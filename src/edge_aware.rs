@@ -1,5 +1,7 @@
 //! Averages over windows that never cross a surface's edge.
 
+use glam::Vec3;
+
 use crate::components::components;
 
 /// Which neighbouring pixels lie on one surface.
@@ -169,6 +171,15 @@ impl EdgeAware {
             *s = if *w > 1e-4 { *s / w } else { 0.0 };
         }
         sum
+    }
+
+    /// The same of colours, channel by channel.
+    pub(crate) fn mean_colour_with(&self, values: &[Vec3], weights: &[f32], smoothed: &[f32], sigma: f32) -> Vec<Vec3> {
+        let [r, g, b] = [0, 1, 2].map(|c| {
+            let channel: Vec<f32> = values.iter().map(|v| v[c]).collect();
+            self.mean_with(&channel, weights, smoothed, sigma)
+        });
+        (0..values.len()).map(|i| Vec3::new(r[i], g[i], b[i])).collect()
     }
 
     /// Pixels all of whose neighbours up to `radius` steps along rows and columns are joined to them.

@@ -207,10 +207,9 @@ impl Observations {
         (self.surfaces.width, self.surfaces.height)
     }
 
-    /// How unlike each pixel is to what the model makes, by the size of structure that tells most.
-    pub(crate) fn unlike_most(&self) -> Vec<f32> {
-        let [first, second, third] = &self.unlike;
-        (0..first.len()).map(|i| first[i].max(second[i]).max(third[i])).collect()
+    /// How unlike a pixel is to what the model makes, by the size of structure that tells most.
+    pub(crate) fn unlike_most(&self, pixel: usize) -> f32 {
+        self.unlike.iter().map(|band| band[pixel]).fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// The refined camera, at the audit's size, and how far it was moved.

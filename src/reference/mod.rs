@@ -29,7 +29,7 @@ mod emitters;
 mod estimate;
 mod lights;
 mod path;
-mod random;
+pub(crate) mod random;
 mod render;
 mod sky;
 mod sun_patches;

@@ -2,7 +2,6 @@
 //! belongs together is joined.
 
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 
 use crate::audit::decide::decision;
 use crate::audit::decide::false_alarms::Field;
@@ -74,11 +73,11 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let told = |i: usize| if observed.texture.tested[i] { scores.texture[i] } else { f32::NAN };
     let field = Field::new(w, s.position.clone(), (0..w * h).map(told).collect());
     // what the photograph does not show is nobody's fault
-    let marked = |scores: &dyn Fn(usize) -> f32| -> (Vec<bool>, Vec<bool>) {
-        let over =
-            |least: f32| (0..w * h).map(|i| observed.usable[i] > 0.0 && scores(i) >= least).collect::<Vec<bool>>();
-        (closed(&opened(&over(LOW), w, h, 1), w, h, 2), opened(&over(1.0), w, h, 2))
+    let over = |scores: &dyn Fn(usize) -> f32, least: f32| -> Vec<bool> {
+        (0..w * h).map(|i| observed.usable[i] > 0.0 && scores(i) >= least).collect()
     };
+    let extended = |mask: &[bool]| closed(&opened(mask, w, h, 1), w, h, 2);
+    let marked = |scores: &dyn Fn(usize) -> f32| (extended(&over(scores, LOW)), opened(&over(scores, 1.0), w, h, 2));
     // a place that is wrong looks wrong, too: of the rest, pictures are judged
     let (low, high) = marked(&|i| scores.geometry[i]);
     let shares = s.segments.shares(&low);
@@ -102,15 +101,13 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
             .filter(|j| odds::may_reach(j.log_odds, least_likely)),
     );
     // structures that the model does not have, whole: the tests mark their edges, here and there
-    let unlike = observed.unlike_most();
-    let over: Vec<bool> = (0..w * h).map(|i| observed.usable[i] > 0.0 && unlike[i] >= UNLIKE).collect();
-    let mask = closed(&opened(&over, w, h, 1), w, h, 2);
+    let mask = extended(&over(&|i| observed.unlike_most(i), UNLIKE));
     let unlike = components(&mask, &mask, w, least, |_, _| true);
     let unlike: Vec<Judged> = unlike
         .into_par_iter()
         .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, region))
         .collect();
-    let judged = unlike.into_iter().fold(judged, absorbed);
+    let judged = unlike.into_iter().fold(judged, with_unlike);
     let judged = united(with_relaid(judged, prepared, observed), observed);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
@@ -162,6 +159,17 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Obser
     judged
 }
 
+/// Adds a region that is unlike the model. A surer fault of shape stays as it is, since what tells it was measured of its own
+/// pixels. The region is what they leave of it, if that is half or more.
+fn with_unlike(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
+    let surer = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
+    let (mut judged, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(surer);
+    let size = whole.pixels().len();
+    whole.region.pixels.retain(|i| !judged.iter().any(|j| j.pixels().binary_search(i).is_ok()));
+    judged.extend(if 2 * whole.pixels().len() < size { others } else { absorbed(others, whole) });
+    judged
+}
+
 /// Whether more than half of a region lies within another, whose pixels are in order.
 fn mostly_within(region: &Judged, whole: &Judged) -> bool {
     let own = &region.region.pixels;
@@ -170,20 +178,12 @@ fn mostly_within(region: &Judged, whole: &Judged) -> bool {
 }
 
 /// Adds a region that may be the whole of what others are pieces of: those that lie mostly within it are of it, and all of it is
-/// as sure as the surest of them, and what that is if it is of one kind. A surer fault of shape stays as it is, since what tells it
-/// was measured of its own pixels. The whole adds nothing where it lies mostly within a surer region.
-fn absorbed(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
+/// as sure as the surest of them, and what that is if it is of one kind. It adds nothing where it lies mostly within a surer one.
+fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
     if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(&whole, j)) {
         return judged;
     }
-    let stays = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
-    let (own, mut others): (Vec<Judged>, Vec<Judged>) =
-        judged.into_iter().partition(|j| mostly_within(j, &whole) && !stays(j));
-    let misshapen: BTreeSet<usize> = others.iter().filter(|j| stays(j)).flat_map(|j| j.pixels()).copied().collect();
-    whole.region.pixels.retain(|i| !misshapen.contains(i));
-    if whole.region.pixels.is_empty() {
-        return others;
-    }
+    let (own, mut others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|j| mostly_within(j, &whole));
     let surer = own.into_iter().filter(|j| j.log_odds > whole.log_odds);
     let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
     others.push(match surest {
@@ -255,12 +255,16 @@ mod tests {
         assert_eq!(told(&joined), [(Kind::Geometry, 3.0, 60)]);
         let joined = absorbed(pieces(), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
-        // a surer fault of shape stays as it is, a doubt does not
+        // a surer fault of shape is of a part that is off, but stays as it is in what is unlike the model; a doubt does not
         let misshapen = |log_odds| vec![judged(Kind::Geometry, log_odds, 5..25)];
-        let joined = absorbed(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
+        let joined = absorbed(misshapen(2.0), judged(Kind::Geometry, 1.0, 0..60));
+        assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 60)]);
+        let joined = with_unlike(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20), (Kind::Texture, 1.0, 40)]);
-        let joined = absorbed(misshapen(-0.5), judged(Kind::Geometry, -1.0, 0..60));
+        let joined = with_unlike(misshapen(-0.5), judged(Kind::Geometry, -1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, -0.5, 60)]);
+        let joined = with_unlike(misshapen(2.0), judged(Kind::Texture, 1.0, 0..30));
+        assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20)]);
         // what lies mostly beside it stays
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 20), (Kind::Geometry, 1.0, 25)]);

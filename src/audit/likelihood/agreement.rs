@@ -16,9 +16,6 @@ use crate::statistics::median;
 /// Structure of a size is what the first blur keeps and the second does not: standard deviations, pixels.
 const BANDS: [[f32; 2]; 3] = [[1.5, 4.0], [3.0, 8.0], [6.0, 16.0]];
 
-/// Structures of so many sizes are compared.
-pub(crate) const SIZES: usize = BANDS.len();
-
 /// What is darker than this share of the picture's median shows little structure.
 const DARK: f32 = 0.03;
 
@@ -27,7 +24,7 @@ const EVERY: usize = 7;
 
 /// Per size of structure and pixel, the logarithm of how much more photograph and model differ than they have in common, over a
 /// window as wide as the structure: 0 where neither is more than noise.
-pub(crate) type Unlike = [Vec<f32>; SIZES];
+pub(crate) type Unlike = [Vec<f32>; BANDS.len()];
 
 /// Compares a photograph's logarithm with what a model makes, radiance; what is not positive there is not compared.
 pub(crate) fn unlike(width: usize, photo: &[Vec3], model: &[Vec3], usable: &[f32]) -> Unlike {
@@ -42,14 +39,9 @@ pub(crate) fn unlike(width: usize, photo: &[Vec3], model: &[Vec3], usable: &[f32
     BANDS.map(|[fine, coarse]| {
         let within = [fine, coarse].map(|sigma| open.smoothed(&known, sigma));
         let band = |values: &[Vec3]| -> Vec<Vec3> {
-            let channel = |c: usize| {
-                let values: Vec<f32> = values.iter().map(|v| v[c]).collect();
-                let [a, b] = [(fine, &within[0]), (coarse, &within[1])]
-                    .map(|(sigma, smoothed)| open.mean_with(&values, &known, smoothed, sigma));
-                a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f32>>()
-            };
-            let [r, g, b]: [Vec<f32>; 3] = [0, 1, 2].map(channel);
-            (0..n).map(|i| Vec3::new(r[i], g[i], b[i])).collect()
+            let [fine, coarse] = [(fine, &within[0]), (coarse, &within[1])]
+                .map(|(sigma, smoothed)| open.mean_colour_with(values, &known, smoothed, sigma));
+            fine.iter().zip(coarse).map(|(fine, coarse)| fine - coarse).collect()
         };
         let (a, b) = rayon::join(|| band(&photo), || band(&model));
         let unit = unit((0..n).step_by(EVERY).filter(|i| known[*i] > 0.0).map(|i| a[i] - b[i]).collect());
@@ -85,15 +77,13 @@ fn unit(differences: Vec<Vec3>) -> Mat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::random::splitmix64;
 
     const SIDE: usize = 96;
 
-    /// Uniform in 0..1, another for each number (splitmix64).
+    /// Uniform in 0..1, another for each number.
     fn uniform(n: usize) -> f32 {
-        let z = (n as u64).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
+        (splitmix64(n as u64) >> 40) as f32 / (1 << 24) as f32
     }
 
     /// Blotches of some pixels, another picture for each seed.

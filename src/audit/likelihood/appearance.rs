@@ -73,15 +73,11 @@ pub(crate) fn irradiance(
         .collect();
     let weights: Vec<f32> = gathered.iter().map(|e| if e.min_element() > 0.0 { 1.0 } else { 0.0 }).collect();
     let smoothed = surfaces.shape.smoothed(&weights, 6.0);
-    let channel = |c: usize| {
-        let values: Vec<f32> = gathered.iter().map(|e| e[c]).collect();
-        surfaces.shape.mean_with(&values, &weights, &smoothed, 6.0)
-    };
-    let [r, g, b] = [0, 1, 2].map(channel);
+    let around = surfaces.shape.mean_colour_with(&gathered, &weights, &smoothed, 6.0);
     (0..w * h)
         .into_par_iter()
         .map(|i| {
-            let e = Vec3::new(r[i], g[i], b[i]);
+            let e = around[i];
             if surfaces.triangle[i] == NONE || e.min_element() <= 0.0 {
                 return Vec3::ZERO;
             }

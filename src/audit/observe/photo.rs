@@ -132,15 +132,14 @@ pub(crate) struct Blurred {
 
 impl Blurred {
     pub(crate) fn new(pixels: &[Vec3], usable: &[f32], filter: &EdgeAware) -> Self {
-        let channel = |c: usize| -> Vec<f32> { pixels.iter().map(|p| p[c]).collect() };
         let logs = BLURS
             .into_par_iter()
             .map(|sigma| {
                 if sigma == 0.0 {
                     return pixels.iter().map(|p| ln(*p)).collect();
                 }
-                let [r, g, b] = [0, 1, 2].map(|c| filter.mean(&channel(c), usable, sigma));
-                (0..pixels.len()).map(|i| ln(Vec3::new(r[i], g[i], b[i]))).collect()
+                let within = filter.smoothed(usable, sigma);
+                filter.mean_colour_with(pixels, usable, &within, sigma).into_iter().map(ln).collect()
             })
             .collect();
         Self { logs }
