@@ -90,14 +90,14 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let lightings = lightings(&site, &args.how.lighting)?;
     let folder = args.output.folder(&site)?;
-    let Model { scene, health, seconds } = Model::of(&site, &folder)?;
+    let Model { scene, health, read } = Model::of(&site, &folder)?;
     let start = Instant::now();
     let shown = args.output.told.talks();
     let Bake { baked, mut setup } = baked(&site, &scene, &lightings, &args.how, bake::BakeSettings::default(), shown)?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
     let bake_s = start.elapsed().as_secs_f64() - set_up_s;
-    timings.load_s += seconds;
+    timings.load_s += read.wall_s;
     let start = Instant::now();
     let files = write(&folder, &site, &scene, &baked)?;
     let share = |of: &dyn Fn(&bake::Vertex) -> bool| {

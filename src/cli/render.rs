@@ -16,10 +16,11 @@ use clerestory::bake;
 use clerestory::check;
 use clerestory::panorama::Exposure;
 use clerestory::paper::{PaperSettings, Plain};
-use clerestory::render::{Frame, Options, Relit, Setup, Timings, exposure_of, prepare};
+use clerestory::render::{Frame, Options, Relit, Setup, Timings, exposure_of, prepare, shoot_probes};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::site::{Site, View};
+use clerestory::study::Seconds;
 use clerestory::volume;
 use clerestory::{radiometry, site};
 use compared::{Compared, compared, photos};
@@ -219,12 +220,12 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     }
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
     let folder = args.output.folder(&site)?;
-    let (Model { scene, health, seconds }, spared) = match model {
+    let (Model { scene, health, read }, spared) = match model {
         Some(model) => (model, None),
         None => reachable(&site, args, &folder)?,
     };
     let unreached = spared.map(not_loaded);
-    let load_s = seconds + start.elapsed().as_secs_f64();
+    let load_s = read.wall_s + start.elapsed().as_secs_f64();
     let fitting = radiometry::FitSettings { response: args.fit_response, ..radiometry::FitSettings::default() };
     let gains = args.fit_gains.then(|| radiometry::fit(&site, &scene, &options.lightings[0], &fitting)).transpose()?;
     gains.iter().for_each(|fit| fit.apply(&mut site));
@@ -234,7 +235,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         true => baked::baked(&site, &scene, &options, (args.vertices, video.is_some()), args.output.told)
             .map(|(baked, setup)| (Some(baked), setup))?,
         // the paper's method has a volume of its own: of ours it takes what is behind windows
-        false if args.method == Method::Paper => (None, prepare(&site, &scene, &[], &options)?),
+        false if args.method == Method::Paper => (None, shoot_probes(&site, &scene, &options)?),
         false => (None, prepare(&site, &scene, &cameras, &options)?),
     };
     // all stages: the lightings that nobody asked for too
@@ -334,7 +335,7 @@ fn reachable(site: &Site, args: &RenderArgs, folder: &Path) -> anyhow::Result<(M
     let mut health = Health::default();
     let (scene, spared) = scene::load_without(site, &mut health, marks)?;
     apart(folder, &health.files)?;
-    Ok((Model { scene, health, seconds: 0.0 }, spared))
+    Ok((Model { scene, health, read: Seconds::default() }, spared))
 }
 
 /// The views that were asked for, in the site's order.
@@ -375,7 +376,5 @@ fn plain(
         all.push(plain);
     }
     setup.timings = timings;
-    setup.transport_of.fill(None);
-    setup.left_out.retain(|l| l.stage != "volume");
     Ok(all)
 }

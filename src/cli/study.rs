@@ -66,7 +66,6 @@ pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let site = Site::load(&args.site)?;
     let folder = args.output.folder(&site)?;
     let names: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
-    Model::of(&site, &folder)?; // none of its files may lie there
     let outside = match &args.outside {
         Some(path) => study::read_outside(path, &names)?,
         None => Vec::new(),
@@ -106,7 +105,8 @@ pub(super) fn studied(
     tell: &(dyn Fn(&Progress) + Sync),
 ) -> anyhow::Result<(Study, Summary)> {
     let named = named.display().to_string();
-    let mut study = study::study(site, options, folder, tell)?;
+    let Model { scene, read, .. } = Model::of(site, folder)?;
+    let mut study = study::study(site, (&scene, read), options, folder, tell)?;
     let summary = study::summary(&study, outside, &named);
     write_study(site, &named, &study, &summary, outside, folder)?;
     study.summary = Some(summary.clone());

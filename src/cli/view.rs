@@ -78,7 +78,7 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
 /// Bakes a site and writes its page into a folder.
 pub(super) fn viewed(
     site: &Site,
-    Model { scene, seconds, .. }: &Model,
+    Model { scene, read, .. }: &Model,
     how: &BakeHow,
     extras: &Extras,
     folder: &Path,
@@ -99,6 +99,6 @@ pub(super) fn viewed(
         file,
         vertices: baked.vertices.len(),
         triangles: baked.triangles.len(),
-        seconds: seconds + start.elapsed().as_secs_f64(),
+        seconds: read.wall_s + start.elapsed().as_secs_f64(),
     })
 }

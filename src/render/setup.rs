@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -41,6 +42,11 @@ impl Options {
             all_stages: false,
             volume_for_all: false,
         }
+    }
+
+    /// The probes that are used.
+    fn probes_of<'a>(&self, site: &'a Site) -> &'a [Probe] {
+        &site.probes[..self.probes.min(site.probes.len())]
     }
 }
 
@@ -124,21 +130,25 @@ pub fn prepare_for(
     wanted: impl Fn(Option<&Light>) -> Vec<(Vec3, Vec3)>,
     options: &Options,
 ) -> Result<Setup, SetupError> {
+    let mut setup = shoot_probes(site, scene, options)?;
+    setup.cast_volume(site, scene, wanted, options);
+    Ok(setup)
+}
+
+/// Shoots a site's probes and gives them light, without a volume.
+pub fn shoot_probes(site: &Site, scene: &Scene, options: &Options) -> Result<Setup, SetupError> {
     let name = site.file.display().to_string();
-    if site.probes.is_empty() || options.probes == 0 {
+    let probes = options.probes_of(site);
+    if probes.is_empty() {
         return Err(SetupError::NoProbe { site: name });
     }
-    let probes = &site.probes[..options.probes.min(site.probes.len())];
-    let known = || site.lightings().join(", ");
     let mut timings = Timings::default();
     let mut hits: Vec<Option<Arc<Hits>>> = vec![None; probes.len()];
     let mut lights = Vec::new();
-    let mut sets: Vec<Vec<usize>> = Vec::new();
-    let mut set_of = Vec::new();
     let outside = outside(site)?;
     for lighting in &options.lightings {
-        let (mut set, mut lit) = (Vec::new(), Vec::new());
-        for (i, probe) in probes.iter().enumerate() {
+        let mut lit = Vec::new();
+        for (probe, hits) in probes.iter().zip(&mut hits) {
             let Some(file) = probe.pictures.iter().find(|p| p.lighting == *lighting) else { continue };
             let start = Instant::now();
             let (picture, coding) = panorama::read_coded(&file.path)?;
@@ -146,47 +156,23 @@ pub fn prepare_for(
             timings.load_s += start.elapsed().as_secs_f64();
             let start = Instant::now();
             // hits do not depend on the lighting: shot once, unless this picture has another size
-            let known = hits[i].take().filter(|h| h.chart == chart);
-            let shot = known.unwrap_or_else(|| Arc::new(shoot(scene, probe, chart)));
-            hits[i] = Some(shot.clone());
+            let known = hits.take().filter(|h| h.chart == chart);
+            let (position, to_world) = (scene.local(probe.pose.position), probe.pose.rotation.as_mat3());
+            let shot = known.unwrap_or_else(|| Arc::new(Hits::shoot(scene, position, to_world, chart)));
+            *hits = Some(shot.clone());
             timings.shoot_s += start.elapsed().as_secs_f64();
-            set.push(i);
             lit.push((shot, picture, probe.radiometry(coding)));
         }
         if lit.is_empty() {
-            return Err(SetupError::NoLighting { site: name, lighting: lighting.clone(), known: known() });
+            let known = site.lightings().join(", ");
+            return Err(SetupError::NoLighting { site: name, lighting: lighting.clone(), known });
         }
         let start = Instant::now();
         let sun = site.sun_under(lighting).filter(|_| options.sun);
         lights.push((lighting.clone(), Light::new(scene, lit, sun, outside.clone())));
         timings.index_s += start.elapsed().as_secs_f64();
-        let known = sets.iter().position(|s| *s == set);
-        set_of.push(known.unwrap_or_else(|| {
-            sets.push(set);
-            sets.len() - 1
-        }));
     }
-    let start = Instant::now();
     let mut left_out = Vec::new();
-    let mut transports = Vec::new();
-    let mut transport_of = vec![None; lights.len()];
-    for set in 0..sets.len() {
-        let mine: Vec<&Light> =
-            lights.iter().zip(&set_of).filter(|(_, s)| **s == set).map(|((_, light), _)| light).collect();
-        let wanted = wanted((!options.volume_for_all).then_some(mine[0]));
-        if wanted.is_empty() && !options.all_stages {
-            let why = "every sampled point in every view is seen by a probe".to_owned();
-            left_out.push(LeftOut { stage: "volume", why });
-            continue;
-        }
-        transports.push(Transport::cast(scene, &wanted, &mine, &options.volume));
-        for (slot, s) in transport_of.iter_mut().zip(&set_of) {
-            if *s == set {
-                *slot = Some(transports.len() - 1);
-            }
-        }
-    }
-    timings.volume_s = start.elapsed().as_secs_f64();
     if probes.len() == 1 {
         left_out.push(LeftOut { stage: "merge", why: "the site has one probe".to_owned() });
     }
@@ -196,10 +182,42 @@ pub fn prepare_for(
     let first = || lights.iter().take(1).flat_map(|l| &l.1.records);
     let records = first().map(|r| r.hits().count()).sum();
     let record_bytes = first().map(|r| r.bytes() + r.hits().bytes()).sum();
-    Ok(Setup { lights, transport_of, transports, timings, left_out, records, record_bytes })
+    let transport_of = vec![None; lights.len()];
+    Ok(Setup { lights, transport_of, transports: Vec::new(), timings, left_out, records, record_bytes })
 }
 
 impl Setup {
+    /// Casts the volume's rays, once for all lightings that the same probes have pictures of.
+    fn cast_volume(
+        &mut self,
+        site: &Site,
+        scene: &Scene,
+        wanted: impl Fn(Option<&Light>) -> Vec<(Vec3, Vec3)>,
+        options: &Options,
+    ) {
+        let start = Instant::now();
+        let probes = options.probes_of(site);
+        let with = |lighting: &str| -> Vec<bool> {
+            probes.iter().map(|probe| probe.pictures.iter().any(|p| p.lighting == lighting)).collect()
+        };
+        let mut sets: BTreeMap<Vec<bool>, Vec<usize>> = BTreeMap::new();
+        for (i, (lighting, _)) in self.lights.iter().enumerate() {
+            sets.entry(with(lighting)).or_default().push(i);
+        }
+        for set in sets.values() {
+            let mine: Vec<&Light> = set.iter().map(|&i| &self.lights[i].1).collect();
+            let wanted = wanted((!options.volume_for_all).then_some(mine[0]));
+            if wanted.is_empty() && !options.all_stages {
+                let why = "every sampled point in every view is seen by a probe".to_owned();
+                self.left_out.insert(0, LeftOut { stage: "volume", why });
+                continue;
+            }
+            self.transports.push(Transport::cast(scene, &wanted, &mine, &options.volume));
+            set.iter().for_each(|&i| self.transport_of[i] = Some(self.transports.len() - 1));
+        }
+        self.timings.volume_s = start.elapsed().as_secs_f64();
+    }
+
     /// Per lighting the volume, where there is one.
     pub fn volumes(&self, scene: &Scene) -> Vec<Option<Volume<'_>>> {
         let volume = |((_, light), t): (&(String, Light), &Option<usize>)| {
@@ -228,11 +246,6 @@ pub fn pictures(
             Ok((charted(picture, probe.projection).1, probe.radiometry(coding)))
         })
         .collect()
-}
-
-/// Casts a probe's rays.
-fn shoot(scene: &Scene, probe: &Probe, chart: crate::shoot::Chart) -> Hits {
-    Hits::shoot(scene, scene.local(probe.pose.position), probe.pose.rotation.as_mat3(), chart)
 }
 
 /// Light from outside as the site gives it.

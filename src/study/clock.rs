@@ -29,18 +29,21 @@ impl std::ops::Add for Seconds {
 }
 
 /// A stop watch.
-pub(super) struct Clock {
+#[derive(Debug)]
+pub struct Clock {
     wall: Instant,
     cpu: Option<f64>,
 }
 
 impl Clock {
-    pub(super) fn start() -> Self {
+    /// Starts it.
+    #[must_use]
+    pub fn start() -> Self {
         Self { cpu: process_seconds(), wall: Instant::now() }
     }
 
     /// What has passed since the start.
-    pub(super) fn read(&self) -> Seconds {
+    pub fn read(&self) -> Seconds {
         let wall_s = self.wall.elapsed().as_secs_f64();
         let cpu = self.cpu.zip(process_seconds()).map(|(from, to)| to - from);
         Seconds { wall_s, cpu_s: cpu.filter(|s| *s > 0.0).unwrap_or(wall_s) }

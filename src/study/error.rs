@@ -6,15 +6,11 @@ use crate::panorama::PanoramaError;
 use crate::photograph::PhotographError;
 use crate::reference::LightError;
 use crate::render::SetupError;
-use crate::scene::SceneError;
 
 /// Why a study did not come to an end.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// The model cannot be used.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
     /// A picture cannot be used.
     #[error(transparent)]
     Picture(#[from] PanoramaError),

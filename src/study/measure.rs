@@ -14,7 +14,7 @@ use super::{Comparison, Ranked, StudyError};
 use crate::panorama::{self, Layer, Panorama, Picture, Projection, convert, write_exr};
 use crate::paper::{self, Plain, PlainRelit};
 use crate::reference::{Estimate, Eye, Lights, ReferenceSettings, add_samples};
-use crate::render::{Irradiance, Options, Relit, prepare, render};
+use crate::render::{Irradiance, Options, Relit, prepare, render, shoot_probes};
 use crate::scene::Scene;
 use crate::site::Site;
 use crate::volume::{self, Volume};
@@ -122,7 +122,7 @@ impl Bench<'_> {
     pub(super) fn paper(&self, setting: Setting, radius_m: Option<f64>) -> Result<Run, StudyError> {
         let spent = Clock::start();
         // what is behind windows is seen as with our own records; this is not the paper's time
-        let outside = prepare(self.site, self.scene, &[], &self.options())?;
+        let outside = shoot_probes(self.site, self.scene, &self.options())?;
         let sky = |direction| outside.lights[0].1.sky(direction);
         let cells = match setting.parameter {
             Parameter::Cells => setting.value as u32,

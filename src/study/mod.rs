@@ -29,7 +29,7 @@ mod state;
 mod sweep;
 mod truth;
 
-pub use clock::{Seconds, has_processor_time};
+pub use clock::{Clock, Seconds, has_processor_time};
 pub use conclusions::compare::{Comparison, Errors, compare, compare_parts, hidden};
 pub use conclusions::result::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary};
 pub use conclusions::summary::summary;

@@ -4,7 +4,7 @@ use crate::study::options::Options;
 use std::path::Path;
 use std::time::Instant;
 
-use super::clock::{Clock, has_processor_time};
+use super::clock::{Clock, Seconds, has_processor_time};
 use super::measure::{Bench, Run, base};
 use super::order::plan_order;
 use super::state::{Study, begun, fingerprint};
@@ -13,7 +13,7 @@ use super::truth::TruthView;
 use super::truth::views::{note, photographed, referenced};
 use super::{Curve, How, Metric, StudyError};
 use crate::reference::{LightError, Lights};
-use crate::scene::{self, Health};
+use crate::scene::Scene;
 use crate::site::{Site, View};
 
 /// How far a study is.
@@ -27,12 +27,14 @@ pub struct Progress {
     pub planned: usize,
 }
 
-/// Studies a site, or goes on with the study in `folder`, writing `study.json` there after every step.
+/// Studies a site, or goes on with the study in `folder`, writing `study.json` there after every step. `load` is what reading
+/// the model took: part of every method's set-up.
 ///
 /// # Errors
 /// See [`StudyError`]. What was measured before an error stays in `study.json`.
 pub fn study(
     site: &Site,
+    (scene, load): (&Scene, Seconds),
     options: &Options,
     folder: &Path,
     tell: &(dyn Fn(&Progress) + Sync),
@@ -42,11 +44,8 @@ pub fn study(
     let lighting = lighting(site, options).map_err(nothing)?;
     let views = views(site, options).map_err(nothing)?;
     let clock = Clock::start();
-    let scene = scene::load(site, &mut Health::default())?;
-    let load = clock.read();
-    let clock = Clock::start();
     let lit = Site { sun: site.sun_under(&lighting), ..site.clone() };
-    let lights = match Lights::load(&lit, &scene) {
+    let lights = match Lights::load(&lit, scene) {
         Ok(lights) => Some(lights),
         Err(LightError::Dark(_)) => None,
         Err(e) => return Err(e.into()),
@@ -78,7 +77,7 @@ pub fn study(
             tell(&Progress { doing: format!("reference of {view}"), done: 0, planned: 1 });
         };
         let known = begun.is_some();
-        (referenced(&scene, lights, &views, options, folder, known, &doing)?, vec![None; views.len()])
+        (referenced(scene, lights, &views, options, folder, known, &doing)?, vec![None; views.len()])
     };
     let blocks: Vec<usize> = truth.iter().map(TruthView::blocks).collect();
     if begun.as_ref().is_some_and(|study| !study.is_of(&blocks)) {
@@ -88,7 +87,7 @@ pub fn study(
         });
     }
     let base = base(site, &lighting)?;
-    let order = plan_order(site, &scene);
+    let order = plan_order(site, scene);
     let mut study = begun.unwrap_or_else(|| Study {
         fingerprint,
         site: site.name.clone(),
@@ -108,7 +107,7 @@ pub fn study(
     study.notes = notes;
     let bench = Bench {
         site,
-        scene: &scene,
+        scene,
         lights: lights.as_ref(),
         lighting: &lighting,
         truth: &truth,

@@ -2,7 +2,7 @@
 
 use clerestory::check::Saving;
 use clerestory::panorama;
-use clerestory::render::{LeftOut, Options, Setup, prepare};
+use clerestory::render::{LeftOut, Options, Setup, shoot_probes};
 use clerestory::report::NotDone;
 use clerestory::scene::{Scene, Spared};
 use clerestory::site::Site;
@@ -14,7 +14,7 @@ pub(super) fn unasked(site: &Site, scene: &Scene, options: &Options) -> anyhow::
         return Ok(None);
     }
     let options = Options { lightings: others, all_stages: false, ..options.clone() };
-    Ok(Some(prepare(site, scene, &[], &options)?))
+    Ok(Some(shoot_probes(site, scene, &options)?))
 }
 
 /// What no probe and no view can reach, in words.

@@ -284,6 +284,11 @@ pub fn counted(count: usize, thing: &str) -> String {
     if count == 1 { format!("1 {thing}") } else { format!("{count} {thing}s") }
 }
 
+/// How many stations any plan takes, in words.
+pub fn at_least(bound: usize) -> String {
+    format!("at least {bound} {} needed", if bound == 1 { "is" } else { "are" })
+}
+
 /// What a station is there for.
 pub fn purpose(station: &Station) -> String {
     match (station.adds_fraction, station.adds_surface_fraction) {

@@ -1,5 +1,6 @@
 //! The art gallery's drawing: walls, numbered guards, what each sees, and what nobody sees.
 
+use crate::plan::export::tables::at_least;
 use crate::plan::free_space::open_space::OpenSpace;
 use crate::plan::gallery::{Guards, unseen_rings};
 use crate::report::draw::style::{
@@ -71,6 +72,6 @@ fn sentence(result: &Guards) -> String {
     if result.proved() {
         format!("{n} guards see {seen:.2} %; no fewer can")
     } else {
-        format!("{n} guards see {seen:.2} %; at least {} are needed", result.lower_bound)
+        format!("{n} guards see {seen:.2} %; {}", at_least(result.lower_bound))
     }
 }

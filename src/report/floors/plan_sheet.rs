@@ -1,7 +1,7 @@
 //! The sheet to take on site: where to put the tripod on a floor, and what is seen from there.
 
 use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, words};
-use crate::plan::export::tables::{Outward, counted};
+use crate::plan::export::tables::{Outward, at_least, counted};
 use crate::plan::floors::raster::Map;
 use crate::plan::stations::result::FloorPlan;
 use crate::report::draw::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
@@ -94,10 +94,9 @@ pub(super) fn needed(plan: &FloorPlan) -> String {
         n => format!(" {n} more for walls and vaults, or for what neighbours must have in common."),
     };
     format!(
-        "{} for the floor, where at least {} {} needed (it is cut into {} possible places and {} points).{more}",
+        "{} for the floor, where {} (it is cut into {} possible places and {} points).{more}",
         counted(plan.needed, "station"),
-        plan.lower_bound,
-        if plan.lower_bound == 1 { "is" } else { "are" },
+        at_least(plan.lower_bound),
         plan.discrete[0],
         plan.discrete[1]
     )

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::parts::{percent, sheet, snippet, sortable};
-use crate::plan::export::tables::{FloorJson, PlanJson, StationJson, counted};
+use crate::plan::export::tables::{FloorJson, PlanJson, StationJson, at_least, counted};
 
 pub(super) fn floors(plan: &PlanJson) -> Markup {
     html! { @for (i, f) in plan.floors.iter().enumerate() { (floor(i, f)) } }
@@ -41,9 +41,8 @@ fn in_words(floor: &FloorJson) -> String {
     let stations = match floor.stations.len() {
         0 => format!("No new station is needed: {seen} of it is seen."),
         n => {
-            let are = if floor.lower_bound == 1 { "is" } else { "are" };
             let see = if n == 1 { "sees" } else { "see" };
-            format!("{} {see} {seen} of it; at least {} {are} needed.", counted(n, "station"), floor.lower_bound)
+            format!("{} {see} {seen} of it; {}.", counted(n, "station"), at_least(floor.lower_bound))
         }
     };
     let hidden = match floor.unreachable_m2 {
