@@ -259,16 +259,24 @@ impl Hits {
 
     /// Whether a cell's neighbours see another surface; `d` is the direction of its middle.
     fn beside_edge(&self, row: usize, x: usize, d: Vec3) -> bool {
-        let cell = &self.cells[self.chart.row(row).start + x];
-        let normal = unpack_normal(cell.normal);
-        let distance = cell.plane / normal.dot(d);
-        let p = d * distance;
-        self.neighbours(row, x).any(|j| {
-            // symmetric, and on curved surfaces milder than asking the neighbour's point of this plane
-            let other = &self.cells[j];
-            let tolerance = distance * self.chart.cell_angle();
-            !other.is_hit() || other.facing_packed(p, normal, cell.normal, tolerance) <= LEAST_HOLD
-        })
+        let parts = self.parts(self.chart.row(row).start + x, d);
+        self.neighbours(row, x).any(|j| parts(&self.cells[j]))
+    }
+
+    /// Whether a cell and another one beside it see different surfaces.
+    pub(super) fn parted(&self, row: usize, x: usize, other: usize) -> bool {
+        let d = self.to_probe.transpose() * self.chart.middle(row, x);
+        self.parts(self.chart.row(row).start + x, d)(&self.cells[other])
+    }
+
+    /// What tells whether a neighbour sees another surface than a cell does, whose middle lies along `d`.
+    fn parts(&self, cell: usize, d: Vec3) -> impl Fn(&CellHit) -> bool {
+        let packed = self.cells[cell].normal;
+        let normal = unpack_normal(packed);
+        let distance = self.cells[cell].plane / normal.dot(d);
+        let (p, tolerance) = (d * distance, distance * self.chart.cell_angle());
+        // symmetric, and on curved surfaces milder than asking the neighbour's point of this plane
+        move |other| !other.is_hit() || other.facing_packed(p, normal, packed, tolerance) <= LEAST_HOLD
     }
 }
 

@@ -6,7 +6,7 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 
 use super::hits::{Hits, Sunlit};
-use super::records::{Estimate, Measured, Records, brightness, by_cell, measured, row_average};
+use super::records::{Estimate, Measured, Records, by_cell, measured, row_average};
 use crate::panorama::{Picture, Radiometry};
 
 /// Some records of one probe, each as E = s ∘ Σ w m over cells, where m is what a cell measured: albedo × radiance where it
@@ -29,10 +29,8 @@ impl RecordTransfer {
     pub fn new(records: &Records, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>, cells: &[u32]) -> Self {
         let hits = records.hits.clone();
         let measured: Vec<Option<Measured>> = measured(&hits.chart, picture, &radiometry);
-        let brightness: Vec<f32> = hits.cells.par_iter().zip(&measured).map(|(hit, l)| brightness(hit, *l)).collect();
         let sunlit = sun.map(|_| records.records.iter().map(|r| r.sunlit).collect::<Vec<_>>());
-        let estimate =
-            Estimate { hits: &hits, measured: &measured, brightness: &brightness, sunlit: sunlit.as_deref() };
+        let estimate = Estimate::new(&hits, &measured, sunlit.as_deref());
         let one = |&cell: &u32| -> (Vec<(u32, f32)>, Vec3) {
             let mut terms = Vec::with_capacity(9);
             if !hits.cells[cell as usize].is_hit() {

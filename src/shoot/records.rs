@@ -55,8 +55,7 @@ impl Records {
     ) -> Self {
         let sunlit = sun.map(|sun| hits.sunlit(scene, sun));
         let chart = &hits.chart;
-        let brightness: Vec<f32> = hits.cells.par_iter().zip(measured).map(|(hit, l)| brightness(hit, *l)).collect();
-        let estimate = Estimate { hits: &hits, measured, brightness: &brightness, sunlit: sunlit.as_deref() };
+        let estimate = Estimate::new(&hits, measured, sunlit.as_deref());
         let mut records = vec![Record::default(); chart.len()];
         split_rows(chart, &mut records).into_par_iter().for_each(|(row, records)| {
             let middle = chart.middles(row);
@@ -282,7 +281,7 @@ fn similarity(a: f32, b: f32) -> f32 {
 }
 
 /// A rough irradiance/π, summed over channels, to compare neighbours by; dark albedos are floored.
-pub(super) fn brightness(hit: &CellHit, measured: Option<Measured>) -> f32 {
+fn brightness(hit: &CellHit, measured: Option<Measured>) -> f32 {
     measured.map_or(0.0, |m| m.radiance.element_sum()) / hit.albedo().element_sum().max(0.03)
 }
 
@@ -294,17 +293,42 @@ pub(super) struct Measured {
     pub(super) clipped: bool,
 }
 
+/// Edges are known to this share of a cell: so much of a cell beside one may show what is across it.
+const EDGE_OFF: f32 = 0.5;
+
+/// How far to trust what a cell measured, 0..=1: as far as it sees one surface, and is brighter than what it may have caught of
+/// something brighter across an edge, as beside windows.
+fn trust(hits: &Hits, measured: &[Option<Measured>], row: usize, x: usize) -> f32 {
+    let cell = hits.chart.row(row).start + x;
+    let hit = &hits.cells[cell];
+    let (Some(own), true) = (measured[cell], hit.is_hit()) else { return 0.0 };
+    let light = |m: Measured| m.radiance.max_element();
+    let beside = hits.neighbours(row, x).filter_map(|j| measured[j].map(|m| (j, light(m))));
+    let across = beside.filter(|(j, l)| *l > light(own) && hits.parted(row, x, *j));
+    let brightest = across.fold(light(own), |most, (_, l)| most.max(l));
+    let caught = EDGE_OFF * (brightest - light(own)) / light(own).max(f32::MIN_POSITIVE);
+    hit.trust() / (1.0 + caught * caught)
+}
+
 /// What the irradiance of a record is estimated from.
 pub(super) struct Estimate<'a> {
     pub(super) hits: &'a Hits,
     /// What each cell measured; `None` for bad pixels.
     pub(super) measured: &'a [Option<Measured>],
     /// [`brightness`] of each cell.
-    pub(super) brightness: &'a [f32],
-    pub(super) sunlit: Option<&'a [Sunlit]>,
+    brightness: Vec<f32>,
+    /// How far each cell can be trusted, 0..=1.
+    trust: Vec<f32>,
+    sunlit: Option<&'a [Sunlit]>,
 }
 
-impl Estimate<'_> {
+impl<'a> Estimate<'a> {
+    pub(super) fn new(hits: &'a Hits, measured: &'a [Option<Measured>], sunlit: Option<&'a [Sunlit]>) -> Self {
+        let brightness = hits.cells.par_iter().zip(measured).map(|(hit, l)| brightness(hit, *l)).collect();
+        let trust = by_cell(&hits.chart, |row, x, _| trust(hits, measured, row, x));
+        Self { hits, measured, brightness, trust, sunlit }
+    }
+
     pub(super) fn sunlit(&self, cell: usize) -> Sunlit {
         self.sunlit.map_or(Sunlit::No, |s| s[cell])
     }
@@ -341,7 +365,7 @@ impl Estimate<'_> {
             }
             let rho = theirs.albedo();
             let facing = if facing < 1.0 { facing.powi(FACING) } else { 1.0 };
-            let weight = kernel * facing * theirs.trust() * similarity(level, self.brightness[other]);
+            let weight = kernel * facing * self.trust[other] * similarity(level, self.brightness[other]);
             rho_l += rho * l * weight;
             rho2 += rho * rho * weight;
             trust += weight;

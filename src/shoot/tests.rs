@@ -173,6 +173,42 @@ fn a_channel_that_is_not_reflected_takes_the_light_of_the_others() {
     assert!((e - Vec3::new(1.0, 2.0, 1.5)).abs().max_element() < 5e-3, "red paint is not black: {e}");
 }
 
+/// The model's window begins a third of a cell late, so that the cells at its edge caught some sky.
+#[test]
+fn sky_that_a_cell_caught_beside_a_window_does_not_light_the_wall() {
+    let wall = (Vec3::new(-5.0, 2.0, -5.0), Vec3::X * 5.0, Vec3::Z * 10.0);
+    let scene = grey(parallelograms(&[wall]), 0.5);
+    let shot = |sky: f32, caught: f32| {
+        let light = |x: usize| {
+            if x < 23 {
+                0.2
+            } else if x == 23 {
+                0.2 + caught
+            } else {
+                sky
+            }
+        };
+        let picture =
+            Picture { width: 48, height: 48, pixels: (0..48 * 48).map(|i| Vec3::splat(light(i % 48))).collect() };
+        let hits = Arc::new(Hits::shoot(&scene, Vec3::ZERO, Mat3::IDENTITY, Chart::perspective(48, 48, 1.0)));
+        Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None)
+    };
+    let cell = 2.0 * 2.0 * 0.5f32.tan() / 48.0;
+    let of = |light: &Light, cells: f32| {
+        let seen = light.observe(&scene, Vec3::new(-cells * cell, 2.0, 0.1), Vec3::NEG_Y);
+        seen.map(|o| o.value().x / (0.2 * PI / 0.5))
+    };
+    let bright = shot(20.0, 7.0);
+    for cells in [0.2, 0.5, 0.8, 1.2, 2.5] {
+        let got = of(&bright, cells);
+        assert!(got.is_none_or(|e| (e - 1.0).abs() < 0.05), "{cells} cells from the edge: {got:?}");
+    }
+    assert!(of(&bright, 1.2).is_some());
+    // what is no brighter than the wall takes nothing from it
+    let even = shot(0.2, 0.0);
+    assert!([0.2, 0.5, 2.5].iter().all(|c| of(&even, *c).is_some_and(|e| (e - 1.0).abs() < 1e-3)));
+}
+
 /// A few records of many speak for what no probe sees; which they are hangs on none of the others.
 #[test]
 fn a_record_less_leaves_the_others_chosen() {
