@@ -2,7 +2,7 @@
 //! the far mesh would lie in and before the near one, and blur what is painted on it. And where one setup's mesh goes from a
 //! rim straight to what lies behind, another one often looks through.
 
-use glam::{DVec3, Vec3};
+use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
@@ -23,15 +23,68 @@ pub(super) fn finest(grids: &[(&Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
     }
     let setups: Vec<Setup> = grids.iter().zip(&triangles).map(|((grid, at), t)| Setup::of(grid, *at, t)).collect();
     let kept = |(own, all): (usize, &Vec<[u32; 3]>)| {
-        let others = || setups.iter().enumerate().filter(move |(i, _)| *i != own);
-        let share = |i: usize| if i < own { 1.0 } else { FINER };
+        let mine = &setups[own];
+        let sight = |(i, other)| (Sight::new(other, mine), if i < own { 1.0 } else { FINER });
+        let others: Vec<(Sight, f32)> = setups.iter().enumerate().filter(|(i, _)| *i != own).map(sight).collect();
         let keeps = |t: &&[u32; 3]| {
-            let (mine, t) = (&setups[own], **t);
-            !others().any(|(i, other)| other.has_finer(mine, t, share(i)) || other.looks_through(mine, t))
+            let patch = mine.patch(**t);
+            !others.iter().any(|(other, share)| other.has_finer(&patch, *share) || other.looks_through(&patch))
         };
         all.par_iter().filter(keeps).copied().collect()
     };
     triangles.iter().enumerate().map(kept).collect()
+}
+
+/// A setup's triangle, in the scanner's own axes.
+struct Patch {
+    middle: Vec3,
+    /// Towards the scanner; as long as twice the triangle's area.
+    normal: Vec3,
+    /// Longest side, metres.
+    size: f32,
+    /// How close together points lie there, metres.
+    spacing: f32,
+}
+
+/// One setup, and how another one's places lie in its axes.
+struct Sight<'a> {
+    setup: &'a Setup<'a>,
+    turn: Mat3,
+    shift: Vec3,
+}
+
+impl<'a> Sight<'a> {
+    fn new(setup: &'a Setup, other: &Setup) -> Self {
+        let back = setup.at.rotation.transpose();
+        let shift = back * (other.at.position - setup.at.position);
+        Self { setup, turn: (back * other.at.rotation).as_mat3(), shift: shift.as_vec3() }
+    }
+
+    /// Whether this setup sees the other one's surface from the same side, and by points that lie closer together than a share
+    /// of the other's.
+    fn has_finer(&self, patch: &Patch, share: f32) -> bool {
+        let middle = self.turn * patch.middle + self.shift;
+        if (self.turn * patch.normal).dot(middle) >= 0.0 {
+            return false;
+        }
+        let apart = apart(middle.length());
+        let sees = |bin: &Bin| {
+            bin.spacing > 0.0
+                && bin.spacing < share * patch.spacing
+                && bin.normal.dot(middle - bin.middle).abs() < apart + 2.0 * bin.rough
+        };
+        // all around as well: no gap opens at the rim of what this one sees
+        self.setup.around(middle, sees)
+    }
+
+    /// Whether this setup looks through where the other one's triangle lies: it bridges the gap between a rim and what is behind.
+    fn looks_through(&self, patch: &Patch) -> bool {
+        let middle = self.turn * patch.middle + self.shift;
+        let distance = middle.length();
+        // what is smaller than the gaps between rays may just be missed
+        self.setup.step * distance < patch.size
+            && self.setup.around(middle, |bin| bin.nearest > distance + 2.0 * apart(distance))
+    }
 }
 
 /// A setup's points, and its surface by direction.
@@ -90,8 +143,8 @@ impl<'a> Setup<'a> {
     }
 
     fn bin(&self, place: Vec3) -> usize {
-        let (row, column) = self.place(place);
-        self.rows[row] + column
+        let row = self.row(place);
+        self.rows[row] + self.column(row, turn(place))
     }
 
     fn fill(&mut self, triangles: &[[u32; 3]]) {
@@ -132,64 +185,35 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// The row and the column of the bin that a place lies in.
-    fn place(&self, local: Vec3) -> (usize, usize) {
-        let elevation = (local.z / local.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0).asin();
-        let row = (((elevation + 0.5 * PI) / self.step) as usize).min(self.rows.len() - 2);
-        (row, self.column(row, local))
+    fn row(&self, place: Vec3) -> usize {
+        let elevation = (place.z / place.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0).asin();
+        (((elevation + 0.5 * PI) / self.step) as usize).min(self.rows.len() - 2)
     }
 
-    fn column(&self, row: usize, local: Vec3) -> usize {
+    fn column(&self, row: usize, turn: f32) -> usize {
         let count = self.rows[row + 1] - self.rows[row];
-        let turn = local.y.atan2(local.x) / TAU + 0.5;
         ((turn * count as f32) as usize).min(count - 1)
     }
 
-    /// A place of another setup in this one's axes.
-    fn local(&self, other: &Self, place: Vec3) -> Vec3 {
-        let world: DVec3 = other.at.rotation * place.as_dvec3() + other.at.position;
-        (self.at.rotation.transpose() * (world - self.at.position)).as_vec3()
-    }
-
-    /// Whether this setup sees the surface of another one's triangle, from the same side and by points that lie closer
-    /// together than a share of the other's.
-    fn has_finer(&self, other: &Self, t: [u32; 3], share: f32) -> bool {
-        let corners = t.map(|i| other.points[i as usize]);
-        let [a, b, c] = corners.map(|p| self.local(other, p));
-        let middle = (a + b + c) / 3.0;
-        let scanner = self.local(other, Vec3::ZERO);
-        let normal = (b - a).cross(c - a);
-        // towards both scanners, or away from both
-        if normal.dot(scanner - middle) * normal.dot(-middle) <= 0.0 {
-            return false;
+    fn patch(&self, t: [u32; 3]) -> Patch {
+        let [a, b, c] = t.map(|i| self.points[i as usize]);
+        let (middle, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a));
+        Patch {
+            middle,
+            normal: if normal.dot(middle) > 0.0 { -normal } else { normal },
+            size: a.distance(b).max(b.distance(c)).max(c.distance(a)),
+            spacing: t.iter().map(|i| self.spacing[*i as usize]).fold(f32::INFINITY, f32::min),
         }
-        let theirs = t.iter().map(|i| other.spacing[*i as usize]).fold(f32::INFINITY, f32::min);
-        let apart = apart(middle.length());
-        let sees = |bin: &Bin| {
-            bin.spacing > 0.0
-                && bin.spacing < share * theirs
-                && bin.normal.dot(middle - bin.middle).abs() < apart + 2.0 * bin.rough
-        };
-        // all around as well: no gap opens at the rim of what this one sees
-        self.around(middle, sees)
-    }
-
-    /// Whether this setup looks through where another one's triangle lies: it bridges the gap between a rim and what is behind.
-    fn looks_through(&self, other: &Self, t: [u32; 3]) -> bool {
-        let [a, b, c] = t.map(|i| self.local(other, other.points[i as usize]));
-        let middle = (a + b + c) / 3.0;
-        let distance = middle.length();
-        let size = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        // what is smaller than the gaps between rays may just be missed
-        self.step * distance < size && self.around(middle, |bin| bin.nearest > distance + 2.0 * apart(distance))
     }
 
     /// Whether something holds of the bin that a place lies in and of all around it.
     fn around(&self, place: Vec3, holds: impl Fn(&Bin) -> bool) -> bool {
-        let (row, _) = self.place(place);
-        (row.saturating_sub(1)..=(row + 1).min(self.rows.len() - 2)).all(|r| {
-            let (first, count, column) = (self.rows[r], self.rows[r + 1] - self.rows[r], self.column(r, place));
-            [count - 1, 0, 1].into_iter().all(|step| holds(&self.bins[first + (column + step) % count]))
+        let (row, turn) = (self.row(place), turn(place));
+        let beside = [row.checked_sub(1), Some(row + 1).filter(|r| *r < self.rows.len() - 1)];
+        // most often it does not hold in the middle
+        [Some(row)].into_iter().chain(beside).flatten().all(|r| {
+            let (first, count, column) = (self.rows[r], self.rows[r + 1] - self.rows[r], self.column(r, turn));
+            [0, 1, count - 1].into_iter().all(|step| holds(&self.bins[first + (column + step) % count]))
         })
     }
 }
@@ -199,11 +223,16 @@ fn apart(distance: f32) -> f32 {
     APART[0] + APART[1] * distance
 }
 
+/// Which way a place lies around the scanner, as a share of a turn.
+fn turn(place: Vec3) -> f32 {
+    place.y.atan2(place.x) / TAU + 0.5
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::grid::Cell;
     use super::*;
-    use glam::DMat3;
+    use glam::{DMat3, DVec3};
 
     /// A box of 8 × 4 × 3 m as a scanner in it at `x` sees it, `rows` × 2 `rows` points.
     fn scan(x: f32, rows: i64) -> (Grid, Placement) {
