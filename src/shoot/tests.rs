@@ -179,14 +179,10 @@ fn sky_that_a_cell_caught_beside_a_window_does_not_light_the_wall() {
     let wall = (Vec3::new(-5.0, 2.0, -5.0), Vec3::X * 5.0, Vec3::Z * 10.0);
     let scene = grey(parallelograms(&[wall]), 0.5);
     let shot = |sky: f32, caught: f32| {
-        let light = |x: usize| {
-            if x < 23 {
-                0.2
-            } else if x == 23 {
-                0.2 + caught
-            } else {
-                sky
-            }
+        let light = |x: usize| match x {
+            0..23 => 0.2,
+            23 => 0.2 + caught,
+            _ => sky,
         };
         let picture =
             Picture { width: 48, height: 48, pixels: (0..48 * 48).map(|i| Vec3::splat(light(i % 48))).collect() };

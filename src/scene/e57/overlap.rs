@@ -28,7 +28,10 @@ pub(super) fn finest(grids: &[(&Grid, Placement)]) -> Vec<Vec<[u32; 3]>> {
         let others: Vec<(Sight, f32)> = setups.iter().enumerate().filter(|(i, _)| *i != own).map(sight).collect();
         let keeps = |t: &&[u32; 3]| {
             let patch = mine.patch(**t);
-            !others.iter().any(|(other, share)| other.has_finer(&patch, *share) || other.looks_through(&patch))
+            !others.iter().any(|(other, share)| {
+                let middle = other.turn * patch.middle + other.shift;
+                other.has_finer(&patch, middle, *share) || other.looks_through(&patch, middle)
+            })
         };
         all.par_iter().filter(keeps).copied().collect()
     };
@@ -61,9 +64,8 @@ impl<'a> Sight<'a> {
     }
 
     /// Whether this setup sees the other one's surface from the same side, and by points that lie closer together than a share
-    /// of the other's.
-    fn has_finer(&self, patch: &Patch, share: f32) -> bool {
-        let middle = self.turn * patch.middle + self.shift;
+    /// of the other's. `middle` is the triangle's in this setup's axes.
+    fn has_finer(&self, patch: &Patch, middle: Vec3, share: f32) -> bool {
         if (self.turn * patch.normal).dot(middle) >= 0.0 {
             return false;
         }
@@ -78,8 +80,7 @@ impl<'a> Sight<'a> {
     }
 
     /// Whether this setup looks through where the other one's triangle lies: it bridges the gap between a rim and what is behind.
-    fn looks_through(&self, patch: &Patch) -> bool {
-        let middle = self.turn * patch.middle + self.shift;
+    fn looks_through(&self, patch: &Patch, middle: Vec3) -> bool {
         let distance = middle.length();
         // what is smaller than the gaps between rays may just be missed
         self.setup.step * distance < patch.size
