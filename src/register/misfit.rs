@@ -6,9 +6,9 @@ use std::f32::consts::PI;
 use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
 use super::model::LocalPose;
 use super::picture::Level;
-use super::run::{FOLLOWED, apart, ball, climbed, eyes, fit_at, followed};
+use super::run::{FOLLOWED, apart, ball, climbed, eyes, followed};
 use super::search::{Candidate, Headings, Spectra, models, search};
-use super::verdict::{CLEARLY, better_by};
+use super::verdict::{CLEARLY, Judge, better_by};
 use super::{RegisterError, RegisterSettings, Subject, Verdict};
 use crate::scene::Scene;
 use crate::site::Site;
@@ -94,8 +94,7 @@ pub fn misfits(
     let round = |e: &Eye| Surveyed::round(scene, e, ROUND_M);
     let exchanged: Vec<Surveyed> =
         if eyes.len() <= MOST_EXCHANGED { eyes.iter().map(round).collect() } else { Vec::new() };
-    let mut all = Vec::new();
-    for (i, eye) in eyes.iter().enumerate().filter(|(_, e)| e.wanted) {
+    let of = |(i, eye): (usize, &Eye)| {
         let home;
         let home = match exchanged.get(i) {
             Some(known) => known,
@@ -111,10 +110,10 @@ pub fn misfits(
             .map(|k| (eyes[k].subject.name(site), &exchanged[k]))
             .collect();
         let mirrored: Vec<Level> = eye.levels.iter().map(Level::mirrored).collect();
-        if let Some(misfit) = misfit(scene, eye, &mirrored, home, &others, settings) {
-            all.push((eye.subject, misfit));
-        }
-    }
+        misfit(scene, eye, &mirrored, home, &others, settings).map(|misfit| (eye.subject, misfit))
+    };
+    // one after the other, each on all cores: what the model shows around one takes tens of megabytes
+    let mut all: Vec<(Subject, Misfit)> = eyes.iter().enumerate().filter(|(_, e)| e.wanted).filter_map(of).collect();
     // where no picture fits, the model shows too little to tell
     if all.len() == eyes.iter().filter(|e| e.wanted).count() {
         all.retain(|(_, misfit)| *misfit != Misfit::Nowhere);
@@ -159,7 +158,7 @@ fn misfit(
     let near = climbed(scene, level(&eye.levels, SEARCHED), &eye.given, 5);
     let near = climbed(scene, judged, &near, 10);
     let stays = !apart(&near, &eye.given, NEAR);
-    let as_given = fit_at(scene, judged, if stays { &near } else { &eye.given });
+    let as_given = Judge::new(judged).fit(scene, if stays { &near } else { &eye.given });
     let on_its_head = LocalPose { rotation: eye.given.rotation * Mat3::from_rotation_y(PI), ..eye.given };
     let explained = |what: Option<Misfit>, levels, given: LocalPose, at: &Surveyed| {
         let found = searched(levels, &given, at, settings.tilt_deg);

@@ -117,11 +117,8 @@ pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics:
     let floor = median(brightness).map_or(1.0, |middle| (DARKEST * middle).max(1e-30));
     let mut levels = Vec::new();
     loop {
-        let weight: Vec<f32> = cells
-            .iter()
-            .enumerate()
-            .map(|(i, c)| if c.1 > 0.5 { c.1 * raster.sine(i / raster.width) } else { 0.0 })
-            .collect();
+        let weight: Vec<f32> =
+            cells.iter().enumerate().map(|(i, c)| if c.1 > 0.5 { c.1 * raster.sine(i) } else { 0.0 }).collect();
         let light: Vec<f32> = cells.iter().map(|c| c.0.max(floor)).collect();
         let sharp: Vec<f32> = light.iter().map(|l| l.ln()).collect();
         let log = raster.soften(&sharp, &weight);

@@ -15,6 +15,8 @@ pub(super) struct Raster {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) directions: Vec<Vec3>,
+    /// The sine of the angle from the zenith of each row's middle: a cell's width over its height.
+    sines: Vec<f32>,
 }
 
 impl Raster {
@@ -28,7 +30,8 @@ impl Raster {
                 )
             })
             .collect();
-        Self { full, corner, width, height, directions }
+        let sine = |row: usize| (PI * (corner[1] as f32 + row as f32 + 0.5) / (full / 2) as f32).sin();
+        Self { full, corner, width, height, directions, sines: (0..height).map(sine).collect() }
     }
 
     /// All of the sphere.
@@ -55,9 +58,9 @@ impl Raster {
         TAU / self.full as f32
     }
 
-    /// The sine of the angle from the zenith of a row's middle: a cell's width over its height.
-    pub(super) fn sine(&self, row: usize) -> f32 {
-        (PI * (self.corner[1] as f32 + row as f32 + 0.5) / (self.full / 2) as f32).sin()
+    /// A cell's width over its height.
+    pub(super) fn sine(&self, i: usize) -> f32 {
+        self.sines[i / self.width]
     }
 
     /// A cell's neighbours to the left, right, above and below; the cell itself at a border.
@@ -80,7 +83,7 @@ impl Raster {
     /// Vectors over the sphere, per radian, across each cell's direction, in the picture's axes, from what changes over one cell
     /// to the right and down. Nothing in the rows by the poles, where cells are slivers.
     pub(super) fn gradient(&self, i: usize, right: f32, down: f32) -> Vec3 {
-        let sine = self.sine(i / self.width);
+        let sine = self.sine(i);
         if sine < LEAST_SINE {
             return Vec3::ZERO;
         }
@@ -101,31 +104,39 @@ impl Raster {
 
     /// Smooths with the kernel 1 2 1 along rows and columns; cells without weight take no part and stay as they are.
     pub(super) fn soften(&self, values: &[f32], weight: &[f32]) -> Vec<f32> {
-        let mean = |of: &[f32], i: usize, beside: [usize; 2]| {
-            if weight[i] == 0.0 {
-                return of[i];
-            }
-            let part = |j: usize| if weight[j] > 0.0 { (of[j] * 0.25, 0.25) } else { (0.0, 0.0) };
-            let (a, b) = (part(beside[0]), part(beside[1]));
-            (of[i] * 0.5 + a.0 + b.0) / (0.5 + a.1 + b.1)
-        };
-        let (w, h) = (self.width, self.height);
-        let ends = |x: usize| match (self.wraps(), x) {
-            (true, 0) => [w - 1, 1 % w],
-            (true, _) if x + 1 == w => [x - 1, 0],
-            _ => [x.saturating_sub(1), (x + 1).min(w - 1)],
-        };
-        let mut rows = Vec::with_capacity(values.len());
-        for first in (0..h).map(|y| y * w) {
-            rows.extend((0..w).map(|x| mean(values, first + x, ends(x).map(|x| first + x))));
+        if values.is_empty() {
+            return Vec::new();
         }
-        let mut all = Vec::with_capacity(values.len());
-        for y in 0..h {
-            let (above, below) = (y.saturating_sub(1) * w, (y + 1).min(h - 1) * w);
-            all.extend((0..w).map(|x| mean(&rows, y * w + x, [above + x, below + x])));
+        let (w, h) = (self.width, self.height);
+        let (before, after) = if self.wraps() { (w - 1, 0) } else { (0, w - 1) };
+        let mut rows = vec![0.0; values.len()];
+        for ((out, v), k) in rows.chunks_exact_mut(w).zip(values.chunks_exact(w)).zip(weight.chunks_exact(w)) {
+            let of = |x: usize, left: usize, right: usize| soft([v[x], v[left], v[right]], [k[x], k[left], k[right]]);
+            out[0] = of(0, before, 1 % w);
+            out[w - 1] = of(w - 1, w.max(2) - 2, after);
+            for x in 1..w.max(2) - 1 {
+                out[x] = of(x, x - 1, x + 1);
+            }
+        }
+        let mut all = vec![0.0; values.len()];
+        for (y, out) in all.chunks_exact_mut(w).enumerate() {
+            let of = |y: usize| (&rows[y * w..(y + 1) * w], &weight[y * w..(y + 1) * w]);
+            let (above, here, below) = (of(y.saturating_sub(1)), of(y), of((y + 1).min(h - 1)));
+            for (x, out) in out.iter_mut().enumerate() {
+                *out = soft([here.0[x], above.0[x], below.0[x]], [here.1[x], above.1[x], below.1[x]]);
+            }
         }
         all
     }
+}
+
+/// The mean of a value, twice as heavy, and of those on either side, of what has weight; the value itself if it has none.
+#[inline]
+fn soft([v, a, b]: [f32; 3], [weight, of_a, of_b]: [f32; 3]) -> f32 {
+    let part = |v: f32, k: f32| if k > 0.0 { (v * 0.25, 0.25) } else { (0.0, 0.0) };
+    let (a, b) = (part(a, of_a), part(b, of_b));
+    let mean = (v * 0.5 + a.0 + b.0) / (0.5 + a.1 + b.1);
+    if weight == 0.0 { v } else { mean }
 }
 
 /// Rows nearer to a pole than this sine are not looked at.
@@ -152,7 +163,7 @@ mod tests {
                 let step = |a: usize, b: usize| (a != i && b != i).then(|| 0.5 * (values[b] - values[a]));
                 let [left, right, up, down] = raster.around(i);
                 let (Some(right), Some(down)) = (step(left, right), step(up, down)) else { continue };
-                if raster.sine(i / raster.width) < LEAST_SINE {
+                if raster.sine(i) < LEAST_SINE {
                     continue;
                 }
                 let d = raster.directions[i];

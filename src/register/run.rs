@@ -1,6 +1,7 @@
 //! All pictures of a site, one after the other and then together.
 
 use glam::{DMat3, Vec3};
+use rayon::prelude::*;
 
 use super::anywhere::on_floors;
 use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
@@ -9,7 +10,7 @@ use super::picture::{Level, Optics, pyramid};
 use super::refine::{Equations, Matrix, Residuals, alone, moved};
 use super::search::{Candidate, Headings, models, search};
 use super::together::{Witness, seen_by_others};
-use super::verdict::{self, CLEARLY, LEAST_FIT, agreement, better_by};
+use super::verdict::{self, CLEARLY, Judge, LEAST_FIT, better_by};
 use super::{RegisterError, RegisterSettings, Registered, Rival, Subject, Verdict};
 use crate::panorama;
 use crate::photograph::{Fitness, Photograph};
@@ -114,15 +115,11 @@ fn local(scene: &Scene, pose: &Pose) -> LocalPose {
     LocalPose { origin: scene.local(pose.position), rotation: pose.rotation.as_mat3() }
 }
 
-pub(super) fn fit_at(scene: &Scene, level: &Level, pose: &LocalPose) -> Vec<f64> {
-    agreement(level, &GeometryBuffer::cast(scene, &level.raster, pose))
-}
-
 /// The level down to which a pose is followed before pictures speak for each other.
 const FOLLOWED_TO: usize = 2;
 
 fn as_given(scene: &Scene, eye: &Eye) -> Placed {
-    let fit = fit_at(scene, level(&eye.levels, JUDGED), &eye.given);
+    let fit = Judge::new(level(&eye.levels, JUDGED)).fit(scene, &eye.given);
     Placed { pose: eye.given, fit, rival: None, verdict: Verdict::Found }
 }
 
@@ -158,11 +155,12 @@ pub(super) fn followed(
     let mut judged: Vec<(Vec<f64>, LocalPose)> = Vec::new();
     for (finer, (steps, keep)) in LEVELS.into_iter().enumerate().take(last + 1) {
         let level = level(levels, finer);
+        let judge = Judge::new(level);
         let mut fits: Vec<(Vec<f64>, LocalPose)> = poses
-            .iter()
+            .par_iter()
             .map(|p| {
                 let p = climbed(scene, level, p, steps);
-                (fit_at(scene, level, &p), p)
+                (judge.fit(scene, &p), p)
             })
             .collect();
         fits.sort_by(|a, b| b.0.iter().sum::<f64>().total_cmp(&a.0.iter().sum()));
@@ -178,14 +176,18 @@ pub(super) fn followed(
         }
     }
     let pose = poses[0];
-    let fit = fit_at(scene, level(levels, JUDGED), &pose);
-    // what has not stood still yet may be on its way to the same place
-    let stands = |p: &LocalPose| climbed(scene, level(levels, JUDGED), p, SETTLING);
-    let others = judged.iter().filter(|(_, p)| apart(p, &pose, APART)).map(|(_, p)| stands(p));
-    let rival = others
+    let level = level(levels, JUDGED);
+    let judge = Judge::new(level);
+    let fit = judge.fit(scene, &pose);
+    let others: Vec<(LocalPose, Vec<f64>)> = judged
+        .par_iter()
+        .filter(|(_, p)| apart(p, &pose, APART))
+        // what has not stood still yet may be on its way to the same place
+        .map(|(_, p)| climbed(scene, level, p, SETTLING))
         .filter(|p| apart(p, &pose, APART))
-        .map(|p| (p, fit_at(scene, level(levels, JUDGED), &p)))
-        .reduce(|a, b| if b.1.iter().sum::<f64>() > a.1.iter().sum() { b } else { a });
+        .map(|p| (p, judge.fit(scene, &p)))
+        .collect();
+    let rival = others.into_iter().reduce(|a, b| if b.1.iter().sum::<f64>() > a.1.iter().sum() { b } else { a });
     let verdict = if fit.iter().sum::<f64>() < LEAST_FIT {
         Verdict::NotFound
     } else if rival.as_ref().is_some_and(|(_, other)| better_by(&fit, other) < CLEARLY) {
@@ -302,7 +304,7 @@ fn registered(site: &Site, scene: &Scene, eye: &Eye, placed: Placed, covariance:
         rotation: DMat3::from_quat(glam::DQuat::from_mat3(&p.rotation.as_dmat3()).normalize()),
     };
     let given = eye.placed(site).then(|| eye.subject.pose(site));
-    let fit_given = given.map(|_| fit_at(scene, level(&eye.levels, JUDGED), &eye.given).iter().sum());
+    let fit_given = given.map(|_| Judge::new(level(&eye.levels, JUDGED)).fit(scene, &eye.given).iter().sum());
     let rival = placed.rival.as_ref().map(|(p, fit)| Rival {
         pose: pose(p),
         fit: fit.iter().sum(),

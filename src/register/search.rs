@@ -48,7 +48,7 @@ fn finished(raster: &Raster, tensor: [Vec<f32>; CHANNELS], weight: Vec<f32>, usu
 
 /// Differences across a cell to the right and down, per cell; rows by the poles have none.
 fn slopes(raster: &Raster, values: &[f32], i: usize) -> (f32, f32) {
-    let sine = raster.sine(i / raster.width);
+    let sine = raster.sine(i);
     if sine < super::raster::LEAST_SINE {
         return (0.0, 0.0);
     }
@@ -59,7 +59,7 @@ fn slopes(raster: &Raster, values: &[f32], i: usize) -> (f32, f32) {
 /// What the model shows at a pose with level axes.
 pub(super) fn of_model(raster: &Raster, buffer: &GeometryBuffer) -> Features {
     let n = raster.len();
-    let weight: Vec<f32> = (0..n).map(|i| raster.sine(i / raster.width)).collect();
+    let weight: Vec<f32> = (0..n).map(|i| raster.sine(i)).collect();
     let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; n]);
     let hit = |i: usize| buffer.distance[i].is_finite();
     let plane = |i: usize| {
@@ -102,7 +102,7 @@ pub(super) fn of_picture(raster: &Raster, level: &Level, upright: Mat3) -> Featu
     let back = upright.transpose();
     let found: Vec<Option<f32>> = raster.directions.iter().map(|d| log_at(level, back * *d)).collect();
     let weight: Vec<f32> =
-        found.iter().enumerate().map(|(i, v)| if v.is_some() { raster.sine(i / raster.width) } else { 0.0 }).collect();
+        found.iter().enumerate().map(|(i, v)| if v.is_some() { raster.sine(i) } else { 0.0 }).collect();
     let log: Vec<f32> = found.iter().map(|v| v.unwrap_or(0.0)).collect();
     of_log(raster, &log, weight)
 }

@@ -1,10 +1,11 @@
 //! How well a pose fits, how sure it is, and how much worse the second-best is.
 
-use super::model::GeometryBuffer;
+use super::model::{GeometryBuffer, LocalPose};
 use super::picture::Level;
 use super::raster::Raster;
 use super::refine::{Equations, Matrix};
 use super::search::{self, Features};
+use crate::scene::Scene;
 use crate::statistics::median;
 
 /// Blocks along a window's sides that are taken as independent.
@@ -23,13 +24,24 @@ const SYSTEMATIC: f64 = 0.15;
 /// How far models are off where they are right, metres: a scan's noise, a modeller's rounding.
 const MODEL_OFF_M: f64 = 0.004;
 
-/// Pearson's correlation of what a picture and the model show at a pose, block by block of the picture's window: they sum up
-/// to the correlation, −1..=1.
-pub(super) fn agreement(level: &Level, buffer: &GeometryBuffer) -> Vec<f64> {
-    let raster = &level.raster;
-    let picture = search::of_own(level);
-    let model = search::of_model(raster, buffer);
-    correlation(raster, &picture, &model)
+/// A level's own features, to be compared with the model's at many poses.
+pub(super) struct Judge<'a> {
+    level: &'a Level,
+    picture: Features,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(level: &'a Level) -> Self {
+        Self { level, picture: search::of_own(level) }
+    }
+
+    /// Pearson's correlation of what the picture and the model show at a pose, block by block of the picture's window: they sum
+    /// up to the correlation, −1..=1.
+    pub(super) fn fit(&self, scene: &Scene, pose: &LocalPose) -> Vec<f64> {
+        let raster = &self.level.raster;
+        let model = search::of_model(raster, &GeometryBuffer::cast(scene, raster, pose));
+        correlation(raster, &self.picture, &model)
+    }
 }
 
 fn correlation(raster: &Raster, picture: &Features, model: &Features) -> Vec<f64> {
