@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::projection::latlong;
 use super::{Panorama, Picture, Projection};
 
 /// The most samples along a target pixel's side.
@@ -15,17 +16,24 @@ const MAX_SAMPLES: usize = 32;
 /// Each pixel is the mean over a grid of samples fine enough that no source pixel under it is stepped over (at least
 /// 2 × 2, at most 32 × 32). What the panorama does not show takes no part; pixels that see nothing are black.
 pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: usize) -> Picture {
-    let shows = |x: f64, y: f64| target.direction(width, height, x, y).is_some_and(|d| panorama.shows(d));
-    let corners: Vec<bool> = (0..(width + 1) * (height + 1))
-        .into_par_iter()
-        .map(|i| shows((i % (width + 1)) as f64, (i / (width + 1)) as f64))
-        .collect();
+    resampled(panorama, target, width, height).0
+}
+
+/// As [`convert`], and whether the panorama shows the middle of each pixel.
+fn resampled(panorama: &Panorama, target: Projection, width: usize, height: usize) -> (Picture, Vec<bool>) {
+    let shows = halves(target, width, height);
+    let shows = |i: usize, k: usize| shows(i, k).is_some_and(|d| panorama.shows(d));
+    let rows = |count: usize, first: usize, rows: usize| -> Vec<bool> {
+        let row = |y: usize| (0..count).map(move |x| (2 * x + first, 2 * y + first));
+        (0..rows).into_par_iter().flat_map_iter(row).map(|(i, k)| shows(i, k)).collect()
+    };
+    let (corners, middles) = (rows(width + 1, 0, height + 1), rows(width, 1, height));
     let mut picture = Picture::new(width, height);
     picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
             // a panorama may show little of the sphere: what lies beside it costs nothing more
             let beside = [y, y + 1].iter().all(|y| !corners[y * (width + 1) + x] && !corners[y * (width + 1) + x + 1]);
-            if beside && !shows(x as f64 + 0.5, y as f64 + 0.5) {
+            if beside && !middles[y * width + x] {
                 continue;
             }
             let n = samples(panorama, target.solid_angle(width, height, x, y), || {
@@ -45,7 +53,22 @@ pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: us
             }
         }
     });
-    picture
+    (picture, middles)
+}
+
+/// The directions of a picture's places half a pixel apart: even ones are pixels' corners, odd ones their middles.
+fn halves(target: Projection, width: usize, height: usize) -> impl Fn(usize, usize) -> Option<DVec3> {
+    let half = |i: usize| 0.5 * i as f64;
+    // the angles of a latitude/longitude picture are those of its columns and rows
+    let table = (target == Projection::LatLong).then(|| {
+        let columns: Vec<_> = (0..=2 * width).map(|i| latlong::longitude(width, half(i))).collect();
+        let rows: Vec<_> = (0..=2 * height).map(|k| latlong::zenith_angle(height, half(k))).collect();
+        (columns, rows)
+    });
+    move |i, k| match &table {
+        Some((columns, rows)) => Some(latlong::at(columns[i], rows[k])),
+        None => target.direction(width, height, half(i), half(k)),
+    }
 }
 
 /// Samples along a side for a target pixel of that solid angle, from the source pixel under its centre.
@@ -67,13 +90,8 @@ pub fn latlong(picture: Picture, projection: Projection) -> Picture {
     }
     let panorama = Panorama::new(picture, projection, DMat3::IDENTITY);
     let (width, height) = latlong_size(&panorama);
-    let mut out = convert(&panorama, Projection::LatLong, width, height);
-    out.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
-        let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        if !Projection::LatLong.direction(width, height, x, y).is_some_and(|d| panorama.shows(d)) {
-            *pixel = Vec3::NAN;
-        }
-    });
+    let (mut out, shown) = resampled(&panorama, Projection::LatLong, width, height);
+    out.pixels.iter_mut().zip(shown).filter(|(_, shown)| !shown).for_each(|(pixel, _)| *pixel = Vec3::NAN);
     out
 }
 

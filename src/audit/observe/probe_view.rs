@@ -44,7 +44,7 @@ pub(crate) struct Sight {
 }
 
 impl ProbeView {
-    /// Takes a probe's picture and casts a ray through each of its pixels.
+    /// Takes a probe's picture and casts a ray through each of its pixels that shows something.
     pub(crate) fn new(scene: &Scene, probe: &Probe, picture: &Picture) -> Self {
         let mut light = picture.clone();
         // clipped values are taken as they stand
@@ -74,11 +74,12 @@ impl ProbeView {
         let directions = Directions::new(width, height);
         let mut depth = vec![f32::INFINITY; width * height];
         depth.par_chunks_mut(width).enumerate().for_each(|(y, depth)| {
-            let row: Vec<Vec3> = (0..width).map(|x| to_world * directions.of(x, y)).collect();
-            let mut hits = vec![None; width];
-            scene.tracer.closest_packet(origin, &row, 1e-3, &mut hits);
-            for (x, (depth, hit)) in depth.iter_mut().zip(hits).enumerate() {
-                *depth = hit.filter(|_| !levels[0].log[y * width + x].is_nan()).map_or(f32::INFINITY, |hit| hit.t);
+            let shown: Vec<usize> = (0..width).filter(|x| !levels[0].log[y * width + x].is_nan()).collect();
+            let rays: Vec<Vec3> = shown.iter().map(|&x| to_world * directions.of(x, y)).collect();
+            let mut hits = vec![None; rays.len()];
+            scene.tracer.closest_packet(origin, &rays, 1e-3, &mut hits);
+            for (x, hit) in shown.into_iter().zip(hits) {
+                depth[x] = hit.map_or(f32::INFINITY, |hit| hit.t);
             }
         });
         Self { name: probe.name.clone(), origin, to_probe: to_world.transpose(), directions, levels, depth }

@@ -7,8 +7,21 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use crate::panorama::Picture;
 
 pub(crate) fn direction(width: usize, height: usize, x: f64, y: f64) -> DVec3 {
-    let (sin_longitude, cos_longitude) = ((x / width as f64 - 0.5) * TAU).sin_cos();
-    let (sin_theta, cos_theta) = (y / height as f64 * PI).sin_cos();
+    at(longitude(width, x), zenith_angle(height, y))
+}
+
+/// Sine and cosine of a column's longitude.
+pub(crate) fn longitude(width: usize, x: f64) -> (f64, f64) {
+    ((x / width as f64 - 0.5) * TAU).sin_cos()
+}
+
+/// Sine and cosine of a row's angle from the zenith.
+pub(crate) fn zenith_angle(height: usize, y: f64) -> (f64, f64) {
+    (y / height as f64 * PI).sin_cos()
+}
+
+/// The direction of a longitude and an angle from the zenith.
+pub(crate) fn at((sin_longitude, cos_longitude): (f64, f64), (sin_theta, cos_theta): (f64, f64)) -> DVec3 {
     DVec3::new(sin_theta * sin_longitude, sin_theta * cos_longitude, cos_theta)
 }
 
