@@ -2,9 +2,9 @@
 
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
+use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex32 as Complex;
-use rustfft::{Fft, FftPlanner};
-use std::sync::Arc;
+use rustfft::{Fft, FftDirection};
 
 use super::model::{GeometryBuffer, LocalPose};
 use super::picture::{Level, log_at};
@@ -123,7 +123,8 @@ fn of_log(raster: &Raster, log: &[f32], weight: Vec<f32>) -> Features {
     finished(raster, tensor, weight, 4.0 * USUAL)
 }
 
-/// Rows of features as Fourier series, ready to be compared at all headings.
+/// Rows of features as Fourier series, ready to be compared at all headings: frequencies up to the half, since what is
+/// transformed is real.
 pub(super) struct Spectra {
     /// Weight, then each channel times weight.
     rows: Vec<Vec<Complex>>,
@@ -137,19 +138,16 @@ const LEAST_VARIANCE: f32 = 1e-3;
 /// Fourier transforms along rows.
 pub(super) struct Headings {
     raster: Raster,
-    forward: Arc<dyn Fft<f32>>,
-    back: Arc<dyn Fft<f32>>,
+    forward: Radix4<f32>,
+    back: Radix4<f32>,
 }
 
 impl Headings {
-    /// For a sphere that is so many cells round.
+    /// For a sphere that is so many cells round, a power of two.
     pub(super) fn new(full: usize) -> Self {
-        let mut planner = FftPlanner::new();
-        Self {
-            raster: Raster::sphere(full),
-            forward: planner.plan_fft_forward(full),
-            back: planner.plan_fft_inverse(full),
-        }
+        let radix4 = |direction| Radix4::new(full, direction);
+        let (forward, back) = (radix4(FftDirection::Forward), radix4(FftDirection::Inverse));
+        Self { raster: Raster::sphere(full), forward, back }
     }
 
     pub(super) fn raster(&self) -> &Raster {
@@ -159,7 +157,8 @@ impl Headings {
     fn transformed(&self, values: impl Iterator<Item = f32>) -> Vec<Complex> {
         let mut grid: Vec<Complex> = values.map(|v| Complex::new(v, 0.0)).collect();
         self.forward.process(&mut grid);
-        grid
+        let w = self.raster.width;
+        grid.chunks_exact(w).flat_map(|row| row[..w / 2 + 1].iter().copied()).collect()
     }
 
     pub(super) fn spectra(&self, f: &Features) -> Spectra {
@@ -177,13 +176,13 @@ impl Headings {
         let w = self.raster.width;
         let mut sum = vec![Complex::default(); w];
         for (a, b) in pairs {
-            for (a, b) in a.chunks_exact(w).zip(b.chunks_exact(w)) {
-                for ((s, a), b) in sum.iter_mut().zip(a).zip(b).take(w / 2 + 1) {
+            for (a, b) in a.chunks_exact(w / 2 + 1).zip(b.chunks_exact(w / 2 + 1)) {
+                for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
                     *s += a.conj() * b;
                 }
             }
         }
-        // both are of real numbers: frequencies above the half are conjugates of those below
+        // frequencies above the half are conjugates of those below
         for k in 1..w.div_ceil(2) {
             sum[w - k] = sum[k].conj();
         }

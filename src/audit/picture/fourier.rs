@@ -1,21 +1,21 @@
 //! Fourier transforms of square grids that repeat on all sides: rustfft's, over both axes.
 
+use rustfft::algorithm::Radix4;
 pub(crate) use rustfft::num_complex::Complex32 as Complex;
-use rustfft::{Fft, FftPlanner};
-use std::sync::Arc;
+use rustfft::{Fft, FftDirection};
 
-/// Transforms of grids of one size. Between `forward` and `back` x and y are exchanged.
+/// Transforms of grids of one size, a power of two. Between `forward` and `back` x and y are exchanged.
 pub(crate) struct Fourier {
     side: usize,
-    forward: Arc<dyn Fft<f32>>,
-    back: Arc<dyn Fft<f32>>,
+    forward: Radix4<f32>,
+    back: Radix4<f32>,
 }
 
 impl Fourier {
     /// For grids of `side` × `side` values.
     pub(crate) fn new(side: usize) -> Self {
-        let mut planner = FftPlanner::new();
-        Self { side, forward: planner.plan_fft_forward(side), back: planner.plan_fft_inverse(side) }
+        let radix4 = |direction| Radix4::new(side, direction);
+        Self { side, forward: radix4(FftDirection::Forward), back: radix4(FftDirection::Inverse) }
     }
 
     /// Σ v exp(−2πi kx / side) over both axes, of real values.
@@ -45,7 +45,7 @@ impl Fourier {
     }
 
     /// Transforms columns and rows, and leaves them exchanged.
-    fn both_axes(&self, rows: &Arc<dyn Fft<f32>>, grid: &mut [Complex]) {
+    fn both_axes(&self, rows: &Radix4<f32>, grid: &mut [Complex]) {
         let mut scratch = vec![Complex::default(); rows.get_inplace_scratch_len()];
         rows.process_with_scratch(grid, &mut scratch);
         for y in 0..self.side {
