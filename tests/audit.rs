@@ -87,7 +87,7 @@ fn audited(built: &Built) -> Audit {
 fn audited_with(built: &Built, settings: &Settings) -> Audit {
     let site = Site::load(built.folder.path()).unwrap();
     let scene = scene::load(&site, &mut Health::default()).unwrap();
-    audit::audit(&site, &scene, "", &[], settings, &|_, _, _| {}).unwrap()
+    audit::audit_as_placed(&site, &scene, "", &[], settings, &|_, _, _| {}).unwrap()
 }
 
 /// Light that leaves a patterned wall.

@@ -32,7 +32,7 @@ pub use finding::{
     ViewSummary, What,
 };
 pub use observe::photo::Photo;
-pub use run::{Progress, audit};
+pub use run::{Progress, audit, audit_as_placed};
 pub use verdict::{Reason, Verdict};
 pub use view::{AuditScene, Observations, Settings, examine};
 

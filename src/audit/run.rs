@@ -20,11 +20,12 @@ use crate::volume::{self, Volume};
 /// How far an audit has come: what is being done, steps done, steps in all.
 pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 
-/// Audits the views of a site that have a photograph; only those named, if any are.
+/// Audits the views of a site that have a photograph; only those named, if any are. Probes that were not taken where the site has
+/// them are left out, with a warning each.
 ///
 /// # Errors
 ///
-/// A picture that cannot be read or has another size than its view, a site without probes or photographs.
+/// A picture that cannot be read or has another size than its view, a site without photographs or without probes that fit.
 pub fn audit(
     site: &Site,
     scene: &Scene,
@@ -33,28 +34,65 @@ pub fn audit(
     settings: &Settings,
     progress: Progress,
 ) -> Result<Audit, AuditError> {
-    let views: Vec<&View> =
-        site.views.iter().filter(|v| v.photo.is_some() && (only.is_empty() || only.contains(&v.name))).collect();
+    // read before the long work, so that a bad file is told at once
+    let views = photographed(site, only, progress)?;
+    progress("probes", 1, views.len() + 2);
+    let (fitting, left_out) = without_misfits(site, scene, lighting, settings)?;
+    let mut audit = audited(&fitting, scene, lighting, &views, settings, progress)?;
+    audit.warnings.splice(0..0, left_out);
+    Ok(audit)
+}
+
+/// As [`audit`], but takes it that all probes were taken where the site has them: for poses that were measured, or have just been
+/// registered.
+///
+/// # Errors
+///
+/// As [`audit`].
+pub fn audit_as_placed(
+    site: &Site,
+    scene: &Scene,
+    lighting: &str,
+    only: &[String],
+    settings: &Settings,
+    progress: Progress,
+) -> Result<Audit, AuditError> {
+    let views = photographed(site, only, progress)?;
+    audited(site, scene, lighting, &views, settings, progress)
+}
+
+/// The views that have a photograph, and these.
+fn photographed<'a>(site: &'a Site, only: &[String], progress: Progress) -> Result<Vec<(&'a View, Photo)>, AuditError> {
+    let wanted = |v: &&View| v.photo.is_some() && (only.is_empty() || only.contains(&v.name));
+    let views: Vec<&View> = site.views.iter().filter(wanted).collect();
     if views.is_empty() {
         return Err(AuditError::NoPhotograph { site: site.file.display().to_string() });
     }
-    let steps = views.len() + 2;
-    progress("photographs", 0, steps);
-    // read before the long work, so that a bad file is told at once
-    let mut photographs = Vec::new();
-    for read in views.par_iter().map(|view| Photograph::of(view)).collect::<Vec<_>>() {
-        photographs.extend(read?.map(Photo::from));
+    progress("photographs", 0, views.len() + 2);
+    let mut all = Vec::new();
+    for (view, read) in views.par_iter().map(|view| (*view, Photograph::of(view))).collect::<Vec<_>>() {
+        all.extend(read?.map(|photograph| (view, Photo::from(photograph))));
     }
+    Ok(all)
+}
+
+fn audited(
+    site: &Site,
+    scene: &Scene,
+    lighting: &str,
+    views: &[(&View, Photo)],
+    settings: &Settings,
+    progress: Progress,
+) -> Result<Audit, AuditError> {
+    let steps = views.len() + 2;
     progress("probes", 1, steps);
-    let (fitting, left_out) = without_misfits(site, scene, lighting, settings)?;
-    let site = &fitting;
     let mut pictures = Vec::new();
     for probe in site.probes.iter().take(settings.probes) {
         if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting) {
             pictures.push((probe, panorama::read(&lit.path)?));
         }
     }
-    let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
+    let cameras: Vec<_> = views.iter().map(|(view, _)| view.camera).collect();
     let options = Options {
         lightings: vec![lighting.to_owned()],
         probes: settings.probes,
@@ -69,7 +107,7 @@ pub fn audit(
     let lit: Vec<_> = pictures.iter().map(|(probe, picture)| (*probe, picture)).collect();
     let prepared = AuditScene::new(scene, light, volume.as_ref(), &lit);
     let mut seen = Vec::new();
-    for (i, (view, photo)) in views.iter().zip(&photographs).enumerate() {
+    for (i, (view, photo)) in views.iter().enumerate() {
         progress(&view.name, i + 2, steps);
         let observed = examine(&prepared, &view.camera, photo, settings);
         seen.push(assess(site, &prepared, view, photo, &observed));
@@ -77,9 +115,7 @@ pub fn audit(
     weigh(&mut seen, settings);
     take_hidden(&mut seen);
     progress("done", steps, steps);
-    let mut audit = gathered(site, lighting, settings, seen);
-    audit.warnings.splice(0..0, left_out);
-    Ok(audit)
+    Ok(gathered(site, lighting, settings, seen))
 }
 
 /// The site without probes whose pictures do not fit the model where the site file has them, and a sentence for each: what such a

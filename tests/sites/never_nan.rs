@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
 use crate::support::{Built, Plan, Quad, closed, grey, options, v};
-use clerestory::audit::{self, Photo, audit};
+use clerestory::audit::{self, Photo, audit_as_placed};
 use clerestory::panorama::{EnvironmentSampler, Exposure, Layer, Panorama, Picture, Projection, write_exr};
 use clerestory::plan::cover::coverage::Coverage;
 use clerestory::plan::free_space::open_space::OpenSpace;
@@ -200,7 +200,7 @@ fn an_audit_of_any_photograph() {
     for picture in hostile(24, 24) {
         assert_eq!(Photo::new(picture.clone()).unusable.len(), 24 * 24);
         write_exr(&photo, 24, 24, &[Layer::rgb("", &picture)], None).unwrap();
-        let Ok(found) = audit(&site, &built.scene, "", &[], &settings, &|_, _, _| {}) else { continue };
+        let Ok(found) = audit_as_placed(&site, &built.scene, "", &[], &settings, &|_, _, _| {}) else { continue };
         for view in &found.views {
             let s = &view.summary;
             told([s.exposure_ev, s.vignetting_ev, s.noise, s.pose.mean_px, s.pose.max_px, s.pose.residual_px]);
