@@ -1,5 +1,6 @@
 //! A photograph with the audit's findings marked on it.
 
+use image::codecs::png::PngEncoder;
 use image::{GrayImage, Rgb, RgbImage, Rgba, RgbaImage};
 
 use super::png::png;
@@ -69,11 +70,13 @@ pub fn marked(photo: &RgbImage, marks: &[Mark]) -> Result<Vec<u8>, ReportError> 
             }
         }
     }
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| ReportError::Drawing { what: e.to_string() })?;
+    let mut bytes = Vec::new();
+    picture
+        .write_with_encoder(PngEncoder::new(&mut bytes))
+        .map_err(|e| ReportError::Drawing { what: e.to_string() })?;
     let (w, h) = (f64::from(width), f64::from(height));
     let mut svg = Svg::new(w, h, "Findings", "");
-    svg.png([0.0, 0.0, w, h], bytes.get_ref(), "photograph");
+    svg.png([0.0, 0.0, w, h], &bytes, "photograph");
     let size = (w.max(h) / 28.0).max(8.0);
     for mark in fitting() {
         let [x0, y0, x1, y1] = mark.bbox;

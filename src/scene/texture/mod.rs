@@ -1,6 +1,7 @@
 //! Textures: 8-bit sRGB pictures with a mip pyramid, sampled in linear light.
 
 use glam::{Vec2, Vec3, Vec4};
+use image::codecs::png::PngEncoder;
 use image::{DynamicImage, ImageDecoder, ImageError};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor};
@@ -110,9 +111,9 @@ impl Texture {
         let level = &self.levels[0];
         let rgb = level.texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect();
         let picture = image::RgbImage::from_raw(level.width as u32, level.height as u32, rgb).unwrap_or_default();
-        let mut bytes = Cursor::new(Vec::new());
-        picture.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
-        Ok((bytes.into_inner().into(), PNG))
+        let mut bytes = Vec::new();
+        picture.write_with_encoder(PngEncoder::new(&mut bytes)).map_err(|e| e.to_string())?;
+        Ok((bytes.into(), PNG))
     }
 
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
