@@ -111,11 +111,10 @@ impl Raster {
         let (before, after) = if self.wraps() { (w - 1, 0) } else { (0, w - 1) };
         let mut rows = vec![0.0; values.len()];
         for ((out, v), k) in rows.chunks_exact_mut(w).zip(values.chunks_exact(w)).zip(weight.chunks_exact(w)) {
-            let of = |x: usize, left: usize, right: usize| soft([v[x], v[left], v[right]], [k[x], k[left], k[right]]);
-            out[0] = of(0, before, 1 % w);
-            out[w - 1] = of(w - 1, w.max(2) - 2, after);
-            for x in 1..w.max(2) - 1 {
-                out[x] = of(x, x - 1, x + 1);
+            for (x, out) in out.iter_mut().enumerate() {
+                let left = if x > 0 { x - 1 } else { before };
+                let right = if x + 1 < w { x + 1 } else { after };
+                *out = soft([v[x], v[left], v[right]], [k[x], k[left], k[right]]);
             }
         }
         let mut all = vec![0.0; values.len()];
