@@ -36,7 +36,6 @@ pub fn audit(
 ) -> Result<Audit, AuditError> {
     // read before the long work, so that a bad file is told at once
     let views = photographed(site, only, progress)?;
-    progress("probes", 1, views.len() + 2);
     let (fitting, left_out) = without_misfits(site, scene, lighting, settings)?;
     let mut audit = audited(&fitting, scene, lighting, &views, settings, progress)?;
     audit.warnings.splice(0..0, left_out);
@@ -73,6 +72,7 @@ fn photographed<'a>(site: &'a Site, only: &[String], progress: Progress) -> Resu
     for (view, read) in views.par_iter().map(|view| (*view, Photograph::of(view))).collect::<Vec<_>>() {
         all.extend(read?.map(|photograph| (view, Photo::from(photograph))));
     }
+    progress("probes", 1, views.len() + 2);
     Ok(all)
 }
 
@@ -85,7 +85,6 @@ fn audited(
     progress: Progress,
 ) -> Result<Audit, AuditError> {
     let steps = views.len() + 2;
-    progress("probes", 1, steps);
     let mut pictures = Vec::new();
     for probe in site.probes.iter().take(settings.probes) {
         if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting) {

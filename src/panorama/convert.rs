@@ -21,13 +21,13 @@ pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: us
 
 /// As [`convert`], and whether the panorama shows the middle of each pixel.
 fn resampled(panorama: &Panorama, target: Projection, width: usize, height: usize) -> (Picture, Vec<bool>) {
-    let shows = halves(target, width, height);
-    let shows = |i: usize, k: usize| shows(i, k).is_some_and(|d| panorama.shows(d));
-    let rows = |count: usize, first: usize, rows: usize| -> Vec<bool> {
-        let row = |y: usize| (0..count).map(move |x| (2 * x + first, 2 * y + first));
-        (0..rows).into_par_iter().flat_map_iter(row).map(|(i, k)| shows(i, k)).collect()
+    let direction = halves(target, width, height);
+    let shown = |columns: usize, rows: usize, first: usize| -> Vec<bool> {
+        let row = |y: usize| (0..columns).map(move |x| (2 * x + first, 2 * y + first));
+        let shows = |(i, k)| direction(i, k).is_some_and(|d| panorama.shows(d));
+        (0..rows).into_par_iter().flat_map_iter(row).map(shows).collect()
     };
-    let (corners, middles) = (rows(width + 1, 0, height + 1), rows(width, 1, height));
+    let (corners, middles) = (shown(width + 1, height + 1, 0), shown(width, height, 1));
     let mut picture = Picture::new(width, height);
     picture.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -36,9 +36,7 @@ fn resampled(panorama: &Panorama, target: Projection, width: usize, height: usiz
             if beside && !middles[y * width + x] {
                 continue;
             }
-            let n = samples(panorama, target.solid_angle(width, height, x, y), || {
-                target.direction(width, height, x as f64 + 0.5, y as f64 + 0.5)
-            });
+            let n = samples(panorama, target.solid_angle(width, height, x, y), direction(2 * x + 1, 2 * y + 1));
             let (mut sum, mut count) = (DVec3::ZERO, 0);
             for i in 0..n * n {
                 let sub = |k: usize| (k as f64 + 0.5) / n as f64;
@@ -72,10 +70,10 @@ fn halves(target: Projection, width: usize, height: usize) -> impl Fn(usize, usi
 }
 
 /// Samples along a side for a target pixel of that solid angle, from the source pixel under its centre.
-fn samples(panorama: &Panorama, target: f64, centre: impl Fn() -> Option<DVec3>) -> usize {
+fn samples(panorama: &Panorama, target: f64, centre: Option<DVec3>) -> usize {
     let source = panorama.picture();
     let (w, h) = (source.width, source.height);
-    let Some(p) = centre().and_then(|d| panorama.projection().pixel(w, h, d)) else { return 4 };
+    let Some(p) = centre.and_then(|d| panorama.projection().pixel(w, h, d)) else { return 4 };
     let (x, y) = ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1));
     let under = panorama.projection().solid_angle(w, h, x, y);
     let ratio = if under > 0.0 { (target / under).sqrt() } else { 1.0 };

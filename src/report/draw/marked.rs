@@ -1,9 +1,8 @@
 //! A photograph with the audit's findings marked on it.
 
-use image::codecs::png::PngEncoder;
-use image::{GrayImage, Rgb, RgbImage, Rgba, RgbaImage};
+use image::{ExtendedColorType, GrayImage, Rgb, RgbImage, Rgba, RgbaImage};
 
-use super::png::png;
+use super::png::{encoded, png};
 use super::style::{BLACK, GREY, Style};
 use super::svg::{Anchor, Svg, Text};
 use crate::report::error::ReportError;
@@ -70,10 +69,8 @@ pub fn marked(photo: &RgbImage, marks: &[Mark]) -> Result<Vec<u8>, ReportError> 
             }
         }
     }
-    let mut bytes = Vec::new();
-    picture
-        .write_with_encoder(PngEncoder::new(&mut bytes))
-        .map_err(|e| ReportError::Drawing { what: e.to_string() })?;
+    let bytes = encoded(&picture, [width, height].map(|n| n as usize), ExtendedColorType::Rgba8)
+        .ok_or_else(|| ReportError::Drawing { what: format!("{width} × {height} pixels as PNG") })?;
     let (w, h) = (f64::from(width), f64::from(height));
     let mut svg = Svg::new(w, h, "Findings", "");
     svg.png([0.0, 0.0, w, h], &bytes, "photograph");
