@@ -154,7 +154,9 @@ fn room() -> (Scene, Baked) {
         exposures: vec![Exposure(1.0)],
         views: Vec::new(),
         skies: vec![Picture { width: 8, height: 4, pixels: vec![Vec3::new(3.0, 4.0, 5.0); 32] }],
-        hidden: 0,
+        coarse: Vec::new(),
+        coarse_materials: Vec::new(),
+        hidden: Vec::new(),
         two_sided: 0,
     };
     for (corner, u, v, material) in [0, 1, 2, 3, 5, 4].map(|i| quads[i]) {

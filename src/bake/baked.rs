@@ -23,6 +23,11 @@ pub struct Baked {
     pub origins: Vec<Origin>,
     /// Per material (in the scene's order) its first triangle; one more at the end.
     pub materials: Vec<u32>,
+    /// The same surface in fewer triangles, as it was before its last cuts: for drawing while something moves. Empty if not asked
+    /// for, or if nothing was cut.
+    pub coarse: Vec<[u32; 3]>,
+    /// Per material its first coarse triangle; one more at the end.
+    pub coarse_materials: Vec<u32>,
     /// Per lighting, the geometric mean of the views' exposures; without them, what brings the surface's log-average radiance to
     /// middle grey.
     pub exposures: Vec<Exposure>,
@@ -30,8 +35,8 @@ pub struct Baked {
     pub views: Vec<Vec<Exposure>>,
     /// Per lighting the sky, latitude/longitude, the centre column looking along the program's +y.
     pub skies: Vec<Picture>,
-    /// Triangles of the model no side of which can be seen from within: left out.
-    pub hidden: usize,
+    /// Triangles of the model no side of which can be seen from within: left out, but for the shadows that they cast.
+    pub hidden: Vec<u32>,
     /// Irradiance and exposure are on one side of a triangle; so many have both.
     pub two_sided: usize,
 }

@@ -41,6 +41,9 @@ pub(super) struct Surface {
     pub(super) places: Vec<Vec3>,
     pub(super) pieces: Vec<Piece>,
     pub(super) samples: Vec<Sample>,
+    /// The pieces as they were when there were last at most `coarse_samples`, or before the first cut; none if that is 0.
+    pub(super) coarse: Vec<Piece>,
+    coarse_samples: usize,
     /// How far inside a rim light is asked for, metres.
     pull_m: f32,
 }
@@ -67,7 +70,7 @@ pub(super) struct Edges {
 
 impl Surface {
     /// The given sides of a scene's triangles. Neighbours whose normals are closer than `smooth` (a cosine) are one patch.
-    pub(super) fn new(scene: &Scene, inner: &[bool], smooth: f32, pull_m: f32) -> Self {
+    pub(super) fn new(scene: &Scene, inner: &[bool], smooth: f32, pull_m: f32, coarse_samples: usize) -> Self {
         let mesh = &scene.mesh;
         let (places, place_of) = welded(mesh);
         let mut pieces: Vec<Piece> = Vec::new();
@@ -81,7 +84,7 @@ impl Surface {
             }
             pieces.push(Piece { corners, samples: [NONE; 3], at, triangle, patch: 0, even: [false; 3] });
         }
-        let mut surface = Self { places, pieces, samples: Vec::new(), pull_m };
+        let mut surface = Self { places, pieces, samples: Vec::new(), coarse: Vec::new(), coarse_samples, pull_m };
         surface.find_patches(smooth);
         surface.sample_corners();
         surface
@@ -196,6 +199,13 @@ impl Surface {
             run_of[at as usize] = runs.len() as u32 - 1;
         }
         Edges { entries, runs, run_of, count }
+    }
+
+    /// Keeps the pieces as they are now, if they are coarse enough or none are kept yet.
+    pub(super) fn keep_coarse(&mut self) {
+        if self.coarse_samples > 0 && (self.coarse.is_empty() || self.samples.len() <= self.coarse_samples) {
+            self.coarse.clone_from(&self.pieces);
+        }
     }
 
     /// Cuts pieces at marked edges; `middle` gives for an edge (3 · piece + edge) its middle's place and sample. The longest

@@ -99,7 +99,7 @@ pub fn bake(
     let finest = coarse / FINEST;
     let eyes = crate::check::eyes(site, scene.origin, None);
     let inner = sides::inner(scene, &eyes, is_scan);
-    let mut surface = mesh::Surface::new(scene, &inner, SMOOTH[usize::from(is_scan)], 0.5 * finest);
+    let mut surface = mesh::Surface::new(scene, &inner, SMOOTH[usize::from(is_scan)], 0.5 * finest, settings.coarse);
     if !is_scan {
         refine::cut_long(&mut surface, coarse, settings.vertices / 2);
     }
@@ -120,7 +120,7 @@ pub fn bake(
     let lights = refine::Lights { relit: &relit, sun_apart: settings.sun_apart };
     let mut lit = lights.at(&surface.samples);
     if !is_scan {
-        refine::refine(&mut surface, &mut lit, &lights, settings, [coarse, finest], progress);
+        refine::refine(&mut surface, &mut lit, &lights, settings, [coarse, finest], &eyes, progress);
     }
     let mut baked = gathered(scene, &surface, &lit, &setup, &inner);
     if settings.views {
@@ -136,59 +136,84 @@ pub fn bake(
     Ok(Bake { baked, setup })
 }
 
+/// The vertices of pieces, in the order of their first use.
+struct Gather<'a> {
+    scene: &'a Scene,
+    surface: &'a mesh::Surface,
+    lit: &'a Lit,
+    /// By sample, material, texture coordinates and colour.
+    known: HashMap<(u32, u32, [u32; 5]), u32>,
+    vertices: Vec<Vertex>,
+    sample_of: Vec<usize>,
+}
+
+impl Gather<'_> {
+    /// Pieces as triangles with where they lie in the model, sorted by material and place in the model, and per material its
+    /// first triangle.
+    fn triangles(&mut self, pieces: &[mesh::Piece]) -> (Vec<[u32; 3]>, Vec<Origin>, Vec<u32>) {
+        let mesh = &self.scene.mesh;
+        let material = |p: &mesh::Piece| mesh.materials[p.triangle as usize];
+        let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
+        let (low, high) = mesh.bounds();
+        let key = |i: u32| {
+            let piece = &pieces[i as usize];
+            let middle = piece.corners.iter().map(|p| self.surface.places[*p as usize]).sum::<Vec3>() / 3.0;
+            let place = morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE));
+            (material(piece), place >> REGION, piece.patch, place, i)
+        };
+        order.sort_by_cached_key(|&i| key(i));
+        let mut triangles = Vec::with_capacity(order.len());
+        let mut origins = Vec::with_capacity(order.len());
+        let mut materials = vec![0u32; self.scene.materials.len() + 1];
+        for &i in &order {
+            let piece = &pieces[i as usize];
+            materials[material(piece) as usize + 1] += 1;
+            let at = piece.at.map(Vec2::from);
+            // barycentric coordinates run the other way round on the back
+            let back = u32::from((at[1] - at[0]).perp_dot(at[2] - at[0]) < 0.0);
+            origins.push(Origin { side: 2 * piece.triangle + back, at });
+            triangles.push([0, 1, 2].map(|c| self.vertex(piece, material(piece), c)));
+        }
+        for i in 1..materials.len() {
+            materials[i] += materials[i - 1];
+        }
+        (triangles, origins, materials)
+    }
+
+    /// The number of the vertex at a piece's corner.
+    fn vertex(&mut self, piece: &mesh::Piece, material: u32, corner: usize) -> u32 {
+        let Self { scene, surface, lit, known, vertices, sample_of } = self;
+        let at = Vec2::from(piece.at[corner]);
+        let textured = scene.materials[material as usize].texture.is_some();
+        let uv = if textured { rounded(scene.mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
+        let colour = scene.mesh.colour(piece.triangle, at).unwrap_or(Vec3::ONE);
+        let [u, v, r, g, b] = [uv.x, uv.y, colour.x, colour.y, colour.z].map(|v| (v + 0.0).to_bits());
+        *known.entry((piece.samples[corner], material, [u, v, r, g, b])).or_insert_with(|| {
+            let sample = piece.samples[corner] as usize;
+            vertices.push(Vertex {
+                position: surface.places[piece.corners[corner] as usize],
+                normal: surface.samples[sample].normal,
+                lit_at: surface.samples[sample].position,
+                uv,
+                colour,
+                source: lit.source[sample],
+                agreement: lit.agreement[sample],
+                probe: None,
+                seen_by: 0,
+            });
+            sample_of.push(sample);
+            vertices.len() as u32 - 1
+        })
+    }
+}
+
 /// Vertices and triangles, sorted by material and place in the model.
 fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, inner: &[bool]) -> Baked {
-    let mesh = &scene.mesh;
-    let material = |p: &mesh::Piece| mesh.materials[p.triangle as usize];
-    let mut order: Vec<u32> = (0..surface.pieces.len() as u32).collect();
-    let (low, high) = mesh.bounds();
-    let key = |i: u32| {
-        let piece = &surface.pieces[i as usize];
-        let middle = piece.corners.iter().map(|p| surface.places[*p as usize]).sum::<Vec3>() / 3.0;
-        (material(piece), morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE)), piece.patch, i)
-    };
-    order.sort_by_cached_key(|&i| key(i));
-    let mut known: HashMap<(u32, u32, [u32; 5]), u32> = HashMap::new();
-    let (mut vertices, mut sample_of) = (Vec::new(), Vec::new());
-    let mut triangles = Vec::with_capacity(order.len());
-    let mut origins = Vec::with_capacity(order.len());
-    let mut materials = vec![0u32; scene.materials.len() + 1];
-    for &i in &order {
-        let piece = &surface.pieces[i as usize];
-        let m = material(piece);
-        materials[m as usize + 1] += 1;
-        let textured = scene.materials[m as usize].texture.is_some();
-        let at = piece.at.map(Vec2::from);
-        // barycentric coordinates run the other way round on the back
-        let back = u32::from((at[1] - at[0]).perp_dot(at[2] - at[0]) < 0.0);
-        origins.push(Origin { side: 2 * piece.triangle + back, at });
-        triangles.push([0, 1, 2].map(|c| {
-            let at = Vec2::from(piece.at[c]);
-            let uv = if textured { rounded(mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
-            let colour = mesh.colour(piece.triangle, at).unwrap_or(Vec3::ONE);
-            let [u, v, r, g, b] = [uv.x, uv.y, colour.x, colour.y, colour.z].map(|v| (v + 0.0).to_bits());
-            *known.entry((piece.samples[c], m, [u, v, r, g, b])).or_insert_with(|| {
-                let sample = piece.samples[c] as usize;
-                let position = surface.places[piece.corners[c] as usize];
-                vertices.push(Vertex {
-                    position,
-                    normal: surface.samples[sample].normal,
-                    lit_at: surface.samples[sample].position,
-                    uv,
-                    colour,
-                    source: lit.source[sample],
-                    agreement: lit.agreement[sample],
-                    probe: None,
-                    seen_by: 0,
-                });
-                sample_of.push(sample);
-                vertices.len() as u32 - 1
-            })
-        }));
-    }
-    for i in 1..materials.len() {
-        materials[i] += materials[i - 1];
-    }
+    let mut gather =
+        Gather { scene, surface, lit, known: HashMap::new(), vertices: Vec::new(), sample_of: Vec::new() };
+    let (triangles, origins, materials) = gather.triangles(&surface.pieces);
+    let (coarse, _, coarse_materials) = gather.triangles(&surface.coarse);
+    let Gather { mut vertices, sample_of, .. } = gather;
     if let Some((_, light)) = setup.lights.first() {
         vertices.par_iter_mut().zip(&sample_of).for_each(|(v, &s)| {
             let s = &surface.samples[s];
@@ -210,7 +235,7 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
         _ => Vec::new(),
     };
     let sunlight: Vec<Vec<Vec3>> = suns.iter().enumerate().map(apart).collect();
-    let of_pairs = |count: usize| inner.chunks(2).filter(|p| p.iter().filter(|s| **s).count() == count).count();
+    let of_pairs = |both: bool| (0..).zip(inner.chunks(2)).filter(move |(_, p)| p == &[both; 2]).map(|(t, _)| t);
     let mut baked = Baked {
         lightings: setup.lights.iter().map(|l| l.0.clone()).collect(),
         vertices,
@@ -220,11 +245,13 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
         triangles,
         origins,
         materials,
+        coarse,
+        coarse_materials,
         exposures: Vec::new(),
         views: Vec::new(),
         skies: Vec::new(),
-        hidden: of_pairs(0),
-        two_sided: of_pairs(2),
+        hidden: of_pairs(false).collect(),
+        two_sided: of_pairs(true).count(),
     };
     baked.exposures = (0..lightings).map(|l| exposure(scene, &baked, l)).collect();
     baked
@@ -242,13 +269,16 @@ fn sky(light: &Light) -> Picture {
     picture
 }
 
-/// Which of 16³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
-/// order): a viewer draws only the runs of triangles that it sees.
+/// Bits of [`morton`] that tell places within one of 16³ regions: a viewer draws only the runs of triangles that it sees.
+const REGION: u32 = 18;
+
+/// Which of 1024³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
+/// order), so that triangles that follow each other share corners.
 fn morton(p: Vec3) -> u32 {
-    let cell = (p * 16.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(15));
-    (0..4)
+    let cell = (p * 1024.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(1023)).as_uvec3();
+    (0..10)
         .map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit))
-        .sum::<i32>() as u32
+        .sum()
 }
 
 /// Texture coordinates to a 65536th of a repeat but at the model's own corners: neighbours share a vertex then.

@@ -47,17 +47,22 @@ const BLIND: f32 = 0.3;
 /// From edges this share of the coarse length on, an edge half as long may be twice as far off: what it blurs is half as wide.
 const FULL: f32 = 0.25;
 
+/// Nothing is looked at from nearer than this, metres.
+const NEAR_M: f32 = 1.0;
+
 /// Light below this share of what is usual counts as dark: differences down there are not seen.
 const DARK: f32 = 0.15;
 
 /// Cuts a surface whose corners are lit until light between corners is known within the error asked for, or edges are as
-/// short as wanted, or there are as many samples as allowed.
+/// short as wanted, or there are as many samples as allowed. Where these do not suffice, an edge counts by how long it is as
+/// seen from the nearest of the `eyes`.
 pub(super) fn refine(
     surface: &mut Surface,
     lit: &mut Lit,
     lights: &Lights,
     settings: &BakeSettings,
     [coarse, finest]: [f32; 2],
+    eyes: &[Vec3],
     progress: &(dyn Fn(usize) + Sync),
 ) {
     let values = lights.values();
@@ -107,7 +112,8 @@ pub(super) fn refine(
             let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
             let k = kept.get(&key(r)).copied().unwrap_or(0);
             let (off, length) = (differ(seen.at(k, values), &between), surface.length(run.ends));
-            if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length } else { 0.0 }
+            let far = || eyes.iter().map(|e| e.distance(candidates[k as usize].position)).fold(f32::INFINITY, f32::min);
+            if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length / far().max(NEAR_M) } else { 0.0 }
         };
         let off: Vec<f32> = tested.par_iter().map(off).collect();
         let mut worst = vec![0.0f32; edges.count];
@@ -208,6 +214,7 @@ fn split<'a>(
     if new > room {
         return false;
     }
+    surface.keep_coarse();
     let mut asked = Vec::new();
     for (r, run) in edges.runs.iter().enumerate().filter(|(_, run)| marked[run.edge as usize]) {
         let place = *place_of[run.edge as usize].get_or_insert_with(|| {

@@ -11,10 +11,12 @@ pub struct BakeSettings {
     pub views: bool,
     /// Keep direct sun apart, for a viewer that casts its shadows: nothing is cut at their edges then.
     pub sun_apart: bool,
+    /// Keep also the triangles as they were with at most so many samples, or uncut where the model alone has more; 0 for none.
+    pub coarse: usize,
 }
 
 impl Default for BakeSettings {
     fn default() -> Self {
-        Self { vertices: 1_000_000, error: 0.08, views: true, sun_apart: false }
+        Self { vertices: 1_000_000, error: 0.08, views: true, sun_apart: false, coarse: 0 }
     }
 }

@@ -42,7 +42,7 @@ pub(crate) struct BakeHow {
     /// Only this lighting; may be given several times [default: all]
     #[arg(long, value_name = "NAME")]
     pub(super) lighting: Vec<String>,
-    /// At most so many vertices [default: 1000000; for a page 8 a triangle, 300000 to 1000000]
+    /// At most so many vertices [default: 1000000; for a page 16 a triangle, 400000 to 1200000]
     #[arg(long, value_name = "N", value_parser = between(1_000..=50_000_000_usize, "a number from 1000 to 50000000"))]
     pub(super) vertices: Option<usize>,
     /// Cut a triangle where light between its corners is off by this share
@@ -110,7 +110,7 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
         write_s: start.elapsed().as_secs_f64(),
         vertices: baked.vertices.len(),
         triangles: baked.triangles.len(),
-        hidden_triangles: baked.hidden,
+        hidden_triangles: baked.hidden.len(),
         two_sided_triangles: baked.two_sided,
         records: by(clerestory::render::Source::Record),
         volume: by(clerestory::render::Source::Volume),

@@ -40,8 +40,11 @@ pub(crate) struct ViewArgs {
 /// How many vertices a page has unless told otherwise: a few for each of the model's triangles, no fewer and no more than browsers
 /// open in seconds.
 fn usual_vertices(triangles: usize) -> usize {
-    (8 * triangles).clamp(300_000, 1_000_000)
+    (16 * triangles).clamp(400_000, 1_200_000)
 }
+
+/// A page has also a surface of at most so many vertices, drawn on slow machines while something moves.
+const COARSE: usize = 100_000;
 
 /// What was made, for scripts.
 #[derive(Serialize)]
@@ -89,6 +92,7 @@ pub(super) fn viewed(
     let usual = bake::BakeSettings {
         vertices: usual_vertices(scene.mesh.triangles.len()),
         sun_apart: true,
+        coarse: COARSE,
         ..bake::BakeSettings::default()
     };
     let Bake { baked, .. } = baked(site, scene, &lightings, how, usual, shown)?;

@@ -181,13 +181,12 @@ pub(super) fn shadow(card: &Card, model: &Model, sun: &SunView, depths: &wgpu::T
     let mut encoder = card.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = begin(&mut encoder, None, Some((depths, 1.0)));
-        let triangles = model.runs.last().map_or(0, |r| r.indices.end);
-        if triangles > 0 {
+        if model.triangles > 0 {
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &group, &[]);
             pass.set_vertex_buffer(0, model.corners.slice(..));
             pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..triangles, 0, 0..1);
+            pass.draw_indexed(0..3 * model.triangles, 0, 0..1);
         }
     }
     card.queue.submit([encoder.finish()]);

@@ -143,7 +143,8 @@ fn sky_cell(column: i32, row: i32) -> vec3f {
 fn sun_corner(@location(0) at: vec3f) -> @builtin(position) vec4f {
     let p = vec4f(at, 1.0);
     // from 0..1, downwards, to clip coordinates
-    return vec4f(2.0 * dot(frame.sun_x, p) - 1.0, 1.0 - 2.0 * dot(frame.sun_y, p), dot(frame.sun_z, p), 1.0);
+    let far = max(dot(frame.sun_z, p), 0.0); // what lies beyond the box casts its shadow all the same
+    return vec4f(2.0 * dot(frame.sun_x, p) - 1.0, 1.0 - 2.0 * dot(frame.sun_y, p), far, 1.0);
 }
 
 @group(1) @binding(0) var light: texture_2d<f32>;

@@ -44,6 +44,8 @@ pub(super) struct Model {
     /// What the sun adds, where it is kept apart.
     pub(super) sunlight: Option<wgpu::Buffer>,
     pub(super) indices: wgpu::Buffer,
+    /// Triangles in [`Self::indices`]; those after the last run are not drawn but cast shadows.
+    pub(super) triangles: u32,
     pub(super) runs: Vec<Run>,
     /// The first is white.
     pub(super) pictures: Vec<wgpu::BindGroup>,
@@ -68,12 +70,19 @@ impl Model {
             card.buffer("the vertices' light", &floats(light), BufferUsages::VERTEX | BufferUsages::COPY_DST)
         };
         let (pictures, number) = pictures(card, layout, scene, baked);
+        let (mut corners, mut triangles) = (corners(scene, baked), baked.triangles.clone());
+        for hidden in &baked.hidden {
+            triangles.push([0, 1, 2].map(|k| (corners.len() + k) as u32));
+            let at = scene.mesh.corners(*hidden);
+            corners.extend(at.map(|p| Corner { at: p.to_array(), uv: [0.0; 2], reflectance: [0.0; 3] }));
+        }
         Ok(Self {
-            corners: card.buffer("the vertices", &corners(scene, baked), BufferUsages::VERTEX)?,
+            corners: card.buffer("the vertices", &corners, BufferUsages::VERTEX)?,
             irradiance: light(irradiance)?,
             vertices: irradiance.len(),
             sunlight: sunlight.map(|s| light(s)).transpose()?,
-            indices: card.buffer("the triangles", baked.triangles.as_flattened(), BufferUsages::INDEX)?,
+            indices: card.buffer("the triangles", triangles.as_flattened(), BufferUsages::INDEX)?,
+            triangles: triangles.len() as u32,
             runs: runs(scene, baked, &number),
             pictures,
             sky: sky_texture(card, sky),

@@ -55,6 +55,8 @@ struct About {
     lightings: Vec<Lighting>,
     sky: [usize; 2],
     materials: Vec<Range>,
+    /// The same in fewer triangles, which follow all others; empty if there are none.
+    coarse: Vec<Range>,
     /// How each picture goes on across and down, as OpenGL numbers it.
     pictures: Vec<[u32; 2]>,
     /// Least texture coordinates and their step; nothing without textures.
@@ -113,6 +115,7 @@ pub fn write_viewer(
     let io = |source| BakeError::Io { path: path.to_owned(), source };
     let mut blocks = Vec::new();
     let (low, step) = geometry(baked, &mut blocks).map_err(io)?;
+    blocks.push(hidden(scene, baked, low, step).map_err(io)?);
     let uv = texture_coordinates(baked, &mut blocks).map_err(io)?;
     let tinted = !scene.mesh.colours.is_empty();
     if tinted {
@@ -133,7 +136,9 @@ pub fn write_viewer(
             blocks.push(block(&bytes).map_err(io)?);
         }
     }
-    let (materials, pictures) = materials(scene, baked, &mut blocks)?;
+    let (numbers, pictures) = pictures(scene, baked, &mut blocks)?;
+    let fine = runs(scene, baked, (&baked.triangles, &baked.materials, 0), &numbers);
+    let coarse = runs(scene, baked, (&baked.coarse, &baked.coarse_materials, baked.triangles.len() as u32), &numbers);
     let mut views = Vec::new();
     for (i, view) in site.views.iter().enumerate() {
         let (shot, photo) = shot(scene, view, baked.views.get(i).unwrap_or(&baked.exposures))?;
@@ -163,7 +168,8 @@ pub fn write_viewer(
             })
             .collect(),
         sky: baked.skies.first().map_or([1, 1], |s| [s.width, s.height]),
-        materials,
+        materials: fine,
+        coarse,
         pictures,
         uv,
         tinted,
@@ -228,6 +234,9 @@ fn geometry(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<(Vec3, Ve
     pack::corners(&baked.triangles, &mut bytes);
     blocks.push(block(&bytes)?);
     bytes.clear();
+    pack::differences(baked.coarse.as_flattened(), 4, &mut bytes);
+    blocks.push(block(&bytes)?);
+    bytes.clear();
     let about = baked.vertices.iter().map(|v| {
         let probe = v.probe.map_or(255, |p| p.min(254) as u8);
         [v.source as u8 | v.seen_by.min(63) << 2, probe, (v.agreement * 255.0 + 0.5) as u8, 0]
@@ -235,6 +244,17 @@ fn geometry(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<(Vec3, Ve
     pack::vertex_bytes(about, &mut bytes);
     blocks.push(block(&bytes)?);
     Ok((low, step))
+}
+
+/// Packs the corners of triangles that are not drawn but cast shadows, in whole steps from the box's least corner.
+fn hidden(scene: &Scene, baked: &Baked, low: Vec3, step: Vec3) -> std::io::Result<Block> {
+    let corners = || baked.hidden.iter().flat_map(|t| scene.mesh.corners(*t));
+    let mut bytes = Vec::new();
+    for c in 0..3 {
+        let codes: Vec<u32> = corners().map(|p| ((p[c] - low[c]) / step[c]).round() as i32 as u32).collect();
+        pack::differences(&codes, 4, &mut bytes);
+    }
+    block(&bytes)
 }
 
 /// Packs texture coordinates with 24 bits; gives the least of them and the step; nothing where all are zero.
@@ -261,39 +281,53 @@ fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Resul
 /// Triangles that are drawn, or left out, together.
 const RUN: usize = 2048;
 
-/// The materials in use, in runs of triangles, and their pictures as blocks.
-fn materials(
+/// The pictures of the materials in use as blocks, by the number of its texture the number of each, and how each goes on
+/// beyond its rims.
+#[expect(clippy::type_complexity, reason = "two lists")]
+fn pictures(
     scene: &Scene,
     baked: &Baked,
     blocks: &mut Vec<Block>,
-) -> Result<(Vec<Range>, Vec<[u32; 2]>), ViewerError> {
-    let mut number = vec![None; scene.textures.len()];
-    let (mut all, mut pictures) = (Vec::new(), Vec::new());
-    for (m, ends) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
+) -> Result<(Vec<Option<i32>>, Vec<[u32; 2]>), ViewerError> {
+    let (mut numbers, mut pictures) = (vec![None; scene.textures.len()], Vec::new());
+    for (m, _) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
+        let material = &scene.materials[m];
+        let Some(t) = material.texture.filter(|_| material.emission == Vec3::ZERO) else { continue };
+        if numbers[t as usize].is_none() {
+            let texture = &scene.textures[t as usize];
+            let (bytes, kind) =
+                texture.encoded().map_err(|why| BakeError::Picture { name: texture.name.clone(), why })?;
+            blocks.push(Block { kind, bytes: bytes.to_vec() });
+            numbers[t as usize] = Some(pictures.len() as i32);
+            pictures.push(texture.wrap().map(Wrap::code));
+        }
+    }
+    Ok((numbers, pictures))
+}
+
+/// Triangles, sorted by material, in runs that lie close together; `before` stand before them in the page's list.
+fn runs(
+    scene: &Scene,
+    baked: &Baked,
+    (triangles, materials, before): (&[[u32; 3]], &[u32], u32),
+    numbers: &[Option<i32>],
+) -> Vec<Range> {
+    let mut all = Vec::new();
+    for (m, ends) in materials.windows(2).enumerate() {
         let material = &scene.materials[m];
         let lamp = material.emission != Vec3::ZERO;
-        let mut picture = -1;
-        if let Some(t) = material.texture.filter(|_| !lamp) {
-            if number[t as usize].is_none() {
-                let texture = &scene.textures[t as usize];
-                let (bytes, kind) =
-                    texture.encoded().map_err(|why| BakeError::Picture { name: texture.name.clone(), why })?;
-                blocks.push(Block { kind, bytes: bytes.to_vec() });
-                number[t as usize] = Some(pictures.len() as i32);
-                pictures.push(texture.wrap().map(Wrap::code));
-            }
-            picture = number[t as usize].unwrap_or(-1);
-        }
+        let picture = material.texture.filter(|_| !lamp).and_then(|t| numbers[t as usize]).unwrap_or(-1);
         let albedo = if lamp { Vec3::ONE } else { material.albedo }.to_array();
         for first in (ends[0]..ends[1]).step_by(RUN) {
             let count = (ends[1] - first).min(RUN as u32);
-            let corners = baked.triangles[first as usize..(first + count) as usize].iter().flatten();
+            let corners = triangles[first as usize..(first + count) as usize].iter().flatten();
             let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
                 let p = baked.vertices[*v as usize].position;
                 (low.min(p), high.max(p))
             });
-            all.push(Range { first, count, albedo, picture, low: low.to_array(), high: high.to_array() });
+            let (low, high) = (low.to_array(), high.to_array());
+            all.push(Range { first: before + first, count, albedo, picture, low, high });
         }
     }
-    Ok((all, pictures))
+    all
 }

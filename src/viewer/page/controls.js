@@ -289,8 +289,9 @@ function tick(now) {
   if (S.dirty) {
     // frames that follow each other tell how fast this machine is
     if (now - S.rough < 1000) S.pace += 0.3 * (now - S.rough - S.pace);
-    if (S.pace > 60) S.scale = 0.5;
-    else if (S.pace < 25) S.scale = 1;
+    // what was too slow once is not tried again
+    if (S.pace > 60 && S.scale === 1) [S.scale, S.slow] = [0.5, true];
+    else if (S.pace < 25 && !S.slow) S.scale = 1;
     S.dirty = false;
     S.rough = now;
     draw();

@@ -50,11 +50,11 @@ function model(layer, keep, suns) {
 }
 
 /** The runs of triangles that may be seen, the nearest first. */
-function seen([l, r, b, t]) {
+function seen([l, r, b, t], runs) {
   const [right, up, forward] = axes();
   const sides = [add(right, forward, -l), add(forward.map((v) => v * r), right, -1), add(up, forward, -b), add(forward.map((v) => v * t), up, -1), forward];
   const shifts = sides.map((side) => dot(side, S.eye)), found = [];
-  for (const m of M.materials) {
+  for (const m of runs) {
     const inside = sides.every((side, k) => side.reduce((sum, v, c) => sum + v * (v > 0 ? m.high[c] : m.low[c]), 0) >= shifts[k]);
     if (inside) found.push([m.low.reduce((sum, v, c) => sum + Math.max(v - S.eye[c], 0, S.eye[c] - m.high[c]) ** 2, 0), m]);
   }
@@ -67,7 +67,7 @@ function suns(layer) {
   return [[a, 1 - fade], [b, fade]].filter(([l, share]) => share > 0 && G.suns[l] && [0, 2].includes(layer));
 }
 
-/** What the sun of a lighting sees: depths, and the matrix that leads to them. */
+/** What the sun of a lighting sees of all triangles, those left out of pictures too: depths, and the matrix that leads to them. */
 function shadow(l) {
   if (G.shadows[l]) return G.shadows[l];
   const size = Math.min(4096, gl.getParameter(gl.MAX_TEXTURE_SIZE)), sun = M.lightings[l].sun;
@@ -106,7 +106,10 @@ function shadow(l) {
   // what casts shadows a little nearer to the sun, what receives them farther off it: no light where walls meet, none missing
   gl.enable(gl.POLYGON_OFFSET_FILL);
   gl.polygonOffset(-0.5, -2);
-  gl.drawElements(gl.TRIANGLES, 3 * M.triangles, gl.UNSIGNED_INT, 0);
+  const coarse = M.coarse.reduce((sum, m) => sum + m.count, 0);
+  gl.drawElements(gl.TRIANGLES, 3 * (coarse || M.triangles), gl.UNSIGNED_INT, coarse ? 12 * M.triangles : 0);
+  gl.bindVertexArray(G.hiddenVao);
+  gl.drawArrays(gl.TRIANGLES, 0, G.hidden);
   gl.disable(gl.POLYGON_OFFSET_FILL);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.deleteFramebuffer(frame);
@@ -116,7 +119,7 @@ function shadow(l) {
   return (G.shadows[l] = { depths, towards, off: (2 * wide) / size });
 }
 
-function paint(layer, tan, keep = false) {
+function paint(layer, tan, keep = false, coarse = false) {
   const [a, b, fade] = lightings(), sunny = suns(layer), { p, at: u } = model(layer, keep, sunny.length);
   gl.bindVertexArray(G.vao);
   const slots = [[2, G.lights[a]], [3, G.lights[b]], ...sunny.map(([l], k) => [6 + k, G.suns[l]])];
@@ -149,7 +152,7 @@ function paint(layer, tan, keep = false) {
   gl.enable(gl.DEPTH_TEST);
   gl.enable(gl.CULL_FACE);
   let last = null;
-  for (const m of seen(tan)) {
+  for (const m of seen(tan, coarse && M.coarse.length ? M.coarse : M.materials)) {
     if (!last || last.picture !== m.picture || last.albedo.some((v, c) => v !== m.albedo[c])) {
       gl.bindTexture(gl.TEXTURE_2D, m.picture < 0 ? G.white : G.pictures[m.picture]);
       gl.uniform3fv(u.albedo, m.albedo);
@@ -219,7 +222,7 @@ function paintFine(w, h) {
 /** The most pixels that are drawn at twice the size. */
 const FINE = 4e6;
 
-/** Draws; `fine` once nothing moves: then each pixel is the mean of four, as cameras and `render` make them; a slow machine draws coarsely before. */
+/** Draws; `fine` once nothing moves: then each pixel is the mean of four, as cameras and `render` make them; a slow machine draws fewer triangles and pixels before. */
 function draw(fine = false) {
   const canvas = $("gl"), device = window.devicePixelRatio || 1;
   const mean = fine && G.mean && [0, 2].includes(S.layer) && canvas.clientWidth * canvas.clientHeight * device ** 2 <= FINE;
@@ -240,7 +243,7 @@ function draw(fine = false) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, w, h);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    paint(S.layer, rim());
+    paint(S.layer, rim(), false, !fine && S.scale < 1);
   }
   overlay(w, h, scale);
 }

@@ -19,7 +19,7 @@ function program(vertex, fragment) {
 
 const G = { lights: [], suns: [], shadows: [], skies: [], pictures: [] };
 const S = { eye: [0, 0, 0], yaw: 0, pitch: 0, roll: 0, tan: [-1, 1, -0.7, 0.7], view: null, light: 0, stops: 0, layer: 0, cut: 1000,
-  base: null, orbit: false, pivot: null, tape: false, points: [], marks: true, finds: true, keys: new Set(), dirty: true, told: null, scale: 1, pace: 40, rough: 0 };
+  base: null, orbit: false, pivot: null, tape: false, points: [], marks: true, finds: true, keys: new Set(), dirty: true, told: null, scale: soft ? 0.5 : 1, pace: 40, rough: 0 };
 
 function buffer(data, target = gl.ARRAY_BUFFER) {
   const b = gl.createBuffer();
@@ -67,11 +67,20 @@ async function open() {
   buffer(at);
   gl.enableVertexAttribArray(0);
   gl.vertexAttribPointer(0, 3, gl.UNSIGNED_SHORT, false, 8, 0);
-  buffer(indices(await next(), 3 * M.triangles), gl.ELEMENT_ARRAY_BUFFER);
+  const fine = indices(await next(), 3 * M.triangles);
+  bytes = await next();
+  const corners = new Uint32Array(fine.length + bytes.length / 4);
+  corners.set(fine);
+  corners.set(summed(planes(bytes, 0, bytes.length / 4, 4), 4), fine.length);
+  buffer(corners, gl.ELEMENT_ARRAY_BUFFER);
   bytes = await next();
   buffer(interleaved(bytes, n, 4));
   gl.enableVertexAttribArray(4);
   gl.vertexAttribPointer(4, 4, gl.UNSIGNED_BYTE, false, 4, 0);
+  bytes = await next();
+  G.hidden = bytes.length / 12;
+  const hidden = new Float32Array(3 * G.hidden);
+  for (let c = 0; c < 3; c++) summed(planes(bytes, 4 * G.hidden * c, G.hidden, 4), 4).forEach((v, k) => (hidden[3 * k + c] = v | 0));
   if (M.uv) {
     bytes = await next();
     const uv = new Float32Array(2 * n);
@@ -101,6 +110,11 @@ async function open() {
   G.white = texture(new Uint8Array([255, 255, 255, 255]), 1, 1);
   for (const view of M.views) if (view.photo) view.photo = URL.createObjectURL(await next());
   G.vao = vao;
+  G.hiddenVao = gl.createVertexArray();
+  gl.bindVertexArray(G.hiddenVao);
+  buffer(hidden);
+  gl.enableVertexAttribArray(0);
+  gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
   G.models = new Map();
   G.shadow = program(SHADOW_VERTEX, SHADOW_FRAGMENT);
   G.sky = [false, true].map((keep) => program(SKY_VERTEX, SKY_FRAGMENT(keep)));

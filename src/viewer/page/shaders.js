@@ -43,7 +43,7 @@ void main() {
   ${layer === 1 || (layer > 2 && layer < 9) ? "vec3 n = normalize(cross(dFdx(place), dFdy(place))); float lamp = .55 + .45 * abs(dot(n, normalize(eye - place)));" : ""}
   vec3 total = e;
   ${suns ? "vec3 side = normalize(cross(dFdx(place), dFdy(place))); side *= sign(dot(side, eye - place));" : ""}
-  ${each(suns, (k) => `total += sun${k} * texture(shadow${k}, (towards${k} * vec4(place + side * off${k}, 1.)).xyz);`)}
+  ${each(suns, (k) => `if (sun${k} != vec3(0.)) total += sun${k} * textureLod(shadow${k}, (towards${k} * vec4(place + side * off${k}, 1.)).xyz, 0.);`)}
   ${LOOK[layer]}
   ${layer > 2 && layer < 9 ? "shown = vec4(srgb(c * c * lamp * (.75 + .5 * (dot(rho, vec3(.2126, .7152, .0722)) - .4))), 1.);" : ""}
 }`;
@@ -58,7 +58,10 @@ const LOOK = {
   9: "float d = clamp(length(place - eye) / far, 0., .999999) * 255.; vec3 c; c.r = floor(d); d = fract(d) * 255.; c.g = floor(d); c.b = floor(fract(d) * 255.); shown = vec4(c / 255., 1.);",
 };
 const SHADOW_VERTEX = `#version 300 es
-layout(location=0) in vec3 at; uniform mat4 matrix; uniform vec3 low, step; void main() { gl_Position = matrix * vec4(low + at * step, 1.); }`;
+layout(location=0) in vec3 at; uniform mat4 matrix; uniform vec3 low, step;
+void main() { // what lies beyond the box casts its shadow all the same
+  gl_Position = matrix * vec4(low + at * step, 1.); gl_Position.z = max(gl_Position.z, -1.);
+}`;
 const SHADOW_FRAGMENT = `#version 300 es
 void main() {}`;
 const SKY_VERTEX = `#version 300 es
@@ -72,9 +75,9 @@ void main() {
   if (layer != 0) { shown = vec4(.09, .094, .11, 1.); return; }
   vec3 d = normalize(rays * vec3(at, 1.));
   vec2 uv = vec2(atan(d.x, d.y) / 6.28318531 + .5, acos(clamp(d.z, -1., 1.)) / 3.14159265);
-  shown = vec4(show(mix(rgbe(texture(skyA, uv)), rgbe(texture(skyB, uv)), fade)), 1.);
+  shown = vec4(show(mix(rgbe(texture(skyA, uv)), rgbe(texture(skyB, uv)), fade)), ${keep ? 0 : 1});
 }`;
-/** Makes one pixel of 2 × 2 as a camera does, in linear light. */
+/** Makes one pixel of 2 × 2 as a camera does, in linear light. A sample of sky with hardly any around it is a chink between two surfaces that meet. */
 const MEAN_FRAGMENT = `#version 300 es
 precision highp float;
 uniform sampler2D light; out vec4 shown;
@@ -82,7 +85,15 @@ ${SHOW}
 void main() {
   ivec2 at = 2 * ivec2(gl_FragCoord.xy);
   vec3 sum = vec3(0.);
-  for (int k = 0; k < 4; k++) sum += texelFetch(light, at + ivec2(k & 1, k >> 1), 0).rgb;
+  for (int k = 0; k < 4; k++) {
+    ivec2 p = at + ivec2(k & 1, k >> 1);
+    vec4 c = texelFetch(light, p, 0), around = vec4(0.);
+    if (c.a < .5) {
+      for (int n = 0; n < 4; n++) { vec4 b = texelFetch(light, p + ivec2(n < 2 ? 2 * n - 1 : 0, n < 2 ? 0 : 2 * n - 5), 0); around += b * b.a; }
+      if (around.a > 2.5) c = around / around.a;
+    }
+    sum += c.rgb;
+  }
   shown = vec4(show(.25 * sum), 1.);
 }`;
 // Okabe and Ito's colours, and the plan's: no station, one, two, three and more
