@@ -49,7 +49,7 @@ const MOST_SPHERES: usize = 64;
 const NONE: u32 = u32::MAX;
 
 /// Unseen surfaces that are only found by rays get so many times fewer rays of their own.
-const FEWER: u32 = 6;
+const FEWER: u32 = 4;
 
 impl Transport {
     /// Casts rays from the cache points around `wanted` unseen points (position, normal), then fewer from the unseen places
@@ -179,9 +179,12 @@ impl Caster<'_> {
         called.sort_by_key(|&a| std::cmp::Reverse(calls[a as usize].ilog2()));
         let mut second = Vec::new();
         let mut found = Vec::new();
+        let mut own: Vec<bool> = places.iter().map(|p| *p != NONE).collect();
         for cache_point in called {
-            places[cache_point as usize] = self.stand_in(cache_point, places, &mut found).unwrap_or_else(|| {
+            let place = self.stand_in(cache_point, places, |a| own[a as usize], &mut found);
+            places[cache_point as usize] = place.unwrap_or_else(|| {
                 second.push(cache_point);
+                own[cache_point as usize] = true;
                 (gathered.len() + second.len() - 1) as u32
             });
         }
@@ -189,13 +192,20 @@ impl Caster<'_> {
     }
 
     /// The gathered place that stands in for a cache point that was not gathered.
-    fn stand_in(&self, cache_point: u32, places: &[u32], found: &mut Vec<super::Weighted>) -> Option<u32> {
+    fn stand_in(
+        &self,
+        cache_point: u32,
+        places: &[u32],
+        gathered: impl Fn(u32) -> bool,
+        found: &mut Vec<super::Weighted>,
+    ) -> Option<u32> {
         const ASKED: usize = 2;
         /// Of the weight at no distance.
         const LEAST_WEIGHT: f32 = 3.0;
         let CachePoint { position, normal } = self.cache_points.list[cache_point as usize];
         self.cache_points.around(position, normal, found);
-        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && places[f.1 as usize] != NONE && f.1 != cache_point);
+        // one that was gathered itself, not one that another stands in for: noise would spread from place to place
+        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && gathered(f.1) && f.1 != cache_point);
         let seen = near.take(ASKED).find(|f| self.cache_points.sees(self.scene, f.1, position, normal));
         seen.map(|f| places[f.1 as usize])
     }
@@ -206,8 +216,11 @@ impl Caster<'_> {
         open.sort_unstable();
         open.dedup();
         open.retain(|&a| places[a as usize] == NONE);
+        let mut own = vec![false; places.len()];
+        gathered.iter().for_each(|g| own[g.cache_point as usize] = true);
+        let own = |a: u32| own[a as usize];
         let stand_ins: Vec<_> =
-            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, found)).collect();
+            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, own, found)).collect();
         for (&cache_point, place) in open.iter().zip(&stand_ins) {
             places[cache_point as usize] = place.unwrap_or(NONE);
         }
