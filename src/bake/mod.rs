@@ -209,8 +209,7 @@ impl Gather<'_> {
 
 /// Vertices and triangles, sorted by material and place in the model.
 fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, inner: &[bool]) -> Baked {
-    let mut gather =
-        Gather { scene, surface, lit, known: HashMap::new(), vertices: Vec::new(), sample_of: Vec::new() };
+    let mut gather = Gather { scene, surface, lit, known: HashMap::new(), vertices: Vec::new(), sample_of: Vec::new() };
     let (triangles, origins, materials) = gather.triangles(&surface.pieces);
     let (coarse, _, coarse_materials) = gather.triangles(&surface.coarse);
     let Gather { mut vertices, sample_of, .. } = gather;
@@ -276,9 +275,7 @@ const REGION: u32 = 18;
 /// order), so that triangles that follow each other share corners.
 fn morton(p: Vec3) -> u32 {
     let cell = (p * 1024.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(1023)).as_uvec3();
-    (0..10)
-        .map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit))
-        .sum()
+    (0..10).map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit)).sum()
 }
 
 /// Texture coordinates to a 65536th of a repeat but at the model's own corners: neighbours share a vertex then.

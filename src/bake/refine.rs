@@ -113,7 +113,11 @@ pub(super) fn refine(
             let k = kept.get(&key(r)).copied().unwrap_or(0);
             let (off, length) = (differ(seen.at(k, values), &between), surface.length(run.ends));
             let far = || eyes.iter().map(|e| e.distance(candidates[k as usize].position)).fold(f32::INFINITY, f32::min);
-            if off > settings.error * f32::max(1.0, FULL * coarse / length) { off * length / far().max(NEAR_M) } else { 0.0 }
+            if off > settings.error * f32::max(1.0, FULL * coarse / length) {
+                off * length / far().max(NEAR_M)
+            } else {
+                0.0
+            }
         };
         let off: Vec<f32> = tested.par_iter().map(off).collect();
         let mut worst = vec![0.0f32; edges.count];

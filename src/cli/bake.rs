@@ -45,9 +45,9 @@ pub(crate) struct BakeHow {
     /// At most so many vertices [default: 1000000; for a page 16 a triangle, 400000 to 1200000]
     #[arg(long, value_name = "N", value_parser = between(1_000..=50_000_000_usize, "a number from 1000 to 50000000"))]
     pub(super) vertices: Option<usize>,
-    /// Cut a triangle where light between its corners is off by this share
-    #[arg(long, value_name = "SHARE", default_value_t = bake::BakeSettings::default().error, value_parser = between(1e-3..=1.0_f32, "a share from 0.001 to 1"))]
-    pub(super) error: f32,
+    /// Cut a triangle where light between its corners is off by this share [default: 0.08; for a page 0.05]
+    #[arg(long, value_name = "SHARE", value_parser = between(1e-3..=1.0_f32, "a share from 0.001 to 1"))]
+    pub(super) error: Option<f32>,
     /// Cells of the irradiance volume along the model's longest side
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     pub(super) cells: u32,
@@ -59,7 +59,7 @@ pub(crate) struct BakeHow {
 impl Default for BakeHow {
     fn default() -> Self {
         let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
-        Self { lighting: vec![], vertices: None, error: bake::BakeSettings::default().error, cells, volume_rays: rays }
+        Self { lighting: vec![], vertices: None, error: None, cells, volume_rays: rays }
     }
 }
 
@@ -134,7 +134,11 @@ pub(super) fn baked(
 ) -> anyhow::Result<Bake> {
     let volume = volume::VolumeSettings { cells: how.cells, rays: how.volume_rays };
     let options = Options { lightings: lightings.to_vec(), volume, ..Options::of(site) };
-    let settings = bake::BakeSettings { vertices: how.vertices.unwrap_or(usual.vertices), error: how.error, ..usual };
+    let settings = bake::BakeSettings {
+        vertices: how.vertices.unwrap_or(usual.vertices),
+        error: how.error.unwrap_or(usual.error),
+        ..usual
+    };
     let bar = super::terminal::progress::bar(shown, "{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
     let made = bake(site, scene, &options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;

@@ -91,6 +91,7 @@ pub(super) fn viewed(
     let lightings = lightings(site, &how.lighting)?;
     let usual = bake::BakeSettings {
         vertices: usual_vertices(scene.mesh.triangles.len()),
+        error: 0.05,
         sun_apart: true,
         coarse: COARSE,
         ..bake::BakeSettings::default()
