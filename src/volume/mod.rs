@@ -192,7 +192,7 @@ impl<'a> Volume<'a> {
         for k in 0..RAYS {
             let Some((direction, _)) = lobes.sample(0.5, cache_points::plastic(u64::from(k))) else { continue };
             let ray = Ray { origin, direction };
-            sum += match scene.tracer.closest(&ray, 1e-4) {
+            sum += match scene.tracer.closest(&ray, 0.0) {
                 None => light.told_sky(direction).unwrap_or_else(|| {
                     untold += 1;
                     light.beyond(scene)

@@ -149,7 +149,7 @@ impl Caster<'_> {
 
     /// Adds what a ray finds; `spread` is its width per metre.
     fn look(&self, ray: &Ray, spread: f32, weight: Vec3, all: &mut Gathered) {
-        let Some(hit) = self.scene.tracer.closest(ray, 1e-4) else {
+        let Some(hit) = self.scene.tracer.closest(ray, 0.0) else {
             all.sky.push(SkyRay { weight, direction: ray.direction });
             return;
         };
@@ -286,7 +286,7 @@ fn scout(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], light: &Ligh
                 let u: Vec2 = (plastic(u64::from(k)) + turn).fract();
                 let (direction, density) = lobes.sample(0.5, u)?;
                 let ray = Ray { origin, direction };
-                let hit = scene.tracer.closest(&ray, 1e-4);
+                let hit = scene.tracer.closest(&ray, 0.0);
                 let radiance = match hit {
                     None => light.sky(direction),
                     Some(hit) => {
