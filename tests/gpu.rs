@@ -295,7 +295,8 @@ fn the_chapel_is_drawn_as_rays_see_its_triangles() {
         volume_for_all: false,
     };
     for (sun_apart, bound) in [(false, 0.003), (true, 0.01)] {
-        let settings = BakeSettings { vertices: 12_000, error: 0.3, views: false, sun_apart, ..BakeSettings::default() };
+        let settings =
+            BakeSettings { vertices: 12_000, error: 0.3, views: false, sun_apart, ..BakeSettings::default() };
         let baked = bake(&site, &scene, &options, &settings, &|_| ()).unwrap().baked;
         let Some(mut drawer) = drawer(&scene, &baked) else { return };
         let reference = Reference::new(&scene, &baked);

@@ -181,7 +181,7 @@ impl Caster<'_> {
         let mut found = Vec::new();
         let mut own: Vec<bool> = places.iter().map(|p| *p != NONE).collect();
         for cache_point in called {
-            let place = self.stand_in(cache_point, places, |a| own[a as usize], &mut found);
+            let place = self.stand_in(cache_point, places, &own, &mut found);
             places[cache_point as usize] = place.unwrap_or_else(|| {
                 second.push(cache_point);
                 own[cache_point as usize] = true;
@@ -191,12 +191,13 @@ impl Caster<'_> {
         second
     }
 
-    /// The gathered place that stands in for a cache point that was not gathered.
+    /// The gathered place that stands in for a cache point that was not gathered: that of a cache point beside it that was (`own`),
+    /// not of one that another stands in for, since the noise of few rays would spread from place to place.
     fn stand_in(
         &self,
         cache_point: u32,
         places: &[u32],
-        gathered: impl Fn(u32) -> bool,
+        own: &[bool],
         found: &mut Vec<super::Weighted>,
     ) -> Option<u32> {
         const ASKED: usize = 2;
@@ -204,8 +205,7 @@ impl Caster<'_> {
         const LEAST_WEIGHT: f32 = 3.0;
         let CachePoint { position, normal } = self.cache_points.list[cache_point as usize];
         self.cache_points.around(position, normal, found);
-        // one that was gathered itself, not one that another stands in for: noise would spread from place to place
-        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && gathered(f.1) && f.1 != cache_point);
+        let near = found.iter().filter(|f| f.0 > LEAST_WEIGHT && own[f.1 as usize] && f.1 != cache_point);
         let seen = near.take(ASKED).find(|f| self.cache_points.sees(self.scene, f.1, position, normal));
         seen.map(|f| places[f.1 as usize])
     }
@@ -218,9 +218,8 @@ impl Caster<'_> {
         open.retain(|&a| places[a as usize] == NONE);
         let mut own = vec![false; places.len()];
         gathered.iter().for_each(|g| own[g.cache_point as usize] = true);
-        let own = |a: u32| own[a as usize];
         let stand_ins: Vec<_> =
-            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, own, found)).collect();
+            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, &own, found)).collect();
         for (&cache_point, place) in open.iter().zip(&stand_ins) {
             places[cache_point as usize] = place.unwrap_or(NONE);
         }
