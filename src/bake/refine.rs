@@ -4,12 +4,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-use super::BakeSettings;
 use super::mesh::{Edges, Sample, Surface, longest};
+use super::{BakeSettings, morton};
 use crate::panorama::luminance;
 use crate::render::{Irradiance, Relit, Source};
 use crate::statistics::median;
-use crate::transfer::LOT;
 use crate::volume::Nearby;
 
 /// Light at samples, under all lightings.
@@ -46,6 +45,9 @@ const BLIND: f32 = 0.3;
 
 /// From edges this share of the coarse length on, an edge half as long may be twice as far off: what it blurs is half as wide.
 const FULL: f32 = 0.25;
+
+/// So many samples share what look-ups found.
+const LOT: usize = 512;
 
 /// Nothing is looked at from nearer than this, metres.
 const NEAR_M: f32 = 1.0;
@@ -296,17 +298,34 @@ impl Lights<'_> {
         if self.relit.is_empty() {
             return Lit::default();
         }
-        let lots: Vec<Lit> = samples.par_chunks(LOT).map(|lot| self.lot(lot)).collect();
-        lots.into_iter().fold(Lit::default(), |mut all, lot| {
-            all.append(lot);
-            all
-        })
+        // those that lie together one after the other: what was found for one serves the next
+        let all = || samples.iter().map(|s| s.position);
+        let (low, high) = all().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let scale = 1.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
+        let mut order: Vec<(u32, u32)> = (0..).zip(all()).map(|(i, p)| (morton((p - low) * scale), i)).collect();
+        order.par_sort_unstable();
+        let lots: Vec<Lit> = order.par_chunks(LOT).map(|lot| self.lot(samples, lot)).collect();
+        let values = self.values();
+        let mut lit = Lit {
+            irradiance: vec![Vec3::ZERO; samples.len() * values],
+            source: vec![Source::None; samples.len()],
+            agreement: vec![0.0; samples.len()],
+        };
+        for (lot, places) in lots.iter().zip(order.chunks(LOT)) {
+            for (from, &(_, to)) in places.iter().enumerate() {
+                let to = to as usize;
+                lit.irradiance[to * values..][..values].copy_from_slice(lot.at(from as u32, values));
+                (lit.source[to], lit.agreement[to]) = (lot.source[from], lot.agreement[from]);
+            }
+        }
+        lit
     }
 
-    fn lot(&self, samples: &[Sample]) -> Lit {
+    /// The light at some of the samples.
+    fn lot(&self, samples: &[Sample], lot: &[(u32, u32)]) -> Lit {
         let mut near: Vec<Nearby> = self.relit.iter().map(|_| Nearby::default()).collect();
         let mut all = Lit::default();
-        for s in samples {
+        for s in lot.iter().map(|(_, i)| &samples[*i as usize]) {
             let (mut source, mut agreement) = (Source::None, 1.0f32);
             for (l, (relit, near)) in self.relit.iter().zip(&mut near).enumerate() {
                 let lit = relit.lit(s.position, s.normal, near);
