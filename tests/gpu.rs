@@ -290,7 +290,7 @@ fn the_chapel_is_drawn_as_rays_see_its_triangles() {
         lightings: vec![site.lightings()[0].clone()],
         probes: site.probes.len(),
         sun: true,
-        volume: VolumeSettings { cells: 12, rays: 32 },
+        volume: VolumeSettings { cells: 12, rays: 32, ..VolumeSettings::default() },
         all_stages: false,
         volume_for_all: false,
     };

@@ -58,7 +58,7 @@ pub(crate) struct BakeHow {
 
 impl Default for BakeHow {
     fn default() -> Self {
-        let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+        let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
         Self { lighting: vec![], vertices: None, error: None, cells, volume_rays: rays }
     }
 }
@@ -132,7 +132,8 @@ pub(super) fn baked(
     usual: bake::BakeSettings,
     shown: bool,
 ) -> anyhow::Result<Bake> {
-    let volume = volume::VolumeSettings { cells: how.cells, rays: how.volume_rays };
+    let volume =
+        volume::VolumeSettings { cells: how.cells, rays: how.volume_rays, ..volume::VolumeSettings::default() };
     let options = Options { lightings: lightings.to_vec(), volume, ..Options::of(site) };
     let settings = bake::BakeSettings {
         vertices: how.vertices.unwrap_or(usual.vertices),

@@ -191,7 +191,7 @@ fn gpu(site: &Site, args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<(
 impl RenderArgs {
     /// All views as they come, into a folder, silently.
     pub(super) fn as_they_come(out: &Path, compare: bool) -> Self {
-        let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+        let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
         let output = Output::silent(out);
         let vertices = bake::BakeSettings::default().vertices;
         Self { samples: SAMPLES, cells, volume_rays: rays, vertices, compare, output, ..Self::default() }
@@ -207,7 +207,11 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         lightings,
         probes: args.probes.map_or(site.probes.len(), |n| n as usize),
         sun: !args.no_sun,
-        volume: volume::VolumeSettings { cells: args.cells, rays: args.volume_rays },
+        volume: volume::VolumeSettings {
+            cells: args.cells,
+            rays: args.volume_rays,
+            ..volume::VolumeSettings::default()
+        },
         all_stages: args.all_stages || args.volume_only,
         volume_for_all: args.volume_only,
     };

@@ -4,6 +4,7 @@ use clap::{Args, ValueHint};
 use clerestory::bake::{self, Bake};
 use clerestory::site::Site;
 use clerestory::viewer::{Extras, write_viewer};
+use clerestory::volume;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -94,6 +95,7 @@ pub(super) fn viewed(
         error: 0.05,
         sun_apart: true,
         coarse: COARSE,
+        spacing: volume::VolumeSettings::default().spacing,
         ..bake::BakeSettings::default()
     };
     let Bake { baked, .. } = baked(site, scene, &lightings, how, usual, shown)?;

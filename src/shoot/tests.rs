@@ -248,7 +248,7 @@ fn the_open_top_of_a_scan_sends_what_records_ask_for() {
     assert!((e / (3.0 * PI) - 1.0).abs().max_element() < 1e-3, "{e}");
     assert!(light.seen_neighbour(&scene, aside, -up).is_none(), "nothing faces down");
     // the volume guesses as much, and says that it is a guess; a picture takes the neighbour
-    let settings = volume::VolumeSettings { cells: 16, rays: 64 };
+    let settings = volume::VolumeSettings { cells: 16, rays: 64, ..volume::VolumeSettings::default() };
     let transport = Transport::cast(&scene, &[(aside, up)], &[&light], &settings);
     let volume = Volume::new(&scene, &transport, &light);
     let guess = volume.irradiance(&scene, aside, up, &mut Nearby::default()).expect("it was wanted");

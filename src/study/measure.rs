@@ -92,7 +92,11 @@ impl Bench<'_> {
         let cameras: Vec<_> = self.truth.iter().map(|t| t.camera).collect();
         let options = Options {
             probes: site.probes.len(),
-            volume: volume::VolumeSettings { cells: value(Parameter::Cells), rays: value(Parameter::Rays) },
+            volume: volume::VolumeSettings {
+                cells: value(Parameter::Cells),
+                rays: value(Parameter::Rays),
+                ..volume::VolumeSettings::default()
+            },
             ..self.options()
         };
         let clock = Clock::start();
@@ -241,7 +245,7 @@ pub(super) fn base(site: &Site, lighting: &str) -> Result<Base, StudyError> {
             width = width.max(panorama::dimensions(&lit.path)?.0 as u32);
         }
     }
-    let volume::VolumeSettings { cells, rays } = volume::VolumeSettings::default();
+    let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
     Ok(Base { width, probes: site.probes.len() as u32, cells, rays, samples: 4 })
 }
 

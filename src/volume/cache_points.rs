@@ -80,13 +80,12 @@ impl CachePoints {
         Self { grid, list: all.into_iter().map(|a| a.1).collect(), starts }
     }
 
-    /// Puts cache points on those of some points (position, normal) that see none close by that faces much as they do: small
+    /// Puts cache points on those of some points (position, normal) that see none within `spacing` cells that faces much as they do: small
     /// things hide from the cache point of their cell, and on a chamfer a neighbour's vector irradiance, of another hemisphere,
     /// says little. At most one each third of a cell along and main direction.
-    pub(super) fn complete(&mut self, scene: &Scene, points: &[(Vec3, Vec3)]) {
+    pub(super) fn complete(&mut self, scene: &Scene, points: &[(Vec3, Vec3)], spacing: f32) {
         const PARTS: f32 = 3.0;
-        /// The farthest that counts as close by, in cells, and the least cosine between normals.
-        const CLOSE: f32 = 0.4;
+        /// Normals whose cosine is more face alike.
         const ALIKE: f32 = 0.85;
         let lonely: Vec<CachePoint> = points
             .par_iter()
@@ -95,7 +94,7 @@ impl CachePoints {
                 let seen = found.iter().any(|&(_, i)| {
                     let near = &self.list[i as usize];
                     near.normal.dot(normal) > ALIKE
-                        && near.position.distance(position) < CLOSE * self.grid.cell_m
+                        && near.position.distance(position) < spacing * self.grid.cell_m
                         && self.sees(scene, i, position, normal)
                 });
                 (!seen).then_some(CachePoint { position, normal })

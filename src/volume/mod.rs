@@ -24,7 +24,7 @@
 //! # let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
 //! // irradiance at a point of the floor, gathered from what the probe saw of the other walls
 //! let point = (Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
-//! let settings = VolumeSettings { cells: 8, rays: 512 };
+//! let settings = VolumeSettings { cells: 8, rays: 512, ..VolumeSettings::default() };
 //! let transport = Transport::cast(&scene, &[point], &[&light], &settings);
 //! let volume = Volume::new(&scene, &transport, &light);
 //! let filled = volume.irradiance(&scene, point.0, point.1, &mut Nearby::default()).expect("was asked for");

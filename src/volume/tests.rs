@@ -153,7 +153,12 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
         .map(|u| (Vec3::new(2.8, 0.8 + u.x, 0.6 + u.y), Vec3::X))
         .collect();
     assert!(points.iter().all(|&(p, n)| light.observe(&scene, p, n).is_none()));
-    let transport = Transport::cast(&scene, &points, &[&light], &VolumeSettings { cells: 32, rays: 96 });
+    let transport = Transport::cast(
+        &scene,
+        &points,
+        &[&light],
+        &VolumeSettings { cells: 32, rays: 96, ..VolumeSettings::default() },
+    );
     let volume = Volume::new(&scene, &transport, &light);
     assert!(!volume.is_empty());
     let mut mean = 0.0;
@@ -192,7 +197,7 @@ fn the_bottom_of_a_cup_that_hides_from_all_anchors_gets_one_of_its_own() {
         points.iter().filter(sees).count()
     };
     assert_eq!(lonely(&cache_points), points.len(), "the cup must hide from the room");
-    cache_points.complete(&scene, &points);
+    cache_points.complete(&scene, &points, VolumeSettings::default().spacing);
     assert_eq!(lonely(&cache_points), 0);
     assert!((1..=4).contains(&(cache_points.list.len() - before)), "{}", cache_points.list.len() - before);
 }
@@ -209,8 +214,12 @@ fn what_stands_in_for_a_place_lies_beside_it() {
     let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::ONE; 64 * 32] };
     let light = Light::new(&scene, [(Arc::new(hits), &picture, Radiometry::default())], None, None);
     let wanted = [(Vec3::new(3.0, 1.0, 0.0), Vec3::Z)];
-    let Transport { cache_points, gathered, places, .. } =
-        Transport::cast(&scene, &wanted, &[&light], &VolumeSettings { cells: 32, rays: 512 });
+    let Transport { cache_points, gathered, places, .. } = Transport::cast(
+        &scene,
+        &wanted,
+        &[&light],
+        &VolumeSettings { cells: 32, rays: 512, ..VolumeSettings::default() },
+    );
     let mut stand_ins = 0;
     for (of, &place) in places.iter().enumerate() {
         let Some(by) = gathered.get(place as usize).map(|g| g.cache_point) else { continue };

@@ -20,11 +20,13 @@ pub struct VolumeSettings {
     pub cells: u32,
     /// Rays from each wanted cache point, on average: those that light more of what is shown get more.
     pub rays: u32,
+    /// A wanted point farther than this from all cache points that face as it does gets one of its own, in cells.
+    pub spacing: f32,
 }
 
 impl Default for VolumeSettings {
     fn default() -> Self {
-        Self { cells: 64, rays: 96 }
+        Self { cells: 64, rays: 96, spacing: 0.4 }
     }
 }
 
@@ -57,7 +59,7 @@ impl Transport {
     pub fn cast(scene: &Scene, wanted: &[(Vec3, Vec3)], lights: &[&Light], settings: &VolumeSettings) -> Self {
         let (low, high) = scene.mesh.bounds();
         let mut cache_points = CachePoints::over(scene, Grid::over(low, high, settings.cells));
-        cache_points.complete(scene, wanted);
+        cache_points.complete(scene, wanted, settings.spacing);
         let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
         let Some(&light) = lights.first() else {
             let places = vec![NONE; cache_points.list.len()];

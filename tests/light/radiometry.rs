@@ -47,7 +47,7 @@ fn relit(site: &Site, scene: &Scene, camera: Camera, lighting: &str) -> Picture 
         lightings: vec![lighting.to_owned()],
         probes: site.probes.len(),
         sun: true,
-        volume: volume::VolumeSettings { cells: 16, rays: 32 },
+        volume: volume::VolumeSettings { cells: 16, rays: 32, ..volume::VolumeSettings::default() },
         all_stages: false,
         volume_for_all: false,
     };
