@@ -273,3 +273,10 @@ fn welded(mesh: &Mesh) -> (Vec<Vec3>, Vec<u32>) {
     let place_of = place_of.collect();
     (places, place_of)
 }
+
+/// Which of 1024³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
+/// order), so that triangles that follow each other share corners.
+pub(super) fn morton(p: Vec3) -> u32 {
+    let cell = (p * 1024.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(1023)).as_uvec3();
+    (0..10).map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit)).sum()
+}

@@ -160,7 +160,7 @@ impl Gather<'_> {
         let key = |i: u32| {
             let piece = &pieces[i as usize];
             let middle = piece.corners.iter().map(|p| self.surface.places[*p as usize]).sum::<Vec3>() / 3.0;
-            let place = morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE));
+            let place = mesh::morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE));
             (material(piece), place >> REGION, piece.patch, place, i)
         };
         order.sort_by_cached_key(|&i| key(i));
@@ -270,15 +270,8 @@ fn sky(light: &Light) -> Picture {
     picture
 }
 
-/// Bits of [`morton`] that tell places within one of 16³ regions: a viewer draws only the runs of triangles that it sees.
+/// Bits of [`mesh::morton`] that tell places within one of 16³ regions: a viewer draws only the runs of triangles that it sees.
 const REGION: u32 = 18;
-
-/// Which of 1024³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
-/// order), so that triangles that follow each other share corners.
-fn morton(p: Vec3) -> u32 {
-    let cell = (p * 1024.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(1023)).as_uvec3();
-    (0..10).map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit)).sum()
-}
 
 /// Texture coordinates to a 65536th of a repeat but at the model's own corners: neighbours share a vertex then.
 fn rounded(uv: Vec2, at: Vec2) -> Vec2 {

@@ -4,8 +4,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-use super::mesh::{Edges, Sample, Surface, longest};
-use super::{BakeSettings, morton};
+use super::BakeSettings;
+use super::mesh::{Edges, Sample, Surface, longest, morton};
 use crate::panorama::luminance;
 use crate::render::{Irradiance, Relit, Source};
 use crate::statistics::median;
