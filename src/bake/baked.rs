@@ -1,6 +1,7 @@
 //! A baked model.
 
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
 use crate::panorama::{Exposure, Picture};
 use crate::render::Source;
@@ -39,6 +40,36 @@ pub struct Baked {
     pub hidden: Vec<u32>,
     /// Irradiance and exposure are on one side of a triangle; so many have both.
     pub two_sided: usize,
+}
+
+/// Some triangles of a material that lie close together, to be drawn, or left out, together.
+pub(crate) struct Run {
+    pub(crate) material: usize,
+    pub(crate) triangles: Range<u32>,
+    /// The box around them: least and greatest corner.
+    pub(crate) low: Vec3,
+    pub(crate) high: Vec3,
+}
+
+impl Baked {
+    /// Triangles in runs; per material its first triangle, and one more at the end.
+    pub(crate) fn runs(&self, triangles: &[[u32; 3]], materials: &[u32]) -> Vec<Run> {
+        /// Triangles of a run.
+        const RUN: u32 = 2048;
+        let mut runs = Vec::new();
+        for (material, ends) in materials.windows(2).enumerate() {
+            for first in (ends[0]..ends[1]).step_by(RUN as usize) {
+                let run = first..ends[1].min(first + RUN);
+                let corners = triangles[run.start as usize..run.end as usize].as_flattened().iter();
+                let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
+                    let p = self.vertices[*v as usize].position;
+                    (low.min(p), high.max(p))
+                });
+                runs.push(Run { material, triangles: run, low, high });
+            }
+        }
+        runs
+    }
 }
 
 /// A vertex.

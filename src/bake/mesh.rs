@@ -274,9 +274,10 @@ fn welded(mesh: &Mesh) -> (Vec<Vec3>, Vec<u32>) {
     (places, place_of)
 }
 
-/// Which of 1024³ cells a point of the unit cube lies in, cells close together mostly having numbers close together (Morton's
-/// order), so that triangles that follow each other share corners.
-pub(super) fn morton(p: Vec3) -> u32 {
+/// Which of 1024³ cells of a cube around a box (least and greatest corner) a point lies in, cells close together mostly having
+/// numbers close together (Morton's order), so that triangles that follow each other share corners.
+pub(super) fn morton(p: Vec3, (low, high): (Vec3, Vec3)) -> u32 {
+    let p = (p - low) / (high - low).max_element().max(f32::MIN_POSITIVE);
     let cell = (p * 1024.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(1023)).as_uvec3();
     (0..10).map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit)).sum()
 }

@@ -13,6 +13,7 @@ mod refine;
 mod settings;
 mod sides;
 
+pub(crate) use baked::Run;
 pub use baked::{Baked, Origin, Vertex};
 pub use light::{BakedLight, Pieces};
 pub use settings::BakeSettings;
@@ -156,11 +157,11 @@ impl Gather<'_> {
         let mesh = &self.scene.mesh;
         let material = |p: &mesh::Piece| mesh.materials[p.triangle as usize];
         let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-        let (low, high) = mesh.bounds();
+        let bounds = mesh.bounds();
         let key = |i: u32| {
             let piece = &pieces[i as usize];
             let middle = piece.corners.iter().map(|p| self.surface.places[*p as usize]).sum::<Vec3>() / 3.0;
-            let place = mesh::morton((middle - low) / (high - low).max_element().max(f32::MIN_POSITIVE));
+            let place = mesh::morton(middle, bounds);
             (material(piece), place >> REGION, piece.patch, place, i)
         };
         order.sort_by_cached_key(|&i| key(i));

@@ -299,24 +299,23 @@ impl Lights<'_> {
             return Lit::default();
         }
         // those that lie together one after the other: what was found for one serves the next
-        let all = || samples.iter().map(|s| s.position);
-        let (low, high) = all().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        let scale = 1.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
-        let mut order: Vec<(u32, u32)> = (0..).zip(all()).map(|(i, p)| (morton((p - low) * scale), i)).collect();
+        let bounds = self.relit[0].scene.mesh.bounds();
+        let key = |(i, s): (u32, &Sample)| (morton(s.position, bounds), i);
+        let mut order: Vec<(u32, u32)> = (0..).zip(samples).map(key).collect();
         order.par_sort_unstable();
         let lots: Vec<Lit> = order.par_chunks(LOT).map(|lot| self.lot(samples, lot)).collect();
+        let mut sorted = Lit::default();
+        lots.into_iter().for_each(|lot| sorted.append(lot));
         let values = self.values();
         let mut lit = Lit {
             irradiance: vec![Vec3::ZERO; samples.len() * values],
             source: vec![Source::None; samples.len()],
             agreement: vec![0.0; samples.len()],
         };
-        for (lot, places) in lots.iter().zip(order.chunks(LOT)) {
-            for (from, &(_, to)) in places.iter().enumerate() {
-                let to = to as usize;
-                lit.irradiance[to * values..][..values].copy_from_slice(lot.at(from as u32, values));
-                (lit.source[to], lit.agreement[to]) = (lot.source[from], lot.agreement[from]);
-            }
+        for (from, &(_, to)) in order.iter().enumerate() {
+            let to = to as usize;
+            lit.irradiance[to * values..][..values].copy_from_slice(sorted.at(from as u32, values));
+            (lit.source[to], lit.agreement[to]) = (sorted.source[from], sorted.agreement[from]);
         }
         lit
     }

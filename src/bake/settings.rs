@@ -13,8 +13,8 @@ pub struct BakeSettings {
     pub sun_apart: bool,
     /// Keep also the triangles as they were with at most so many samples, or uncut where the model alone has more; 0 for none.
     pub coarse: usize,
-    /// As [`VolumeSettings::spacing`](crate::volume::VolumeSettings::spacing): coarser than for pictures, since every place of a
-    /// large model is in each product of light.
+    /// Takes the place of [`VolumeSettings::spacing`](crate::volume::VolumeSettings::spacing): wider than for pictures, since every
+    /// place of a large model is in each product of light.
     pub spacing: f32,
 }
 

@@ -8,12 +8,9 @@ use wgpu::BufferUsages;
 use super::GpuError;
 use super::device::Card;
 use super::mips;
-use crate::bake::Baked;
+use crate::bake::{self, Baked};
 use crate::panorama::{Picture, srgb_to_linear};
 use crate::scene::{Scene, Texture, Wrap};
-
-/// Triangles that are drawn, or left out, together.
-const RUN: u32 = 2048;
 
 /// A vertex but for its light.
 #[repr(C)]
@@ -126,20 +123,14 @@ fn corners(scene: &Scene, baked: &Baked) -> Vec<Corner> {
 }
 
 fn runs(scene: &Scene, baked: &Baked, number: &[usize]) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for (m, triangles) in in_use(baked) {
-        let picture = texture_of(scene, m).map_or(0, |t| number[t as usize]);
-        for first in triangles.clone().step_by(RUN as usize) {
-            let end = triangles.end.min(first + RUN);
-            let corners = baked.triangles[first as usize..end as usize].as_flattened().iter();
-            let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
-                let p = baked.vertices[*v as usize].position;
-                (low.min(p), high.max(p))
-            });
-            runs.push(Run { indices: 3 * first..3 * end, picture, low, high });
-        }
-    }
-    runs
+    let runs = baked.runs(&baked.triangles, &baked.materials).into_iter();
+    let run = |run: bake::Run| Run {
+        indices: 3 * run.triangles.start..3 * run.triangles.end,
+        picture: texture_of(scene, run.material).map_or(0, |t| number[t as usize]),
+        low: run.low,
+        high: run.high,
+    };
+    runs.map(run).collect()
 }
 
 /// The pictures in use with their samplers, a white one first, and per texture of the scene which it is.

@@ -17,7 +17,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::atomic_write::write_atomically;
-use crate::bake::{BakeError, Baked};
+use crate::bake::{BakeError, Baked, Run};
 use crate::panorama::linear_to_srgb;
 use crate::scene::{Scene, Wrap};
 use crate::site::Site;
@@ -278,9 +278,6 @@ fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Resul
     Ok(Some([low.x, low.y, step]))
 }
 
-/// Triangles that are drawn, or left out, together.
-const RUN: usize = 2048;
-
 /// The pictures of the materials in use as blocks, by the number of its texture the number of each, and how each goes on
 /// beyond its rims.
 #[expect(clippy::type_complexity, reason = "two lists")]
@@ -312,22 +309,18 @@ fn runs(
     (triangles, materials, before): (&[[u32; 3]], &[u32], u32),
     numbers: &[Option<i32>],
 ) -> Vec<Range> {
-    let mut all = Vec::new();
-    for (m, ends) in materials.windows(2).enumerate() {
-        let material = &scene.materials[m];
+    let range = |run: Run| {
+        let material = &scene.materials[run.material];
         let lamp = material.emission != Vec3::ZERO;
         let picture = material.texture.filter(|_| !lamp).and_then(|t| numbers[t as usize]).unwrap_or(-1);
-        let albedo = if lamp { Vec3::ONE } else { material.albedo }.to_array();
-        for first in (ends[0]..ends[1]).step_by(RUN) {
-            let count = (ends[1] - first).min(RUN as u32);
-            let corners = triangles[first as usize..(first + count) as usize].iter().flatten();
-            let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| {
-                let p = baked.vertices[*v as usize].position;
-                (low.min(p), high.max(p))
-            });
-            let (low, high) = (low.to_array(), high.to_array());
-            all.push(Range { first: before + first, count, albedo, picture, low, high });
+        Range {
+            first: before + run.triangles.start,
+            count: run.triangles.len() as u32,
+            albedo: if lamp { Vec3::ONE } else { material.albedo }.to_array(),
+            picture,
+            low: run.low.to_array(),
+            high: run.high.to_array(),
         }
-    }
-    all
+    };
+    baked.runs(triangles, materials).into_iter().map(range).collect()
 }

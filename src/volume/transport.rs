@@ -75,10 +75,10 @@ impl Transport {
         for (i, &a) in first.iter().enumerate() {
             places[a as usize] = i as u32;
         }
-        let second = caster.second(&gathered, &mut places);
+        let (second, own) = caster.second(&gathered, &mut places);
         let few = vec![settings.rays.div_ceil(FEWER); second.len()];
         gathered.extend(caster.wave(&second, &few));
-        caster.link(&mut gathered, &mut places);
+        caster.link(&mut gathered, &mut places, &own);
         let beside = Neighbours::find(scene, &cache_points, &gathered, &places);
         Self { cache_points, sun, gathered, places, beside }
     }
@@ -169,8 +169,9 @@ impl Caster<'_> {
     }
 
     /// Which cache points to gather for besides: of those that the rays found, most often first, the ones that no gathered
-    /// place stands in for. `places` holds for each cache point the index of the gathered place that stands for it.
-    fn second(&self, gathered: &[Gathered], places: &mut [u32]) -> Vec<u32> {
+    /// place stands in for. `places` holds for each cache point the index of the gathered place that stands for it. Tells also
+    /// of each cache point whether it is then gathered itself.
+    fn second(&self, gathered: &[Gathered], places: &mut [u32]) -> (Vec<u32>, Vec<bool>) {
         let mut calls = vec![0u32; places.len()];
         for cache_point in gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.cache_point) {
             calls[cache_point as usize] += 1;
@@ -190,7 +191,7 @@ impl Caster<'_> {
                 (gathered.len() + second.len() - 1) as u32
             });
         }
-        second
+        (second, own)
     }
 
     /// The gathered place that stands in for a cache point that was not gathered: that of a cache point beside it that was (`own`),
@@ -213,15 +214,13 @@ impl Caster<'_> {
     }
 
     /// Links the gathered places by the rays that found unseen surfaces.
-    fn link(&self, gathered: &mut [Gathered], places: &mut [u32]) {
+    fn link(&self, gathered: &mut [Gathered], places: &mut [u32], own: &[bool]) {
         let mut open: Vec<u32> = gathered.iter().flat_map(|g| &g.unseen).filter_map(|u| u.cache_point).collect();
         open.sort_unstable();
         open.dedup();
         open.retain(|&a| places[a as usize] == NONE);
-        let mut own = vec![false; places.len()];
-        gathered.iter().for_each(|g| own[g.cache_point as usize] = true);
         let stand_ins: Vec<_> =
-            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, &own, found)).collect();
+            open.par_iter().map_init(Vec::new, |found, &a| self.stand_in(a, places, own, found)).collect();
         for (&cache_point, place) in open.iter().zip(&stand_ins) {
             places[cache_point as usize] = place.unwrap_or(NONE);
         }
