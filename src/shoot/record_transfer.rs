@@ -6,7 +6,7 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 
 use super::hits::{Hits, Sunlit};
-use super::records::{Estimate, Measured, Records, by_cell, measured, row_average};
+use super::records::{Estimate, Measured, Records, measured, measured_as};
 use crate::panorama::{Picture, Radiometry};
 
 /// Some records of one probe, each as E = s ∘ Σ w m over cells, where m is what a cell measured: albedo × radiance where it
@@ -81,9 +81,8 @@ impl RecordTransfer {
 
     /// What each cell measures in a picture of the same size: m of [`RecordTransfer`]; zero for bad pixels.
     pub fn measure(&self, picture: &Picture) -> Vec<Vec3A> {
-        by_cell(&self.hits.chart, |row, x, n| {
-            let l = row_average(picture, &self.radiometry, row, x, n).map_or(Vec3::ZERO, |m| m.radiance);
-            let hit = &self.hits.cells[self.hits.chart.row(row).start + x];
+        measured_as(&self.hits.chart, picture, &self.radiometry, |cell, measured| {
+            let (l, hit) = (measured.map_or(Vec3::ZERO, |m| m.radiance), &self.hits.cells[cell]);
             Vec3A::from(if hit.is_hit() { hit.albedo() * l } else { l })
         })
     }

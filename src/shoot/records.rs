@@ -1,6 +1,6 @@
 //! Records: a probe's hits with the light of one of its pictures.
 
-use glam::{DVec3, U16Vec3, Vec3};
+use glam::{DVec3, U16Vec3, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -325,8 +325,11 @@ pub(super) struct Estimate<'a> {
 impl<'a> Estimate<'a> {
     pub(super) fn new(hits: &'a Hits, measured: &'a [Option<Measured>], sunlit: Option<&'a [Sunlit]>) -> Self {
         let brightness = hits.cells.par_iter().zip(measured).map(|(hit, l)| brightness(hit, *l)).collect();
-        let trust = by_cell(&hits.chart, |row, x, _| trust(hits, measured, row, x));
-        Self { hits, measured, brightness, trust, sunlit }
+        let mut trusts = vec![0.0; hits.chart.len()];
+        split_rows(&hits.chart, &mut trusts).into_par_iter().for_each(|(row, cells)| {
+            cells.iter_mut().enumerate().for_each(|(x, cell)| *cell = trust(hits, measured, row, x));
+        });
+        Self { hits, measured, brightness, trust: trusts, sunlit }
     }
 
     pub(super) fn sunlit(&self, cell: usize) -> Sunlit {
@@ -389,55 +392,43 @@ fn irradiance(rho_l: Vec3, rho2: Vec3) -> [f32; 3] {
 
 /// What each cell of a chart measured, from a picture in the chart's own projection.
 pub(super) fn measured(chart: &Chart, picture: &Picture, radiometry: &Radiometry) -> Vec<Option<Measured>> {
-    by_cell(chart, |row, x, n| row_average(picture, radiometry, row, x, n))
+    measured_as(chart, picture, radiometry, |_, measured| measured)
 }
 
-/// Something of each cell of a chart, given its row, its place in that, and how many cells the row has.
-pub(super) fn by_cell<T: Clone + Default + Send>(
+/// Something of each cell of a chart and what it measured: the mean radiance of the picture's pixels that it overlaps. Pixels that are
+/// not finite or are negative do not count; `None` where none does.
+pub(super) fn measured_as<T: Clone + Default + Send>(
     chart: &Chart,
-    one: impl Fn(usize, usize, usize) -> T + Sync,
-) -> Vec<T> {
-    let mut all = vec![T::default(); chart.len()];
-    split_rows(chart, &mut all).into_par_iter().for_each(|(row, cells)| {
-        let n = cells.len();
-        cells.iter_mut().enumerate().for_each(|(x, cell)| *cell = one(row, x, n));
-    });
-    all
-}
-
-/// The mean radiance of cell `x` of `n` in a row, from the picture's pixels that it overlaps; pixels that are not
-/// finite or are negative do not count; `None` where none does.
-pub(super) fn row_average(
     picture: &Picture,
     radiometry: &Radiometry,
-    row: usize,
-    x: usize,
-    n: usize,
-) -> Option<Measured> {
-    let pixels = &picture.pixels[row * picture.width..][..picture.width];
-    let light = |i: usize| {
-        let r2 = radius2(picture.width, picture.height, i as f32 + 0.5, row as f32 + 0.5);
-        (radiometry.light(pixels[i], r2), radiometry.is_clipped(pixels[i]))
-    };
-    if n == picture.width {
-        return Picture::valid(pixels[x]).then(|| light(x)).map(|(radiance, clipped)| Measured { radiance, clipped });
-    }
-    let scale = picture.width as f32 / n as f32;
-    let (from, to) = (x as f32 * scale, (x + 1) as f32 * scale);
-    let mut sum = Vec3::ZERO;
-    let (mut weight, mut any_clipped) = (0.0, false);
-    // up to the next whole number: f32::ceil is a slow call on plain x86-64
-    let last = (to as usize + usize::from((to as usize as f32) < to)).min(picture.width);
-    for (i, pixel) in pixels.iter().enumerate().take(last).skip(from as usize) {
-        let w = (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
-        if Picture::valid(*pixel) {
-            let (radiance, clipped) = light(i);
-            sum += radiance * w;
-            weight += w;
-            any_clipped |= clipped;
+    one: impl Fn(usize, Option<Measured>) -> T + Sync,
+) -> Vec<T> {
+    let mut all = vec![T::default(); chart.len()];
+    split_rows(chart, &mut all).into_par_iter().for_each_init(Vec::new, |developed, (row, cells)| {
+        let pixels = &picture.pixels[row * picture.width..][..picture.width];
+        developed.clear();
+        developed.extend((0..).zip(pixels).map(|(i, &pixel)| {
+            let r2 = radius2(picture.width, picture.height, i as f32 + 0.5, row as f32 + 0.5);
+            if Picture::valid(pixel) { radiometry.light(pixel, r2).extend(1.0) } else { Vec4::ZERO }
+        }));
+        let scale = picture.width as f32 / cells.len() as f32;
+        let (start, mut from, mut first) = (chart.row(row).start, 0f32, 0);
+        for (x, cell) in cells.iter_mut().enumerate() {
+            let to = (x + 1) as f32 * scale;
+            // up to the next whole number: f32::ceil is a slow call on plain x86-64
+            let whole = to as usize;
+            let last = (whole + usize::from((whole as f32) < to)).min(picture.width);
+            let mut sum = Vec4::ZERO;
+            for (i, &light) in (first..last).zip(&developed[first..last]) {
+                sum += light * (to.min((i + 1) as f32) - from.max(i as f32)).max(0.0);
+            }
+            let clipped = || pixels[first..last].iter().any(|p| Picture::valid(*p) && radiometry.is_clipped(*p));
+            let measured = (sum.w > 0.0).then(|| Measured { radiance: sum.xyz() / sum.w, clipped: clipped() });
+            *cell = one(start + x, measured);
+            (from, first) = (to, whole.min(picture.width));
         }
-    }
-    (weight > 0.0).then(|| Measured { radiance: sum / weight, clipped: any_clipped })
+    });
+    all
 }
 
 impl CellHit {

@@ -32,6 +32,7 @@
 //! ```
 
 mod cache_points;
+mod exchange;
 mod filled;
 mod gathered;
 mod grid;
@@ -52,7 +53,7 @@ pub use transfer::VolumeTransfer;
 pub(crate) use transfer::of_place;
 pub use transport::{Transport, VolumeSettings};
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
@@ -60,6 +61,7 @@ use crate::panorama::luminance;
 use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
 use filled::irradiance;
+use gathered::Gathered;
 use nearby::VisiblePoints;
 use smooth::evened;
 
@@ -74,12 +76,6 @@ pub struct Volume<'a> {
     /// How its places were evened out.
     shares: Vec<Vec<(u32, f32)>>,
 }
-
-/// Unseen places exchange light at most so often. The series converges like (albedo × share of unseen surfaces)ⁿ.
-const BOUNCES: usize = 100;
-
-/// An exchange that changes the light by less than this share is the last.
-const SETTLED: f64 = 1e-4;
 
 impl<'a> Volume<'a> {
     /// Sends a lighting along the rays of a transport.
@@ -217,40 +213,22 @@ impl<'a> Volume<'a> {
     }
 }
 
-/// What unseen places have when they have sent each other light until it settles, from what first arrives at them: Jacobi
-/// steps of E = first + K E, each of which reads only the last one's values.
-fn bounced(transport: &Transport, first: Vec<[Vec3; 3]>) -> Vec<[Vec3; 3]> {
-    let Transport { cache_points, gathered, .. } = transport;
-    let mut last = first.clone();
-    for _ in 0..BOUNCES {
-        let e: Vec<Vec3> = (last.iter().zip(gathered))
-            .map(|(vectors, g)| irradiance(vectors, cache_points.list[g.cache_point as usize].normal))
-            .collect();
-        let next: Vec<[Vec3; 3]> = gathered
-            .par_iter()
-            .zip(&first)
-            .map(|(g, first)| {
-                let mut sum = *first;
-                for link in &g.links {
-                    let theirs = e[link.other as usize].to_array();
-                    for ((sum, weight), e) in sum.iter_mut().zip(link.weights).zip(theirs) {
-                        *sum += weight * e;
-                    }
-                }
-                sum
-            })
-            .collect();
-        let (mut change, mut all) = (0.0, 0.0);
-        for (next, last) in next.iter().flatten().zip(last.iter().flatten()) {
-            change += f64::from(next.distance(*last));
-            all += f64::from(next.length());
+/// What unseen places have when they have sent each other light until it settles, from what first arrives at them.
+fn bounced(transport: &Transport, mut vectors: Vec<[Vec3; 3]>) -> Vec<[Vec3; 3]> {
+    let Transport { cache_points, gathered, exchange, .. } = transport;
+    let received = |(vectors, g): (&[Vec3; 3], &Gathered)| {
+        Vec3A::from(irradiance(vectors, cache_points.list[g.cache_point as usize].normal))
+    };
+    let settled = exchange.settled(vectors.par_iter().zip(gathered).map(received).collect());
+    vectors.par_iter_mut().zip(gathered).for_each(|(vectors, g)| {
+        for link in &g.links {
+            let theirs = settled[link.other as usize].to_array();
+            for ((sum, weight), e) in vectors.iter_mut().zip(link.weights).zip(theirs) {
+                *sum += weight * e;
+            }
         }
-        last = next;
-        if change <= SETTLED * all {
-            break;
-        }
-    }
-    last
+    });
+    vectors
 }
 
 fn add(vectors: &mut [Vec3; 3], weight: Vec3, radiance: Vec3) {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::f32::consts::PI;
 
 use super::cache_points::plastic;
+use super::exchange::Exchange;
 use super::gathered::{Gathered, Link, SeenRay, SkyRay, UnseenRay};
 use super::smooth::Neighbours;
 use super::{CachePoint, CachePoints, Grid, Guide};
@@ -40,6 +41,8 @@ pub struct Transport {
     pub(super) gathered: Vec<Gathered>,
     /// For each cache point the index of the gathered place that stands for it, or [`NONE`].
     pub(super) places: Vec<u32>,
+    /// How gathered places light each other.
+    pub(super) exchange: Exchange,
     /// Which gathered places lie beside each other.
     pub(super) beside: Neighbours,
 }
@@ -63,7 +66,8 @@ impl Transport {
         let sun = lights.iter().find_map(|l| l.sun).map(|s| s.direction);
         let Some(&light) = lights.first() else {
             let places = vec![NONE; cache_points.list.len()];
-            return Self { cache_points, sun, gathered: Vec::new(), places, beside: Neighbours::default() };
+            let (exchange, beside) = (Exchange::default(), Neighbours::default());
+            return Self { cache_points, sun, gathered: Vec::new(), places, exchange, beside };
         };
         let near = cache_points.near(scene, wanted);
         let first: Vec<u32> = near.iter().map(|n| n.0).collect();
@@ -79,8 +83,9 @@ impl Transport {
         let few = vec![settings.rays.div_ceil(FEWER); second.len()];
         gathered.extend(caster.wave(&second, &few));
         caster.link(&mut gathered, &mut places, &own);
+        let exchange = Exchange::new(&cache_points, &gathered);
         let beside = Neighbours::find(scene, &cache_points, &gathered, &places);
-        Self { cache_points, sun, gathered, places, beside }
+        Self { cache_points, sun, gathered, places, exchange, beside }
     }
 }
 
