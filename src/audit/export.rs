@@ -1,6 +1,8 @@
 //! `findings.json`, `findings.csv` and the masks.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::io::Write;
 use std::path::Path;
 
@@ -77,13 +79,14 @@ impl Audit {
     }
 
     /// Writes `findings.json`, `findings.csv` and the masks into a folder that exists. Each file appears whole or not at
-    /// all.
+    /// all. Masks of an earlier audit there that this one has no finding for are removed.
     ///
     /// # Errors
     ///
     /// [`AuditError::Unwritable`] names the file that could not be written.
     pub fn write(&self, folder: &Path) -> Result<(), AuditError> {
         let all: Vec<&Finding> = self.findings.iter().chain(&self.doubts).collect();
+        let mut stale = masks_named(&folder.join("findings.json"));
         for view in &self.views {
             for (id, mask) in &view.masks {
                 let Some(finding) = all.iter().find(|f| f.id == *id) else { continue };
@@ -94,8 +97,31 @@ impl Audit {
             }
         }
         put(&folder.join("findings.csv"), self.csv().as_bytes())?;
-        put(&folder.join("findings.json"), self.json()?.as_bytes())
+        put(&folder.join("findings.json"), self.json()?.as_bytes())?;
+        stale.retain(|file| !all.iter().any(|f| f.masks.values().any(|own| own == file)));
+        for path in stale.iter().map(|file| folder.join(file)).filter(|p| p.is_file()) {
+            fs::remove_file(&path).map_err(|e| AuditError::Unwritable { path, why: e.to_string() })?;
+        }
+        Ok(())
     }
+}
+
+/// The masks that an earlier `findings.json` names, if there is one: files in its own folder.
+fn masks_named(file: &Path) -> BTreeSet<String> {
+    #[derive(Deserialize)]
+    struct Earlier {
+        findings: Vec<Masked>,
+        doubts: Vec<Masked>,
+    }
+    #[derive(Deserialize)]
+    struct Masked {
+        masks: BTreeMap<String, String>,
+    }
+    let Some(earlier) = fs::read(file).ok().and_then(|text| serde_json::from_slice::<Earlier>(&text).ok()) else {
+        return BTreeSet::new();
+    };
+    let all = earlier.findings.into_iter().chain(earlier.doubts).flat_map(|f| f.masks.into_values());
+    all.filter(|name| name.starts_with("mask-") && name.ends_with(".png") && !name.contains(['/', '\\'])).collect()
 }
 
 /// An 8-bit grey PNG, 255 where the mask is set.
@@ -119,8 +145,6 @@ mod tests {
     use crate::audit::finding::{AuditedView, Displacement, Kind, PoseCorrection, Shares, What};
     use crate::audit::verdict::Verdict;
     use crate::panorama::Picture;
-    use std::collections::BTreeMap;
-    use std::fs;
 
     fn finding(id: &str) -> Finding {
         Finding {
@@ -228,6 +252,19 @@ mod tests {
         let mut names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["findings.csv", "findings.json", "mask-nave-F1.png"]);
+    }
+
+    #[test]
+    fn masks_of_an_earlier_audit_are_removed_and_no_other_file() {
+        let dir = tempfile::tempdir().unwrap();
+        audit().write(dir.path()).unwrap();
+        fs::write(dir.path().join("mask-by-hand.png"), "a surveyor's own").unwrap();
+        let mut right = audit();
+        right.findings.clear();
+        right.write(dir.path()).unwrap();
+        let mut names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["findings.csv", "findings.json", "mask-by-hand.png"]);
     }
 
     #[test]

@@ -323,7 +323,13 @@ fn findings(
         Some(Mark { id: finding.id.clone(), kind: kind.to_owned(), mask, bbox: finding.bbox.map(f64::from) })
     };
     let marks: Vec<Mark> = found.chain(doubted).filter(|(f, _)| f.view == view.name).filter_map(mark).collect();
+    let file = format!("view-{}-findings.png", view.name);
     if marks.is_empty() {
+        // an earlier report may have had some
+        let earlier = folder.join(&file);
+        if earlier.is_file() {
+            std::fs::remove_file(&earlier).with_context(|| earlier.display().to_string())?;
+        }
         return Ok(None);
     }
     let shown = |x: u32, y: u32| {
@@ -331,7 +337,6 @@ fn findings(
         image::Rgb((p * 255.0 + 0.5).to_array().map(|v| v as u8))
     };
     let shown = image::RgbImage::from_fn(photo.width as u32, photo.height as u32, shown);
-    let file = format!("view-{}-findings.png", view.name);
     write_file(&folder.join(&file), &marked(&shown, &marks)?)?;
     Ok(Some(file))
 }
