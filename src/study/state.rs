@@ -15,7 +15,7 @@ use crate::atomic_write::write_atomically;
 use crate::site::{Environment, Site, View};
 
 /// Changes with how runs are made, so that figures of two ways never stand in one study.
-const METHOD: &str = "probes in plan order";
+const METHOD: &str = "probes in plan order; places of the volume gathered each for itself";
 
 /// What a study has found so far. Serialises to `study.json`, from which it can be taken up again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
