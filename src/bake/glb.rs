@@ -7,6 +7,7 @@ use std::f32::consts::PI;
 use std::io::Write;
 use std::path::Path;
 
+use super::baked::Paint;
 use super::{BakeError, Baked};
 use crate::atomic_write::write_atomically;
 use crate::scene::{Scene, Wrap};
@@ -109,13 +110,12 @@ pub fn write_glb(
         let colours = chunk.accessors.len() - 1;
         let mut attributes = json!({"POSITION": positions, "COLOR_0": colours});
         let material = &scene.materials[m];
-        // a lamp counts as white: its irradiance stands for what it sends out
-        let lamp = material.emission != Vec3::ZERO;
-        let albedo = if lamp { Vec3::ONE } else { material.albedo.clamp(Vec3::ZERO, Vec3::ONE) };
+        let Paint { albedo, texture } = Paint::of(material);
+        let albedo = albedo.clamp(Vec3::ZERO, Vec3::ONE);
         let mut pbr = json!({
             "baseColorFactor": [albedo.x, albedo.y, albedo.z, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0
         });
-        if let Some(t) = material.texture.filter(|_| !lamp) {
+        if let Some(t) = texture {
             // v runs down
             attributes["TEXCOORD_0"] = chunk.floats("VEC2", vertices.iter().map(|v| [v.uv.x, 1.0 - v.uv.y])).into();
             let texture = &scene.textures[t as usize];

@@ -13,8 +13,8 @@ mod refine;
 mod settings;
 mod sides;
 
-pub(crate) use baked::Run;
 pub use baked::{Baked, Origin, Vertex};
+pub(crate) use baked::{Paint, Run};
 pub use light::{BakedLight, Pieces};
 pub use settings::BakeSettings;
 
@@ -294,16 +294,15 @@ fn exposure(scene: &Scene, baked: &Baked, lighting: usize) -> Exposure {
     let mut pixels = Vec::with_capacity(PLACES);
     let (mut sum, mut next) = (0.0, 0.0);
     for (material, ends) in baked.materials.windows(2).enumerate() {
-        let material = &scene.materials[material];
-        let texture = material.texture.map(|t| &scene.textures[t as usize]);
+        let paint = Paint::of(&scene.materials[material]);
+        let texture = paint.texture.map(|t| &scene.textures[t as usize]);
         for t in &baked.triangles[ends[0] as usize..ends[1] as usize] {
             sum += area(t);
             while next < sum && pixels.len() < PLACES {
                 let mean = |of: &dyn Fn(usize) -> Vec3| t.iter().map(|v| of(*v as usize)).sum::<Vec3>() / 3.0;
                 let colour = mean(&|v| baked.vertices[v].colour * e[v]);
                 let texel = texture.map_or(Vec3::ONE, |t| t.sample(Vec2::ZERO, f32::MAX));
-                let lamp = material.emission != Vec3::ZERO;
-                pixels.push(if lamp { Vec3::ONE } else { material.albedo } * texel * colour / PI);
+                pixels.push(paint.albedo * texel * colour / PI);
                 next += total / PLACES as f64;
             }
         }

@@ -8,7 +8,7 @@ use wgpu::BufferUsages;
 use super::GpuError;
 use super::device::Card;
 use super::mips;
-use crate::bake::{self, Baked};
+use crate::bake::{self, Baked, Paint};
 use crate::panorama::{Picture, srgb_to_linear};
 use crate::scene::{Scene, Texture, Wrap};
 
@@ -97,21 +97,14 @@ fn in_use(baked: &Baked) -> impl Iterator<Item = (usize, std::ops::Range<u32>)> 
     baked.materials.windows(2).enumerate().map(|(m, ends)| (m, ends[0]..ends[1])).filter(|(_, t)| !t.is_empty())
 }
 
-/// The picture that a material is painted with; what a lamp sends out is all in its light, and it has none.
-fn texture_of(scene: &Scene, material: usize) -> Option<u32> {
-    let material = &scene.materials[material];
-    material.texture.filter(|_| material.emission == Vec3::ZERO)
-}
-
 fn corners(scene: &Scene, baked: &Baked) -> Vec<Corner> {
     // no vertex is part of two materials
     let mut albedo = vec![Vec3::ZERO; baked.vertices.len()];
     for (m, triangles) in in_use(baked) {
-        let material = &scene.materials[m];
-        let lamp = material.emission != Vec3::ZERO;
+        let paint = Paint::of(&scene.materials[m]);
         for &v in baked.triangles[triangles.start as usize..triangles.end as usize].as_flattened() {
             let v = v as usize;
-            albedo[v] = if lamp { Vec3::ONE } else { material.albedo * baked.vertices[v].colour };
+            albedo[v] = paint.albedo * baked.vertices[v].colour;
         }
     }
     (baked.vertices.par_iter().zip(&albedo))
@@ -126,7 +119,7 @@ fn runs(scene: &Scene, baked: &Baked, number: &[usize]) -> Vec<Run> {
     let runs = baked.runs(&baked.triangles, &baked.materials).into_iter();
     let run = |run: bake::Run| Run {
         indices: 3 * run.triangles.start..3 * run.triangles.end,
-        picture: texture_of(scene, run.material).map_or(0, |t| number[t as usize]),
+        picture: Paint::of(&scene.materials[run.material]).texture.map_or(0, |t| number[t as usize]),
         low: run.low,
         high: run.high,
     };
@@ -144,7 +137,7 @@ fn pictures(
     let mut number = vec![0; scene.textures.len()];
     let mut all = vec![picture(card, layout, &white)];
     for (m, _) in in_use(baked) {
-        if let Some(t) = texture_of(scene, m).map(|t| t as usize).filter(|t| number[*t] == 0) {
+        if let Some(t) = Paint::of(&scene.materials[m]).texture.map(|t| t as usize).filter(|t| number[*t] == 0) {
             number[t] = all.len();
             all.push(picture(card, layout, &scene.textures[t]));
         }

@@ -17,7 +17,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::atomic_write::write_atomically;
-use crate::bake::{BakeError, Baked, Run};
+use crate::bake::{BakeError, Baked, Paint, Run};
 use crate::panorama::linear_to_srgb;
 use crate::scene::{Scene, Wrap};
 use crate::site::Site;
@@ -310,13 +310,12 @@ fn runs(
     numbers: &[Option<i32>],
 ) -> Vec<Range> {
     let range = |run: Run| {
-        let material = &scene.materials[run.material];
-        let lamp = material.emission != Vec3::ZERO;
-        let picture = material.texture.filter(|_| !lamp).and_then(|t| numbers[t as usize]).unwrap_or(-1);
+        let Paint { albedo, texture } = Paint::of(&scene.materials[run.material]);
+        let picture = texture.and_then(|t| numbers[t as usize]).unwrap_or(-1);
         Range {
             first: before + run.triangles.start,
             count: run.triangles.len() as u32,
-            albedo: if lamp { Vec3::ONE } else { material.albedo }.to_array(),
+            albedo: albedo.to_array(),
             picture,
             low: run.low.to_array(),
             high: run.high.to_array(),
