@@ -22,8 +22,19 @@ pub(super) struct Piece {
     pub(super) triangle: u32,
     /// The smooth surface that it is part of.
     pub(super) patch: u32,
-    /// Edges whose light is known to be even.
-    pub(super) even: [bool; 3],
+    /// The light at the edges' middles.
+    pub(super) middles: [Middle; 3],
+}
+
+/// What is known of the light at the middle of an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Middle {
+    /// Nothing.
+    Unasked,
+    /// It is what the ends say.
+    Even,
+    /// It was looked up, as the candidate of this number, and there has been no room yet.
+    Uneven(u32),
 }
 
 /// A point of a patch that light is asked for.
@@ -82,7 +93,7 @@ impl Surface {
                 corners.swap(1, 2);
                 at.swap(1, 2);
             }
-            pieces.push(Piece { corners, samples: [NONE; 3], at, triangle, patch: 0, even: [false; 3] });
+            pieces.push(Piece { corners, samples: [NONE; 3], at, triangle, patch: 0, middles: [Middle::Unasked; 3] });
         }
         let mut surface = Self { places, pieces, samples: Vec::new(), coarse: Vec::new(), coarse_samples, pull_m };
         surface.find_patches(smooth);
@@ -233,17 +244,18 @@ fn halve(places: &[Vec3], piece: Piece, middles: [Option<(u32, u32)>; 3], parts:
     let (a, b, c) = (longest, (longest + 1) % 3, (longest + 2) % 3);
     let at = [0, 1].map(|k| 0.5 * (piece.at[a][k] + piece.at[b][k]));
     // (a, m, c) and (m, b, c): of their edges the one to the opposite corner is new
-    let part = |corners: [(u32, u32, [f32; 2]); 3], even: [bool; 3]| Piece {
+    let part = |corners: [(u32, u32, [f32; 2]); 3], middles: [Middle; 3]| Piece {
         corners: corners.map(|c| c.0),
         samples: corners.map(|c| c.1),
         at: corners.map(|c| c.2),
-        even,
+        middles,
         ..piece
     };
     let corner = |k: usize| (piece.corners[k], piece.samples[k], piece.at[k]);
     let m = (place, sample, at);
-    halve(places, part([corner(a), m, corner(c)], [false, false, piece.even[c]]), [None, None, middles[c]], parts);
-    halve(places, part([m, corner(b), corner(c)], [false, piece.even[b], false]), [None, middles[b], None], parts);
+    let new = Middle::Unasked;
+    halve(places, part([corner(a), m, corner(c)], [new, new, piece.middles[c]]), [None, None, middles[c]], parts);
+    halve(places, part([m, corner(b), corner(c)], [new, piece.middles[b], new]), [None, middles[b], None], parts);
 }
 
 /// The longest of those edges of a piece that are wanted; of equals the one whose ends come first.

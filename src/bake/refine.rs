@@ -2,10 +2,9 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 use super::BakeSettings;
-use super::mesh::{Edges, Sample, Surface, longest, morton};
+use super::mesh::{Edges, Middle, Sample, Surface, longest, morton};
 use crate::panorama::luminance;
 use crate::render::{Irradiance, Relit, Source};
 use crate::statistics::median;
@@ -82,8 +81,7 @@ pub(super) fn refine(
         };
         (0..values).map(one).fold(0.0, f32::max)
     };
-    // middles that were looked up, with their light, for edges that had no room so far
-    let mut kept: HashMap<([u32; 2], u32), u32> = HashMap::new();
+    // middles that were looked up, with their light
     let (mut candidates, mut seen): (Vec<Sample>, Lit) = Default::default();
     loop {
         let edges = surface.edges();
@@ -92,27 +90,27 @@ pub(super) fn refine(
             .filter(|&r| {
                 let run = &edges.runs[r as usize];
                 let length = surface.length(run.ends);
-                if length <= finest || edges.of(run).iter().all(|e| even(surface, e.2)) {
+                if length <= finest || state(surface, &edges, r) == Middle::Even {
                     return false;
                 }
                 let [a, b] = sample_ends(surface, &edges, run);
                 length > BLIND * coarse || differ(lit.at(a, values), lit.at(b, values)) > settings.error
             })
             .collect();
-        let key = |r: u32| (edges.runs[r as usize].ends, edges.patch(r));
-        let new: Vec<u32> = tested.iter().copied().filter(|&r| !kept.contains_key(&key(r))).collect();
+        let unasked = |r: &u32| state(surface, &edges, *r) == Middle::Unasked;
+        let new: Vec<u32> = tested.iter().copied().filter(unasked).collect();
         let asked: Vec<Sample> = new.par_iter().map(|&r| middle(surface, &edges, r)).collect();
         seen.append(lights.at(&asked));
         for (&r, at) in new.iter().zip(asked) {
-            kept.insert(key(r), candidates.len() as u32);
+            set(surface, &edges, r, Middle::Uneven(candidates.len() as u32));
             candidates.push(at);
         }
         let off = |&r: &u32| {
+            let Middle::Uneven(k) = state(surface, &edges, r) else { return 0.0 };
             let run = &edges.runs[r as usize];
             let [a, b] = sample_ends(surface, &edges, run);
             let (a, b) = (lit.at(a, values), lit.at(b, values));
             let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
-            let k = kept.get(&key(r)).copied().unwrap_or(0);
             let (off, length) = (differ(seen.at(k, values), &between), surface.length(run.ends));
             let far = || eyes.iter().map(|e| e.distance(candidates[k as usize].position)).fold(f32::INFINITY, f32::min);
             if off > settings.error * f32::max(1.0, FULL * coarse / length) {
@@ -127,15 +125,14 @@ pub(super) fn refine(
             let run = &edges.runs[r as usize];
             worst[run.edge as usize] = worst[run.edge as usize].max(off);
             if off == 0.0 {
-                edges.of(run).iter().for_each(|e| set_even(surface, e.2));
-                kept.remove(&key(r));
+                set(surface, &edges, r, Middle::Even);
             }
         }
         let room = settings.vertices.saturating_sub(surface.samples.len());
         // the worst first: what is left over for them is worth more than what lies in their order
         let mut most = room / 2;
-        let known = |r: u32| {
-            let k = *kept.get(&key(r))?;
+        let known = |middle: Middle| {
+            let Middle::Uneven(k) = middle else { return None };
             let one = (seen.at(k, values), seen.source[k as usize], seen.agreement[k as usize]);
             Some((candidates[k as usize], one))
         };
@@ -188,7 +185,7 @@ fn marked(worst: &[f32], most: usize) -> Vec<bool> {
 }
 
 /// Cuts marked edges, and the longest edge of each piece that has one. `known` gives for a run the sample at its middle and
-/// its light where that was looked up. False, and nothing done, where there is no room for so many.
+/// its light where that was looked up, by what is known of it. False, and nothing done, where there is no room for so many.
 fn split<'a>(
     surface: &mut Surface,
     lit: &mut Lit,
@@ -196,7 +193,7 @@ fn split<'a>(
     edges: &Edges,
     mut marked: Vec<bool>,
     room: usize,
-    known: impl Fn(u32) -> Option<(Sample, (&'a [Vec3], Source, f32))>,
+    known: impl Fn(Middle) -> Option<(Sample, (&'a [Vec3], Source, f32))>,
 ) -> bool {
     let edge_of = |at: u32| edges.runs[edges.run_of[at as usize] as usize].edge as usize;
     loop {
@@ -229,7 +226,7 @@ fn split<'a>(
             surface.places.len() as u32 - 1
         });
         middles[r] = Some((place, 0));
-        if known(r as u32).is_none() {
+        if known(state(surface, edges, r as u32)).is_none() {
             asked.push(middle(surface, edges, r as u32));
         }
     }
@@ -238,7 +235,7 @@ fn split<'a>(
     for (r, slot) in middles.iter_mut().enumerate() {
         let Some((_, sample)) = slot else { continue };
         *sample = surface.samples.len() as u32;
-        match known(r as u32) {
+        match known(state(surface, edges, r as u32)) {
             Some((at, light)) => {
                 surface.samples.push(at);
                 lit.push(light);
@@ -270,12 +267,16 @@ fn sample_ends(surface: &Surface, edges: &Edges, run: &super::mesh::Run) -> [u32
     [samples[at as usize % 3], samples[(at as usize + 1) % 3]]
 }
 
-fn even(surface: &Surface, at: u32) -> bool {
-    surface.pieces[at as usize / 3].even[at as usize % 3]
+/// What is known of the light at a run's middle; all its pieces know the same.
+fn state(surface: &Surface, edges: &Edges, run: u32) -> Middle {
+    let at = edges.of(&edges.runs[run as usize])[0].2 as usize;
+    surface.pieces[at / 3].middles[at % 3]
 }
 
-fn set_even(surface: &mut Surface, at: u32) {
-    surface.pieces[at as usize / 3].even[at as usize % 3] = true;
+fn set(surface: &mut Surface, edges: &Edges, run: u32, known: Middle) {
+    for at in edges.of(&edges.runs[run as usize]).iter().map(|e| e.2 as usize) {
+        surface.pieces[at / 3].middles[at % 3] = known;
+    }
 }
 
 /// What tells light at samples.
@@ -361,11 +362,6 @@ impl Lights<'_> {
 }
 
 impl Edges {
-    /// The patch of a run.
-    fn patch(&self, run: u32) -> u32 {
-        self.entries[self.runs[run as usize].range[0] as usize].1
-    }
-
     /// The entries of a run.
     pub(super) fn of(&self, run: &super::mesh::Run) -> &[(u64, u32, u32)] {
         &self.entries[run.range[0] as usize..run.range[1] as usize]
