@@ -98,7 +98,9 @@ impl Audit {
         }
         put(&folder.join("findings.csv"), self.csv().as_bytes())?;
         put(&folder.join("findings.json"), self.json()?.as_bytes())?;
-        stale.retain(|file| !all.iter().any(|f| f.masks.values().any(|own| own == file)));
+        // a view's name may differ in letter case alone, which some file systems do not tell apart
+        let now: BTreeSet<String> = all.iter().flat_map(|f| f.masks.values()).map(|own| own.to_lowercase()).collect();
+        stale.retain(|file| !now.contains(&file.to_lowercase()));
         for path in stale.iter().map(|file| folder.join(file)).filter(|p| p.is_file()) {
             fs::remove_file(&path).map_err(|e| AuditError::Unwritable { path, why: e.to_string() })?;
         }

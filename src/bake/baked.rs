@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use crate::panorama::{Exposure, Picture};
 use crate::render::Source;
-use crate::scene::Material;
 
 /// A baked model, local metres.
 pub struct Baked {
@@ -50,23 +49,6 @@ pub(crate) struct Run {
     /// The box around them: least and greatest corner.
     pub(crate) low: Vec3,
     pub(crate) high: Vec3,
-}
-
-/// What a baked surface is painted with. A lamp counts as white: its irradiance stands for all that it sends out.
-pub(crate) struct Paint {
-    /// Reflectance, which multiplies the texture.
-    pub(crate) albedo: Vec3,
-    pub(crate) texture: Option<u32>,
-}
-
-impl Paint {
-    pub(crate) fn of(material: &Material) -> Self {
-        if material.emission == Vec3::ZERO {
-            Self { albedo: material.albedo, texture: material.texture }
-        } else {
-            Self { albedo: Vec3::ONE, texture: None }
-        }
-    }
 }
 
 impl Baked {

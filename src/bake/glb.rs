@@ -7,7 +7,6 @@ use std::f32::consts::PI;
 use std::io::Write;
 use std::path::Path;
 
-use super::baked::Paint;
 use super::{BakeError, Baked};
 use crate::atomic_write::write_atomically;
 use crate::scene::{Scene, Wrap};
@@ -110,7 +109,7 @@ pub fn write_glb(
         let colours = chunk.accessors.len() - 1;
         let mut attributes = json!({"POSITION": positions, "COLOR_0": colours});
         let material = &scene.materials[m];
-        let Paint { albedo, texture } = Paint::of(material);
+        let (albedo, texture) = material.with_white_lamps();
         let albedo = albedo.clamp(Vec3::ZERO, Vec3::ONE);
         let mut pbr = json!({
             "baseColorFactor": [albedo.x, albedo.y, albedo.z, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0

@@ -13,8 +13,8 @@ mod refine;
 mod settings;
 mod sides;
 
+pub(crate) use baked::Run;
 pub use baked::{Baked, Origin, Vertex};
-pub(crate) use baked::{Paint, Run};
 pub use light::{BakedLight, Pieces};
 pub use settings::BakeSettings;
 
@@ -187,9 +187,10 @@ impl Gather<'_> {
     fn vertex(&mut self, piece: &mesh::Piece, material: u32, corner: usize) -> u32 {
         let Self { scene, surface, lit, known, vertices, sample_of } = self;
         let at = Vec2::from(piece.at[corner]);
-        let textured = scene.materials[material as usize].texture.is_some();
+        let painted = &scene.materials[material as usize];
+        let textured = painted.texture.is_some();
         let uv = if textured { rounded(scene.mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
-        let colour = scene.mesh.colour(piece.triangle, at).unwrap_or(Vec3::ONE);
+        let colour = scene.mesh.colour(piece.triangle, at).filter(|_| !painted.is_lamp()).unwrap_or(Vec3::ONE);
         let [u, v, r, g, b] = [uv.x, uv.y, colour.x, colour.y, colour.z].map(|v| (v + 0.0).to_bits());
         *known.entry((piece.samples[corner], material, [u, v, r, g, b])).or_insert_with(|| {
             let sample = piece.samples[corner] as usize;
@@ -294,15 +295,15 @@ fn exposure(scene: &Scene, baked: &Baked, lighting: usize) -> Exposure {
     let mut pixels = Vec::with_capacity(PLACES);
     let (mut sum, mut next) = (0.0, 0.0);
     for (material, ends) in baked.materials.windows(2).enumerate() {
-        let paint = Paint::of(&scene.materials[material]);
-        let texture = paint.texture.map(|t| &scene.textures[t as usize]);
+        let (plain, texture) = scene.materials[material].with_white_lamps();
+        let texture = texture.map(|t| &scene.textures[t as usize]);
         for t in &baked.triangles[ends[0] as usize..ends[1] as usize] {
             sum += area(t);
             while next < sum && pixels.len() < PLACES {
                 let mean = |of: &dyn Fn(usize) -> Vec3| t.iter().map(|v| of(*v as usize)).sum::<Vec3>() / 3.0;
                 let colour = mean(&|v| baked.vertices[v].colour * e[v]);
                 let texel = texture.map_or(Vec3::ONE, |t| t.sample(Vec2::ZERO, f32::MAX));
-                pixels.push(paint.albedo * texel * colour / PI);
+                pixels.push(plain * texel * colour / PI);
                 next += total / PLACES as f64;
             }
         }

@@ -5,7 +5,6 @@ use std::f32::consts::PI;
 use std::io::Write;
 use std::path::Path;
 
-use super::baked::Paint;
 use super::{BakeError, Baked};
 use crate::atomic_write::write_atomically;
 use crate::scene::Scene;
@@ -34,12 +33,12 @@ pub fn write_ply(
     let kind = if double { "double" } else { "float" };
     let mut albedo = vec![Vec3::ZERO; baked.vertices.len()];
     for (m, ends) in baked.materials.windows(2).enumerate() {
-        let paint = Paint::of(&scene.materials[m]);
-        let texture = paint.texture.map(|t| &scene.textures[t as usize]);
+        let (plain, texture) = scene.materials[m].with_white_lamps();
+        let texture = texture.map(|t| &scene.textures[t as usize]);
         for &v in baked.triangles[ends[0] as usize..ends[1] as usize].iter().flatten() {
             // averaged over a few texels: a vertex stands for what is around it
             let texel = texture.map_or(Vec3::ONE, |t| t.sample(baked.vertices[v as usize].uv, 2.0));
-            albedo[v as usize] = paint.albedo * texel * baked.vertices[v as usize].colour;
+            albedo[v as usize] = plain * texel * baked.vertices[v as usize].colour;
         }
     }
     write_atomically(path, io, |file| {

@@ -8,7 +8,7 @@ use wgpu::BufferUsages;
 use super::GpuError;
 use super::device::Card;
 use super::mips;
-use crate::bake::{self, Baked, Paint};
+use crate::bake::{self, Baked};
 use crate::panorama::{Picture, srgb_to_linear};
 use crate::scene::{Scene, Texture, Wrap};
 
@@ -101,10 +101,10 @@ fn corners(scene: &Scene, baked: &Baked) -> Vec<Corner> {
     // no vertex is part of two materials
     let mut albedo = vec![Vec3::ZERO; baked.vertices.len()];
     for (m, triangles) in in_use(baked) {
-        let paint = Paint::of(&scene.materials[m]);
+        let (plain, _) = scene.materials[m].with_white_lamps();
         for &v in baked.triangles[triangles.start as usize..triangles.end as usize].as_flattened() {
             let v = v as usize;
-            albedo[v] = paint.albedo * baked.vertices[v].colour;
+            albedo[v] = plain * baked.vertices[v].colour;
         }
     }
     (baked.vertices.par_iter().zip(&albedo))
@@ -119,7 +119,7 @@ fn runs(scene: &Scene, baked: &Baked, number: &[usize]) -> Vec<Run> {
     let runs = baked.runs(&baked.triangles, &baked.materials).into_iter();
     let run = |run: bake::Run| Run {
         indices: 3 * run.triangles.start..3 * run.triangles.end,
-        picture: Paint::of(&scene.materials[run.material]).texture.map_or(0, |t| number[t as usize]),
+        picture: scene.materials[run.material].with_white_lamps().1.map_or(0, |t| number[t as usize]),
         low: run.low,
         high: run.high,
     };
@@ -137,7 +137,7 @@ fn pictures(
     let mut number = vec![0; scene.textures.len()];
     let mut all = vec![picture(card, layout, &white)];
     for (m, _) in in_use(baked) {
-        if let Some(t) = Paint::of(&scene.materials[m]).texture.map(|t| t as usize).filter(|t| number[*t] == 0) {
+        if let Some(t) = scene.materials[m].with_white_lamps().1.map(|t| t as usize).filter(|t| number[*t] == 0) {
             number[t] = all.len();
             all.push(picture(card, layout, &scene.textures[t]));
         }

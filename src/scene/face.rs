@@ -19,7 +19,7 @@ impl Scene {
     pub fn paint(&self, face: &Face, white_lamps: bool) -> Paint<'_> {
         let material = &self.materials[self.mesh.materials[face.triangle as usize] as usize];
         let mut paint = Paint { plain: material.albedo, colours: None, texture: None };
-        if white_lamps && material.emission != Vec3::ZERO {
+        if white_lamps && material.is_lamp() {
             paint.plain = Vec3::ONE;
             return paint;
         }

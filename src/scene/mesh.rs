@@ -35,6 +35,19 @@ pub struct Material {
     pub emission: Vec3,
 }
 
+impl Material {
+    /// Whether it sends out light of its own.
+    pub fn is_lamp(&self) -> bool {
+        self.emission != Vec3::ZERO
+    }
+
+    /// Reflectance, and the texture that multiplies it, where irradiance stands for all light that comes from a surface: a lamp
+    /// counts as white.
+    pub fn with_white_lamps(&self) -> (Vec3, Option<u32>) {
+        if self.is_lamp() { (Vec3::ONE, None) } else { (self.albedo, self.texture) }
+    }
+}
+
 impl Mesh {
     /// The corners of a triangle.
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {

@@ -17,7 +17,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::atomic_write::write_atomically;
-use crate::bake::{BakeError, Baked, Paint, Run};
+use crate::bake::{BakeError, Baked, Run};
 use crate::panorama::linear_to_srgb;
 use crate::scene::{Scene, Wrap};
 use crate::site::Site;
@@ -288,8 +288,7 @@ fn pictures(
 ) -> Result<(Vec<Option<i32>>, Vec<[u32; 2]>), ViewerError> {
     let (mut numbers, mut pictures) = (vec![None; scene.textures.len()], Vec::new());
     for (m, _) in baked.materials.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
-        let material = &scene.materials[m];
-        let Some(t) = material.texture.filter(|_| material.emission == Vec3::ZERO) else { continue };
+        let (_, Some(t)) = scene.materials[m].with_white_lamps() else { continue };
         if numbers[t as usize].is_none() {
             let texture = &scene.textures[t as usize];
             let (bytes, kind) =
@@ -310,7 +309,7 @@ fn runs(
     numbers: &[Option<i32>],
 ) -> Vec<Range> {
     let range = |run: Run| {
-        let Paint { albedo, texture } = Paint::of(&scene.materials[run.material]);
+        let (albedo, texture) = scene.materials[run.material].with_white_lamps();
         let picture = texture.and_then(|t| numbers[t as usize]).unwrap_or(-1);
         Range {
             first: before + run.triangles.start,
