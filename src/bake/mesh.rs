@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
+use crate::lists::Lists;
 use crate::scene::{Mesh, Scene};
 
 /// No sample, no patch.
@@ -70,13 +71,30 @@ pub(super) struct Run {
 
 /// All edges of a surface.
 pub(super) struct Edges {
-    /// (ends, patch, 3 · piece + edge), sorted.
-    pub(super) entries: Vec<(u64, u32, u32)>,
+    /// 3 · piece + edge, run by run.
+    entries: Vec<u32>,
+    /// By their ends, then by patch.
     pub(super) runs: Vec<Run>,
     /// For each 3 · piece + edge its run.
     pub(super) run_of: Vec<u32>,
     /// Number of edges.
     pub(super) count: usize,
+}
+
+impl Edges {
+    /// The pieces' edges (3 · piece + edge) of a run.
+    pub(super) fn of(&self, run: &Run) -> &[u32] {
+        &self.entries[run.range[0] as usize..run.range[1] as usize]
+    }
+
+    /// All pieces' edges that lie at the same edge as one of them.
+    pub(super) fn around(&self, at: u32) -> impl Iterator<Item = u32> {
+        let run = self.run_of[at as usize] as usize;
+        let same = move |r: &&Run| r.edge == self.runs[run].edge;
+        let (before, after) = self.runs.split_at(run);
+        let runs = before.iter().rev().take_while(same).chain(after.iter().take_while(same));
+        runs.flat_map(|run| self.of(run)).copied()
+    }
 }
 
 impl Surface {
@@ -124,9 +142,10 @@ impl Surface {
             }
             i
         }
-        for run in edges.entries.chunk_by(|a, b| a.0 == b.0) {
-            for (i, &(_, _, one)) in run.iter().enumerate() {
-                for &(_, _, other) in &run[..i] {
+        // all are of one patch yet: a run is an edge
+        for run in edges.runs.iter().map(|run| edges.of(run)) {
+            for (i, &one) in run.iter().enumerate() {
+                for &other in &run[..i] {
                     let (p, q) = (one / 3, other / 3);
                     let (mine, theirs) = (self.ends(one), self.ends(other));
                     // wound alike, they run along their edge in opposite ways
@@ -184,32 +203,52 @@ impl Surface {
 
     /// All edges.
     pub(super) fn edges(&self) -> Edges {
-        let entry = |(i, piece): (usize, &Piece)| {
-            (0..3u32)
-                .map(move |e| {
-                    let [a, b] = [piece.corners[e as usize], piece.corners[(e as usize + 1) % 3]];
-                    (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), piece.patch, 3 * i as u32 + e)
-                })
-                .collect::<smallvec::SmallVec<[_; 3]>>()
+        /// So many places are handled together.
+        const LOT: usize = 4096;
+        let first = |at: u32| self.ends(at).into_iter().fold(NONE, u32::min);
+        let firsts: Vec<u32> = (0..3 * self.pieces.len() as u32).into_par_iter().map(first).collect();
+        // per place the edges that start there
+        let starting = Lists::of(self.places.len(), || firsts.iter().copied().zip(0..));
+        drop(firsts);
+        let of_lot = |lot: usize| {
+            let mut edges = Edges { entries: Vec::new(), runs: Vec::new(), run_of: Vec::new(), count: 0 };
+            let mut here: Vec<(u32, u32, u32)> = Vec::new();
+            for place in lot * LOT..self.places.len().min((lot + 1) * LOT) {
+                let other = |at: u32| self.ends(at).into_iter().fold(0, u32::max);
+                here.clear();
+                here.extend(starting.get(place).iter().map(|&at| (other(at), self.pieces[at as usize / 3].patch, at)));
+                here.sort_unstable();
+                for edge in here.chunk_by(|a, b| a.0 == b.0) {
+                    for run in edge.chunk_by(|a, b| a.1 == b.1) {
+                        let from = edges.entries.len() as u32;
+                        edges.entries.extend(run.iter().map(|e| e.2));
+                        let range = [from, edges.entries.len() as u32];
+                        edges.runs.push(Run { ends: [place as u32, edge[0].0], range, edge: edges.count as u32 });
+                    }
+                    edges.count += 1;
+                }
+            }
+            edges
         };
-        let mut entries: Vec<(u64, u32, u32)> = self.pieces.par_iter().enumerate().flat_map_iter(entry).collect();
-        entries.par_sort_unstable();
-        let mut runs: Vec<Run> = Vec::new();
-        let mut run_of = vec![0; entries.len()];
-        let (mut count, mut last) = (0, None);
-        for (i, &(ends, patch, at)) in entries.iter().enumerate() {
-            if last != Some((ends, patch)) {
-                count += usize::from(last.is_none_or(|l| l.0 != ends));
-                last = Some((ends, patch));
-                let range = [i as u32; 2];
-                runs.push(Run { ends: [(ends >> 32) as u32, ends as u32], range, edge: count as u32 - 1 });
+        let lots: Vec<Edges> = (0..self.places.len().div_ceil(LOT)).into_par_iter().map(of_lot).collect();
+        let of_all = |count: fn(&Edges) -> usize| lots.iter().map(count).sum();
+        let mut all = Edges {
+            entries: Vec::with_capacity(of_all(|lot| lot.entries.len())),
+            runs: Vec::with_capacity(of_all(|lot| lot.runs.len())),
+            run_of: vec![0; 3 * self.pieces.len()],
+            count: 0,
+        };
+        for lot in lots {
+            let (entries, edges) = (all.entries.len() as u32, all.count as u32);
+            for run in &lot.runs {
+                lot.of(run).iter().for_each(|at| all.run_of[*at as usize] = all.runs.len() as u32);
+                let range = run.range.map(|i| i + entries);
+                all.runs.push(Run { ends: run.ends, range, edge: run.edge + edges });
             }
-            if let Some(run) = runs.last_mut() {
-                run.range[1] = i as u32 + 1;
-            }
-            run_of[at as usize] = runs.len() as u32 - 1;
+            all.entries.extend(lot.entries);
+            all.count += lot.count;
         }
-        Edges { entries, runs, run_of, count }
+        all
     }
 
     /// Keeps the pieces as they are now, if they are coarse enough or none are kept yet.
@@ -223,39 +262,40 @@ impl Surface {
     /// marked edge is halved first, towards the opposite corner (Rivara, *Algorithms for refining triangular grids*, 1984),
     /// so that both sides of an edge are cut at the same place and angles stay bounded.
     pub(super) fn cut(&mut self, middle: impl Fn(u32) -> Option<(u32, u32)> + Sync) {
-        let (places, pieces) = (&self.places, &self.pieces);
-        let one = |(i, piece): (usize, &Piece)| {
-            let middles = [0, 1, 2].map(|e| middle(3 * i as u32 + e));
-            let mut parts = smallvec::SmallVec::<[Piece; 4]>::new();
-            halve(places, *piece, middles, &mut parts);
-            parts
-        };
-        self.pieces = pieces.par_iter().enumerate().flat_map_iter(one).collect();
+        let middles = |i: u32| [0, 1, 2].map(|e| middle(3 * i + e));
+        // a piece has one part more than marked edges; 4 · piece + part
+        let parts = |i: u32| (0..=middles(i).iter().flatten().count() as u32).map(move |k| 4 * i + k);
+        let order: Vec<u32> = (0..self.pieces.len() as u32).into_par_iter().flat_map_iter(parts).collect();
+        let one = |&k: &u32| part(&self.places, self.pieces[k as usize / 4], middles(k / 4), k % 4);
+        self.pieces = order.par_iter().map(one).collect();
     }
 }
 
-/// Halves a piece at the longest of its marked edges, and the halves again.
-fn halve(places: &[Vec3], piece: Piece, middles: [Option<(u32, u32)>; 3], parts: &mut smallvec::SmallVec<[Piece; 4]>) {
-    let Some(longest) = longest(places, &piece.corners, |e| middles[e].is_some()) else {
-        parts.push(piece);
-        return;
-    };
-    let Some((place, sample)) = middles[longest] else { return };
-    let (a, b, c) = (longest, (longest + 1) % 3, (longest + 2) % 3);
-    let at = [0, 1].map(|k| 0.5 * (piece.at[a][k] + piece.at[b][k]));
-    // (a, m, c) and (m, b, c): of their edges the one to the opposite corner is new
-    let part = |corners: [(u32, u32, [f32; 2]); 3], middles: [Middle; 3]| Piece {
-        corners: corners.map(|c| c.0),
-        samples: corners.map(|c| c.1),
-        at: corners.map(|c| c.2),
-        middles,
-        ..piece
-    };
-    let corner = |k: usize| (piece.corners[k], piece.samples[k], piece.at[k]);
-    let m = (place, sample, at);
-    let new = Middle::Unasked;
-    halve(places, part([corner(a), m, corner(c)], [new, new, piece.middles[c]]), [None, None, middles[c]], parts);
-    halve(places, part([m, corner(b), corner(c)], [new, piece.middles[b], new]), [None, middles[b], None], parts);
+/// Halves a piece at the longest of its marked edges, and the halves again: gives the part of this number.
+fn part(places: &[Vec3], mut piece: Piece, mut middles: [Option<(u32, u32)>; 3], mut number: u32) -> Piece {
+    while let Some(longest) = longest(places, &piece.corners, |e| middles[e].is_some()) {
+        let Some((place, sample)) = middles[longest] else { break };
+        let (a, b, c) = (longest, (longest + 1) % 3, (longest + 2) % 3);
+        let at = [0, 1].map(|k| 0.5 * (piece.at[a][k] + piece.at[b][k]));
+        let half = |corners: [(u32, u32, [f32; 2]); 3], middles: [Middle; 3]| Piece {
+            corners: corners.map(|c| c.0),
+            samples: corners.map(|c| c.1),
+            at: corners.map(|c| c.2),
+            middles,
+            ..piece
+        };
+        let corner = |k: usize| (piece.corners[k], piece.samples[k], piece.at[k]);
+        let (m, new) = ((place, sample, at), Middle::Unasked);
+        let first = 1 + u32::from(middles[c].is_some());
+        // (a, m, c) or (m, b, c): of their edges the one to the opposite corner is new
+        (piece, middles) = if number < first {
+            (half([corner(a), m, corner(c)], [new, new, piece.middles[c]]), [None, None, middles[c]])
+        } else {
+            number -= first;
+            (half([m, corner(b), corner(c)], [new, piece.middles[b], new]), [None, middles[b], None])
+        };
+    }
+    piece
 }
 
 /// The longest of those edges of a piece that are wanted; of equals the one whose ends come first.
@@ -292,4 +332,32 @@ pub(super) fn morton(p: Vec3, (low, high): (Vec3, Vec3)) -> u32 {
     let p = (p - low) / (high - low).max_element().max(f32::MIN_POSITIVE);
     let cell = (p * 1024.0).as_ivec3().clamp(glam::IVec3::ZERO, glam::IVec3::splat(1023)).as_uvec3();
     (0..10).map(|bit| (cell.x >> bit & 1 | (cell.y >> bit & 1) << 1 | (cell.z >> bit & 1) << 2) << (3 * bit)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_of_two_patches_are_cut_at_the_edge_that_they_share() {
+        let places = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.5), Vec3::new(0.5, 0.5, 0.0)];
+        let piece = |corners, patch| {
+            let (samples, at) = (corners, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+            Piece { corners, samples, at, triangle: patch, patch, middles: [Middle::Unasked; 3] }
+        };
+        let pieces = vec![piece([0, 1, 2], 0), piece([3, 2, 1], 1)];
+        let (samples, coarse) = (Vec::new(), Vec::new());
+        let mut surface = Surface { places, pieces, samples, coarse, coarse_samples: 0, pull_m: 0.0 };
+        let edges = surface.edges();
+        let runs: Vec<_> = edges.runs.iter().map(|r| (r.ends, edges.of(r).to_vec(), r.edge)).collect();
+        let known = [([0, 1], 0, 0), ([0, 2], 2, 1), ([1, 2], 1, 2), ([1, 2], 4, 2), ([1, 3], 5, 3), ([2, 3], 3, 4)];
+        assert_eq!(runs, known.map(|(ends, at, edge)| (ends, vec![at], edge)));
+        assert!(known.iter().enumerate().all(|(run, k)| edges.run_of[k.1 as usize] == run as u32));
+        let mut around: Vec<u32> = edges.around(4).collect();
+        around.sort_unstable();
+        assert_eq!((around, edges.count), (vec![1, 4], 5));
+        surface.cut(|at| [1, 4].contains(&at).then_some((4, at)));
+        let corners: Vec<_> = surface.pieces.iter().map(|p| (p.corners, p.triangle)).collect();
+        assert_eq!(corners, [([1, 4, 0], 0), ([4, 2, 0], 0), ([2, 4, 3], 1), ([4, 1, 3], 1)]);
+    }
 }

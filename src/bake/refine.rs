@@ -176,7 +176,7 @@ pub(super) fn cut_long(surface: &mut Surface, coarse: f32, most: usize) {
 fn marked(worst: &[f32], most: usize) -> Vec<bool> {
     let mut order: Vec<u32> = (0..worst.len() as u32).filter(|e| worst[*e as usize] > 0.0).collect();
     if order.len() > most {
-        order.sort_by(|a, b| worst[*b as usize].total_cmp(&worst[*a as usize]).then(a.cmp(b)));
+        order.select_nth_unstable_by(most, |a, b| worst[*b as usize].total_cmp(&worst[*a as usize]).then(a.cmp(b)));
         order.truncate(most);
     }
     let mut marked = vec![false; worst.len()];
@@ -193,49 +193,49 @@ fn split<'a>(
     edges: &Edges,
     mut marked: Vec<bool>,
     room: usize,
-    known: impl Fn(Middle) -> Option<(Sample, (&'a [Vec3], Source, f32))>,
+    known: impl Fn(Middle) -> Option<(Sample, (&'a [Vec3], Source, f32))> + Sync,
 ) -> bool {
     let edge_of = |at: u32| edges.runs[edges.run_of[at as usize] as usize].edge as usize;
+    // pieces at edges that were marked last
+    let mut near: Vec<u32> = (0..surface.pieces.len() as u32).collect();
     loop {
-        let more: Vec<usize> = (0..surface.pieces.len() as u32)
-            .into_par_iter()
-            .filter_map(|i| {
-                let any = (0..3).any(|e| marked[edge_of(3 * i + e)]);
-                let longest = longest(&surface.places, &surface.pieces[i as usize].corners, |_| any)?;
-                let edge = edge_of(3 * i + longest as u32);
-                (!marked[edge]).then_some(edge)
-            })
-            .collect();
+        let unmarked = |&i: &u32| {
+            let any = (0..3).any(|e| marked[edge_of(3 * i + e)]);
+            let at = 3 * i + longest(&surface.places, &surface.pieces[i as usize].corners, |_| any)? as u32;
+            (!marked[edge_of(at)]).then_some(at)
+        };
+        let more: Vec<u32> = near.par_iter().filter_map(unmarked).collect();
         if more.is_empty() {
             break;
         }
-        more.into_iter().for_each(|e| marked[e] = true);
+        more.iter().for_each(|&at| marked[edge_of(at)] = true);
+        near = more.par_iter().flat_map_iter(|&at| edges.around(at)).map(|at| at / 3).collect();
     }
-    let mut middles = vec![None; edges.runs.len()];
-    let mut place_of = vec![None; edges.count];
-    let new = edges.runs.iter().filter(|run| marked[run.edge as usize]).count();
-    if new > room {
+    let cut: Vec<u32> = (0..edges.runs.len() as u32)
+        .into_par_iter()
+        .filter(|&r| marked[edges.runs[r as usize].edge as usize])
+        .collect();
+    if cut.len() > room {
         return false;
     }
     surface.keep_coarse();
-    let mut asked = Vec::new();
-    for (r, run) in edges.runs.iter().enumerate().filter(|(_, run)| marked[run.edge as usize]) {
-        let place = *place_of[run.edge as usize].get_or_insert_with(|| {
+    let unknown = |r: &&u32| known(state(surface, edges, **r)).is_none();
+    let asked: Vec<Sample> = cut.par_iter().filter(unknown).map(|&r| middle(surface, edges, r)).collect();
+    let found = lights.at(&asked);
+    let first = surface.samples.len() as u32;
+    // per run its number among those that are cut, counted from 1
+    let mut number_of = vec![0u32; edges.runs.len()];
+    let (mut place_of, mut last, mut next) = (Vec::with_capacity(cut.len()), None, 0);
+    for (&r, number) in cut.iter().zip(1..) {
+        let run = &edges.runs[r as usize];
+        if last != Some(run.edge) {
+            last = Some(run.edge);
             let [a, b] = run.ends.map(|p| surface.places[p as usize]);
             surface.places.push(0.5 * (a + b));
-            surface.places.len() as u32 - 1
-        });
-        middles[r] = Some((place, 0));
-        if known(state(surface, edges, r as u32)).is_none() {
-            asked.push(middle(surface, edges, r as u32));
         }
-    }
-    let found = lights.at(&asked);
-    let mut next = 0;
-    for (r, slot) in middles.iter_mut().enumerate() {
-        let Some((_, sample)) = slot else { continue };
-        *sample = surface.samples.len() as u32;
-        match known(state(surface, edges, r as u32)) {
+        place_of.push(surface.places.len() as u32 - 1);
+        number_of[r as usize] = number;
+        match known(state(surface, edges, r)) {
             Some((at, light)) => {
                 surface.samples.push(at);
                 lit.push(light);
@@ -249,7 +249,10 @@ fn split<'a>(
             }
         }
     }
-    surface.cut(|at| middles[edges.run_of[at as usize] as usize]);
+    surface.cut(|at| {
+        let number = number_of[edges.run_of[at as usize] as usize].checked_sub(1)?;
+        Some((place_of[number as usize], first + number))
+    });
     true
 }
 
@@ -257,24 +260,24 @@ fn split<'a>(
 fn middle(surface: &Surface, edges: &Edges, run: u32) -> Sample {
     let run = &edges.runs[run as usize];
     let [a, b] = run.ends.map(|p| surface.places[p as usize]);
-    surface.sample(0.5 * (a + b), edges.of(run).iter().map(|e| e.2 / 3))
+    surface.sample(0.5 * (a + b), edges.of(run).iter().map(|at| at / 3))
 }
 
 /// The samples at the ends of a run.
 fn sample_ends(surface: &Surface, edges: &Edges, run: &super::mesh::Run) -> [u32; 2] {
-    let at = edges.of(run)[0].2;
+    let at = edges.of(run)[0];
     let samples = surface.pieces[at as usize / 3].samples;
     [samples[at as usize % 3], samples[(at as usize + 1) % 3]]
 }
 
 /// What is known of the light at a run's middle; all its pieces know the same.
 fn state(surface: &Surface, edges: &Edges, run: u32) -> Middle {
-    let at = edges.of(&edges.runs[run as usize])[0].2 as usize;
+    let at = edges.of(&edges.runs[run as usize])[0] as usize;
     surface.pieces[at / 3].middles[at % 3]
 }
 
 fn set(surface: &mut Surface, edges: &Edges, run: u32, known: Middle) {
-    for at in edges.of(&edges.runs[run as usize]).iter().map(|e| e.2 as usize) {
+    for at in edges.of(&edges.runs[run as usize]).iter().map(|at| *at as usize) {
         surface.pieces[at / 3].middles[at % 3] = known;
     }
 }
@@ -304,7 +307,7 @@ impl Lights<'_> {
         let key = |(i, s): (u32, &Sample)| (morton(s.position, bounds), i);
         let mut order: Vec<(u32, u32)> = (0..).zip(samples).map(key).collect();
         order.par_sort_unstable();
-        let lots: Vec<Lit> = order.par_chunks(LOT).map(|lot| self.lot(samples, lot)).collect();
+        let lots: Vec<Lit> = order.par_chunks(LOT).with_max_len(1).map(|lot| self.lot(samples, lot)).collect();
         let mut sorted = Lit::default();
         lots.into_iter().for_each(|lot| sorted.append(lot));
         let values = self.values();
@@ -358,12 +361,5 @@ impl Lights<'_> {
             all.agreement.push(agreement);
         }
         all
-    }
-}
-
-impl Edges {
-    /// The entries of a run.
-    pub(super) fn of(&self, run: &super::mesh::Run) -> &[(u64, u32, u32)] {
-        &self.entries[run.range[0] as usize..run.range[1] as usize]
     }
 }
