@@ -23,7 +23,6 @@ pub use ply::write_ply;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::path::PathBuf;
 
@@ -143,98 +142,137 @@ pub fn bake(
 struct Gather<'a> {
     scene: &'a Scene,
     surface: &'a mesh::Surface,
-    lit: &'a Lit,
-    /// By sample, material, texture coordinates and colour.
-    known: HashMap<(u32, u32, [u32; 5]), u32>,
-    vertices: Vec<Vertex>,
-    sample_of: Vec<usize>,
+    corners: Vec<Corner>,
+    /// Per sample its last vertex, and per vertex the one before it of the same sample, or [`mesh::NONE`].
+    last: Vec<u32>,
+    before: Vec<u32>,
+}
+
+/// A piece's corner; those that are the same are one vertex.
+#[derive(Clone, Copy)]
+struct Corner {
+    place: u32,
+    sample: u32,
+    material: u32,
+    uv: Vec2,
+    colour: Vec3,
+}
+
+impl Corner {
+    /// Whether two corners of one sample are the same.
+    fn is(&self, other: &Self) -> bool {
+        // no two zeros
+        let key =
+            |c: &Self| (c.material, [c.uv.x, c.uv.y, c.colour.x, c.colour.y, c.colour.z].map(|v| (v + 0.0).to_bits()));
+        key(self) == key(other)
+    }
 }
 
 impl Gather<'_> {
     /// Pieces as triangles with where they lie in the model, sorted by material and place in the model, and per material its
     /// first triangle.
     fn triangles(&mut self, pieces: &[mesh::Piece]) -> (Vec<[u32; 3]>, Vec<Origin>, Vec<u32>) {
+        /// So many pieces are read together.
+        const LOT: usize = 1 << 16;
         let mesh = &self.scene.mesh;
-        let material = |p: &mesh::Piece| mesh.materials[p.triangle as usize];
-        let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
         let bounds = mesh.bounds();
         let key = |i: u32| {
             let piece = &pieces[i as usize];
             let middle = piece.corners.iter().map(|p| self.surface.places[*p as usize]).sum::<Vec3>() / 3.0;
             let place = mesh::morton(middle, bounds);
-            (material(piece), place >> REGION, piece.patch, place, i)
+            (mesh.materials[piece.triangle as usize], place >> REGION, piece.patch, place, i)
         };
-        order.sort_by_cached_key(|&i| key(i));
-        let mut triangles = Vec::with_capacity(order.len());
-        let mut origins = Vec::with_capacity(order.len());
+        let mut order: Vec<_> = (0..pieces.len() as u32).into_par_iter().map(key).collect();
+        order.par_sort_unstable();
         let mut materials = vec![0u32; self.scene.materials.len() + 1];
-        for &i in &order {
+        order.iter().for_each(|key| materials[key.0 as usize + 1] += 1);
+        for i in 1..materials.len() {
+            materials[i] += materials[i - 1];
+        }
+        let order: Vec<u32> = order.into_iter().map(|key| key.4).collect();
+        let origin = |&i: &u32| {
             let piece = &pieces[i as usize];
-            materials[material(piece) as usize + 1] += 1;
             let at = piece.at.map(Vec2::from);
             // barycentric coordinates run the other way round on the back
             let back = u32::from((at[1] - at[0]).perp_dot(at[2] - at[0]) < 0.0);
-            origins.push(Origin { side: 2 * piece.triangle + back, at });
-            triangles.push([0, 1, 2].map(|c| self.vertex(piece, material(piece), c)));
-        }
-        for i in 1..materials.len() {
-            materials[i] += materials[i - 1];
+            Origin { side: 2 * piece.triangle + back, at }
+        };
+        let origins = order.par_iter().map(origin).collect();
+        let mut triangles = Vec::with_capacity(order.len());
+        for lot in order.chunks(LOT) {
+            let corners = |&i: &u32| [0, 1, 2].map(|c| self.corner(&pieces[i as usize], c));
+            let corners: Vec<[Corner; 3]> = lot.par_iter().map(corners).collect();
+            triangles.extend(corners.into_iter().map(|all| all.map(|corner| self.vertex(corner))));
         }
         (triangles, origins, materials)
     }
 
-    /// The number of the vertex at a piece's corner.
-    fn vertex(&mut self, piece: &mesh::Piece, material: u32, corner: usize) -> u32 {
-        let Self { scene, surface, lit, known, vertices, sample_of } = self;
+    /// A piece's corner.
+    fn corner(&self, piece: &mesh::Piece, corner: usize) -> Corner {
+        let mesh = &self.scene.mesh;
         let at = Vec2::from(piece.at[corner]);
-        let painted = &scene.materials[material as usize];
+        let material = mesh.materials[piece.triangle as usize];
+        let painted = &self.scene.materials[material as usize];
         let textured = painted.texture.is_some();
-        let uv = if textured { rounded(scene.mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
-        let colour = scene.mesh.colour(piece.triangle, at).filter(|_| !painted.is_lamp()).unwrap_or(Vec3::ONE);
-        let [u, v, r, g, b] = [uv.x, uv.y, colour.x, colour.y, colour.z].map(|v| (v + 0.0).to_bits());
-        *known.entry((piece.samples[corner], material, [u, v, r, g, b])).or_insert_with(|| {
-            let sample = piece.samples[corner] as usize;
-            vertices.push(Vertex {
-                position: surface.places[piece.corners[corner] as usize],
-                normal: surface.samples[sample].normal,
-                lit_at: surface.samples[sample].position,
-                uv,
-                colour,
-                source: lit.source[sample],
-                agreement: lit.agreement[sample],
-                probe: None,
-                seen_by: 0,
-            });
-            sample_of.push(sample);
-            vertices.len() as u32 - 1
-        })
+        let uv = if textured { rounded(mesh.uv(piece.triangle, at).unwrap_or_default(), at) } else { Vec2::ZERO };
+        let colour = mesh.colour(piece.triangle, at).filter(|_| !painted.is_lamp()).unwrap_or(Vec3::ONE);
+        Corner { place: piece.corners[corner], sample: piece.samples[corner], material, uv, colour }
+    }
+
+    /// The number of the vertex at a corner.
+    fn vertex(&mut self, corner: Corner) -> u32 {
+        let last = &mut self.last[corner.sample as usize];
+        let mut vertex = *last;
+        while vertex != mesh::NONE && !self.corners[vertex as usize].is(&corner) {
+            vertex = self.before[vertex as usize];
+        }
+        if vertex == mesh::NONE {
+            vertex = self.corners.len() as u32;
+            self.before.push(std::mem::replace(last, vertex));
+            self.corners.push(corner);
+        }
+        vertex
     }
 }
 
 /// Vertices and triangles, sorted by material and place in the model.
 fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, inner: &[bool]) -> Baked {
-    let mut gather = Gather { scene, surface, lit, known: HashMap::new(), vertices: Vec::new(), sample_of: Vec::new() };
+    let last = vec![mesh::NONE; surface.samples.len()];
+    let mut gather = Gather { scene, surface, corners: Vec::new(), last, before: Vec::new() };
     let (triangles, origins, materials) = gather.triangles(&surface.pieces);
     let (coarse, _, coarse_materials) = gather.triangles(&surface.coarse);
-    let Gather { mut vertices, sample_of, .. } = gather;
-    if let Some((_, light)) = setup.lights.first() {
-        vertices.par_iter_mut().zip(&sample_of).for_each(|(v, &s)| {
-            let s = &surface.samples[s];
-            v.probe = light.finest(scene, s.position, s.normal).map(|(probe, _)| probe);
-            let sees = |r: &&crate::shoot::Records| r.hits().find(scene, s.position, s.normal).is_some();
-            v.seen_by = light.records.iter().filter(sees).count().min(255) as u8;
-        });
-    }
+    let corners = gather.corners;
+    let light = setup.lights.first().map(|(_, light)| light);
+    let vertex = |corner: &Corner| {
+        let &Corner { place, sample, uv, colour, .. } = corner;
+        let (sample, mesh::Sample { position, normal }) = (sample as usize, surface.samples[sample as usize]);
+        let sees = |r: &&crate::shoot::Records| r.hits().find(scene, position, normal).is_some();
+        let seen_by = light.map_or(0, |light| light.records.iter().filter(sees).count().min(255) as u8);
+        let finest = light.filter(|_| seen_by > 0).and_then(|light| light.finest(scene, position, normal));
+        Vertex {
+            position: surface.places[place as usize],
+            normal,
+            lit_at: position,
+            uv,
+            colour,
+            source: lit.source[sample],
+            agreement: lit.agreement[sample],
+            probe: finest.map(|(probe, _)| probe),
+            seen_by,
+        }
+    };
+    let vertices = corners.par_iter().map(vertex).collect();
     let lightings = setup.lights.len();
     let values = lit.irradiance.len() / lit.source.len().max(1);
     // shade, or shade and sun, of each lighting
     let each = values / lightings.max(1);
+    let samples = || corners.iter().map(|c| c.sample as usize);
     let irradiance: Vec<Vec<Vec3>> =
-        (0..lightings).map(|l| sample_of.iter().map(|s| lit.irradiance[s * values + l * each]).collect()).collect();
+        (0..lightings).map(|l| samples().map(|s| lit.irradiance[s * values + l * each]).collect()).collect();
     let suns: Vec<Option<Vec3>> = setup.lights.iter().map(|(_, light)| light.sun.map(|s| s.direction)).collect();
     let sun = |s: usize, l: usize| lit.irradiance[s * values + l * each + 1] - lit.irradiance[s * values + l * each];
     let apart = |(l, known): (usize, &Option<Vec3>)| match known {
-        Some(_) if each > 1 => sample_of.iter().map(|s| sun(*s, l)).collect(),
+        Some(_) if each > 1 => samples().map(|s| sun(s, l)).collect(),
         _ => Vec::new(),
     };
     let sunlight: Vec<Vec<Vec3>> = suns.iter().enumerate().map(apart).collect();
