@@ -50,15 +50,14 @@ pub(super) fn inner(scene: &Scene, eyes: &[Vec3], scan: bool) -> Vec<bool> {
         return (0..count).map(|side| if side % 2 == 0 { fronts > 1.0 - MOSTLY } else { fronts < MOSTLY }).collect();
     }
     let rays = (ALL / count).clamp(LEAST, MOST);
-    // per side the sides that it sees
-    let mut sees: Vec<(u32, Vec<u32>)> =
-        (0..count as u32).into_par_iter().map(|side| (side, seen_by(scene, side, rays))).collect();
+    // per side that is not known to be inner the sides that it sees
+    let rest = (0..count as u32).into_par_iter().filter(|side| !inner[*side as usize]);
+    let mut sees: Vec<(u32, Vec<u32>)> = rest.map(|side| (side, seen_by(scene, side, rays))).collect();
     let enough = (ENCLOSED * rays as f32).ceil() as usize;
     loop {
         let before = sees.len();
         let encloses = |seen: &[u32]| seen.iter().filter(|s| inner[**s as usize]).count() >= enough;
-        let (found, rest): (Vec<_>, Vec<_>) =
-            sees.into_iter().partition(|(side, seen)| inner[*side as usize] || encloses(seen));
+        let (found, rest): (Vec<_>, Vec<_>) = sees.into_iter().partition(|(_, seen)| encloses(seen));
         found.iter().for_each(|(side, _)| inner[*side as usize] = true);
         sees = rest;
         if sees.len() == before || sees.is_empty() {

@@ -32,6 +32,9 @@ const REACH: f32 = 1.75;
 /// How far off a cache point's plane, in cells, halves its weight.
 const OFF_PLANE: f32 = 0.05;
 
+/// A thread takes no more points than this at once: some take far longer than others.
+const MOST_POINTS: usize = 1024;
+
 /// How well a cache point speaks for a point, with its index.
 pub type Weighted = (f32, u32);
 
@@ -89,6 +92,7 @@ impl CachePoints {
         const ALIKE: f32 = 0.85;
         let lonely: Vec<CachePoint> = points
             .par_iter()
+            .with_max_len(MOST_POINTS)
             .map_init(Vec::new, |found, &(position, normal)| {
                 self.around(position, normal, found);
                 let seen = found.iter().any(|&(_, i)| {
@@ -140,7 +144,9 @@ impl CachePoints {
                 }
             }
         }
-        found.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        // the greatest first, of equals the first one: bits of positive numbers are ordered as these are, and one number is
+        // compared faster than two
+        found.sort_unstable_by_key(|&(weight, j)| u64::from(!weight.to_bits()) << 32 | u64::from(j));
     }
 
     /// The cache points that points (position, normal) take values from, each once, in order, with how many points' worth of
@@ -148,6 +154,7 @@ impl CachePoints {
     pub fn near(&self, scene: &Scene, points: &[(Vec3, Vec3)]) -> Vec<(u32, f32)> {
         let mut all: Vec<(u32, f32)> = points
             .par_iter()
+            .with_max_len(MOST_POINTS)
             .fold(
                 || (Vec::new(), Vec::new()),
                 |(mut all, mut found), &(point, normal)| {

@@ -38,7 +38,7 @@ impl Neighbours {
             let seen = others.filter(|f| cache_points.sees(scene, f.1, here.position, here.normal)).take(ENOUGH);
             seen.map(|f| (places[f.1 as usize], (f.0 / CachePoints::FULL_WEIGHT).sqrt())).collect()
         };
-        Self(gathered.par_iter().map_init(Vec::new, beside).collect())
+        Self(gathered.par_iter().with_max_len(64).map_init(Vec::new, beside).collect())
     }
 
     /// What each place's evened vector irradiance is made of: places with their shares, which add up to 1, itself first.

@@ -116,6 +116,8 @@ impl Caster<'_> {
     /// Gathers for cache points with so many rays for each. Cache points close together share what they know of the guide's spheres:
     /// which of them they see.
     fn wave(&self, wave: &[u32], rays: &[u32]) -> Vec<Gathered> {
+        /// A thread takes no more than these at once: some take far longer than others.
+        const MOST_GROUPS: usize = 8;
         let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
         let mut order: Vec<u32> = (0..wave.len() as u32).collect();
         order.sort_unstable_by_key(|&i| wave[i as usize]);
@@ -125,6 +127,7 @@ impl Caster<'_> {
         let groups: Vec<Vec<u32>> = groups.into_values().collect();
         let mut cast: Vec<(u32, Gathered)> = groups
             .par_iter()
+            .with_max_len(MOST_GROUPS)
             .flat_map_iter(|group| {
                 let first = self.cache_points.list[wave[group[0] as usize] as usize];
                 let origin = first.position + first.normal * self.cache_points.lift();
