@@ -1,11 +1,12 @@
 //! A baked model as PLY, for MeshLab and CloudCompare.
 
 use glam::Vec3;
+use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::io::Write;
 use std::path::Path;
 
-use super::{BakeError, Baked};
+use super::{BakeError, Baked, Vertex};
 use crate::atomic_write::write_atomically;
 use crate::scene::Scene;
 use crate::site::Frame;
@@ -31,16 +32,19 @@ pub fn write_ply(
     // where single precision would show
     let double = farthest > 1000.0;
     let kind = if double { "double" } else { "float" };
-    let mut albedo = vec![Vec3::ZERO; baked.vertices.len()];
+    let mut material_of = vec![None; baked.vertices.len()];
     for (m, ends) in baked.materials.windows(2).enumerate() {
-        let (plain, texture) = scene.materials[m].with_white_lamps();
-        let texture = texture.map(|t| &scene.textures[t as usize]);
-        for &v in baked.triangles[ends[0] as usize..ends[1] as usize].iter().flatten() {
-            // averaged over a few texels: a vertex stands for what is around it
-            let texel = texture.map_or(Vec3::ONE, |t| t.sample(baked.vertices[v as usize].uv, 2.0));
-            albedo[v as usize] = plain * texel * baked.vertices[v as usize].colour;
-        }
+        let triangles = &baked.triangles[ends[0] as usize..ends[1] as usize];
+        triangles.iter().flatten().for_each(|v| material_of[*v as usize] = Some(m));
     }
+    let albedo = |(v, material): (&Vertex, &Option<usize>)| {
+        let Some(material) = *material else { return Vec3::ZERO };
+        let (plain, texture) = scene.materials[material].with_white_lamps();
+        // averaged over a few texels: a vertex stands for what is around it
+        let texel = texture.map_or(Vec3::ONE, |t| scene.textures[t as usize].sample(v.uv, 2.0));
+        plain * texel * v.colour
+    };
+    let albedo: Vec<Vec3> = baked.vertices.par_iter().zip(&material_of).map(albedo).collect();
     write_atomically(path, io, |file| {
         let head = format!(
             "ply\nformat binary_little_endian 1.0\ncomment {}\ncomment probes: how many see a vertex, 0: none does; source: \

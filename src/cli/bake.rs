@@ -189,10 +189,12 @@ fn write(folder: &Path, site: &Site, scene: &Scene, baked: &Baked) -> anyhow::Re
         let mut notes = Map::new();
         notes.insert("site".into(), Value::from(site.name.as_str()));
         notes.insert("command".into(), Value::from(command.as_str()));
-        let glb = folder.join(format!("{stem}.glb"));
-        write_glb(&glb, scene, baked, l, notes)?;
-        let ply = folder.join(format!("{stem}.ply"));
-        write_ply(&ply, scene, &site.frame, baked, l, &command)?;
+        let [glb, ply] = ["glb", "ply"].map(|kind| folder.join(format!("{stem}.{kind}")));
+        let (one, other) = rayon::join(
+            || write_glb(&glb, scene, baked, l, notes),
+            || write_ply(&ply, scene, &site.frame, baked, l, &command),
+        );
+        one.and(other)?;
         files.extend([glb, ply]);
     }
     Ok(files)
