@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use crate::audit::decide::assess::assess;
 use crate::audit::decide::merge::{gathered, weigh};
-use crate::audit::decide::occlusion::take_hidden;
 use crate::audit::error::AuditError;
 use crate::audit::finding::Audit;
 use crate::audit::observe::photo::Photo;
@@ -112,7 +111,6 @@ fn audited(
         seen.push(assess(site, &prepared, view, photo, &observed));
     }
     weigh(&mut seen, settings);
-    take_hidden(&mut seen);
     progress("done", steps, steps);
     Ok(gathered(site, lighting, settings, seen))
 }

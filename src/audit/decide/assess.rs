@@ -4,13 +4,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::audit::decide::assessed::{Assessed, Eye, Found, SAMPLES, Sightlines};
+use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
 use crate::audit::observe::photo::Photo;
-use crate::audit::picture::regions::{at_most, bounds, mask_of};
+use crate::audit::picture::regions::{bounds, mask_of};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::Picture;
@@ -77,8 +77,7 @@ pub(crate) fn assess(
             let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
             let finding = finding(site, prepared, view, observed, &j, &mask, w);
             let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
-            let sightlines = sightlines(prepared, observed, &j.region.pixels);
-            Found { finding, mask, pixels: j.region.pixels, normal, log_odds: j.log_odds, part: j.part, sightlines }
+            Found { finding, mask, pixels: j.region.pixels, normal, log_odds: j.log_odds, part: j.part }
         })
         .collect();
     let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
@@ -89,13 +88,6 @@ pub(crate) fn assess(
         distance: observed.surfaces.distance.clone(),
     };
     Assessed { view, field, eye, found }
-}
-
-fn sightlines(prepared: &AuditScene, observed: &Observations, pixels: &[usize]) -> Vec<Sightlines> {
-    let telling = |i: usize| observed.geometry.telling(i).map(|k| prepared.probes[k].origin).collect();
-    let few = at_most(pixels, SAMPLES);
-    let all = few.map(|i| Sightlines { point: observed.surfaces.position[i], probes: telling(i) });
-    all.filter(|s| !s.probes.is_empty()).collect()
 }
 
 /// A surface's albedo, the darker the less squarely it faces the camera.

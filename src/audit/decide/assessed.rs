@@ -5,14 +5,11 @@ use rayon::prelude::*;
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::finding::{AuditedView, Finding};
-use crate::audit::picture::regions::{at_most, mask_of};
+use crate::audit::picture::regions::mask_of;
 use crate::site::Camera;
 
-/// More places of a region tell no more of where it is.
-pub(crate) const SAMPLES: usize = 300;
-
-/// A thing stands at least this share of the surface's distance before it.
-const BEFORE: f32 = 0.03;
+/// A place is on a surface if their distances differ by at most this share.
+const ON: f32 = 0.03;
 
 /// A view with its findings and doubts, before they have numbers.
 pub(crate) struct Assessed {
@@ -33,14 +30,6 @@ pub(crate) struct Found {
     pub(crate) log_odds: f32,
     /// The part of the model whose outline told it, and the logarithm of the odds against its place.
     pub(crate) part: Option<(u32, f32)>,
-    /// Places all over it, with the probes that can tell of them.
-    pub(crate) sightlines: Vec<Sightlines>,
-}
-
-/// A place on a surface and the probes that its being wrong was told by, metres.
-pub(crate) struct Sightlines {
-    pub(crate) point: Vec3,
-    pub(crate) probes: Vec<Vec3>,
 }
 
 /// What of a view is needed to ask what it shows of a place.
@@ -54,11 +43,6 @@ pub(crate) struct Eye {
 }
 
 impl Eye {
-    /// Places on the surfaces that some of these pixels show, spread evenly over them.
-    pub(crate) fn places(&self, pixels: &[usize]) -> impl Iterator<Item = Vec3> {
-        at_most(pixels, SAMPLES).filter(|i| self.distance[*i].is_finite()).map(|i| self.position[i])
-    }
-
     /// The pixel where a place would be, and its distance as a share of the modelled surface's there.
     fn project(&self, point: Vec3) -> Option<(usize, f32)> {
         let place = point.as_dvec3() + self.origin;
@@ -69,14 +53,9 @@ impl Eye {
         Some((i, place.distance(self.camera.pose.position) as f32 / self.distance[i]))
     }
 
-    /// The pixel that shows a place, if the place is before what the model has there.
-    pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
-        self.project(point).filter(|(_, share)| *share < 1.0 - BEFORE).map(|(i, _)| i)
-    }
-
     /// The pixel that shows a place on a modelled surface.
     pub(crate) fn on(&self, point: Vec3) -> Option<usize> {
-        self.project(point).filter(|(_, share)| (share - 1.0).abs() <= BEFORE).map(|(i, _)| i)
+        self.project(point).filter(|(_, share)| (share - 1.0).abs() <= ON).map(|(i, _)| i)
     }
 
     /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.
@@ -93,7 +72,7 @@ mod tests {
     use crate::site::Pose;
 
     #[test]
-    fn a_place_before_a_surface_is_told_from_one_on_it() {
+    fn a_place_before_or_behind_a_surface_is_not_on_it() {
         let pose = Pose::look_at(DVec3::ZERO, DVec3::Y);
         let eye = Eye {
             camera: Camera::with_fov(pose, 8, 8, 60.0),
@@ -101,9 +80,7 @@ mod tests {
             position: vec![],
             distance: vec![4.0; 64],
         };
-        assert_eq!(eye.before(Vec3::new(0.05, 2.0, -0.05)), Some(36));
-        assert_eq!(eye.before(Vec3::new(0.05, 4.0, 0.0)), None);
         assert_eq!((eye.on(Vec3::new(0.05, 4.0, -0.05)), eye.on(Vec3::new(0.05, 2.0, -0.05))), (Some(36), None));
-        assert_eq!(eye.before(Vec3::new(0.0, -2.0, 0.0)), None);
+        assert_eq!(eye.on(Vec3::new(0.0, -4.0, 0.0)), None);
     }
 }

@@ -6,6 +6,7 @@ use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
+use crate::audit::hypothesis::retextured::SLACK_PX;
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
 use crate::audit::likelihood::structure::odds_of;
@@ -67,6 +68,15 @@ pub(crate) fn size(observed: &Observations, pixels: usize) -> f32 {
     (pixels as f32 / observed.usable.len() as f32).ln()
 }
 
+/// Pixels by which a region would be elsewhere in the photograph if it lay so many metres off along its normals.
+fn shift_px(observed: &Observations, region: &Region, metres: f64) -> f32 {
+    let s = &observed.surfaces;
+    mean(region, |i| {
+        let (here, there) = (s.position[i], s.position[i] + s.normal[i] * metres as f32);
+        Some(s.project(there)?.distance(s.project(here)?))
+    })
+}
+
 /// The share of a region's light that it may mirror.
 fn mirrored(observed: &Observations, region: &Region) -> f32 {
     mean(region, |i| {
@@ -79,28 +89,32 @@ fn mismatch(observed: &Observations, region: &Region) -> f32 {
     mean(region, |i| (observed.geometry.able[i] > 0).then_some(observed.geometry.mismatch[i]))
 }
 
-/// A region that photograph and probes do not agree on: off its place, not there, or hidden by something.
+/// A region that photograph and probes do not agree on: off its place, not there, or hidden by something. `None` where they agree:
+/// it is in its place, and what is wrong is its picture.
 pub(crate) fn shape(
     prepared: &AuditScene,
     observed: &Observations,
     shares: &[(u32, u32)],
     inside: &[bool],
-    region: Region,
-) -> Judged {
+    region: &Region,
+) -> Option<Judged> {
     let (g, t) = (&observed.geometry, &observed.texture);
-    let swept = sweep(prepared, observed, &region);
-    let apart = mismatch(observed, &region);
-    let continued = share(&region, |i| observed.continued.score[i] >= 1.0);
+    let apart = mismatch(observed, region);
+    let continued = share(region, |i| observed.continued.score[i] >= 1.0);
+    if apart < AGREES && continued <= CONTINUED {
+        return None;
+    }
+    let swept = sweep(prepared, observed, region);
     let explains = explains(&swept);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
-    let thickness = thickness(&region, observed.surfaces.width);
+    let thickness = thickness(region, observed.surfaces.width);
     let moved = apart >= AGREES
         && explains > 1.0
         && sure
         && swept.pixels > PIXELS_OFF
         && swept.pixels <= thickness
-        && swept.twin.is_none();
-    let (here, there) = behind(prepared, observed, &region).unwrap_or((1.0, f32::NAN));
+        && !swept.twin;
+    let (here, there) = behind(prepared, observed, region).unwrap_or((1.0, f32::NAN));
     let gone = there < BEHIND * here;
     let (covered, whole) = region
         .pixels
@@ -113,28 +127,30 @@ pub(crate) fn shape(
         (true, _) if covered / whole.max(1.0) > WHOLE => What::Moved,
         _ => What::Missing,
     };
-    // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way
-    let vouched = share(&region, |i| t.structure.structured[i] && t.structure.odds[i] <= -ODDS);
-    let other = share(&region, |i| t.structure.structured[i] && t.structure.odds[i] >= ODDS);
+    // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way; but a
+    // surface that has hardly moved in the photograph shows its picture there, too
+    let vouched = share(region, |i| t.structure.structured[i] && t.structure.odds[i] <= -ODDS);
+    let vouched = if moved && shift_px(observed, region, swept.best_m) < SLACK_PX { f32::NAN } else { vouched };
+    let other = share(region, |i| t.structure.structured[i] && t.structure.odds[i] >= ODDS);
     // where photograph and probes agree, a surface may still go on over what the model has there
-    let goes_on = if apart < DISAGREE { mean(&region, |i| Some(observed.continued.score[i])) } else { 0.0 };
+    let goes_on = if apart < DISAGREE { mean(region, |i| Some(observed.continued.score[i])) } else { 0.0 };
     let (log_odds, evidence) = SHAPE.weigh([
         apart,
         size(observed, region.pixels.len()),
         vouched,
         if moved { explains } else { 0.0 },
-        mirrored(observed, &region),
-        mean(&region, |i| g.brighter(&observed.surfaces, &prepared.probes, i)),
+        mirrored(observed, region),
+        mean(region, |i| g.brighter(&observed.surfaces, &prepared.probes, i)),
         thickness.ln(),
-        share(&region, |i| !inside[i]),
+        share(region, |i| !inside[i]),
         other,
         goes_on,
     ]);
-    Judged {
+    Some(Judged {
         displacement: (moved && !gone)
             .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
-        ..Judged::new(Kind::Geometry, what, log_odds, evidence, region)
-    }
+        ..Judged::new(Kind::Geometry, what, log_odds, evidence, region.clone())
+    })
 }
 
 /// Per pixel, whether it is well within an outline of the model.
@@ -164,8 +180,7 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
         (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
         mismatch(observed, &region),
         lacking(t, &region.pixels),
-        // these are learnt when all photographs are known
-        f32::NAN,
+        // is learnt when all photographs are known
         f32::NAN,
     ]);
     let structural = odds >= REGION_ODDS && slope < OTHER;
@@ -208,11 +223,9 @@ pub(crate) fn unlike(
     if odds::probability(log_odds) < observed.settings.least_probability {
         return None;
     }
-    let judged = if of_shape >= OF_SHAPE {
-        shape(prepared, observed, shares, inside, region)
-    } else {
-        picture(prepared, observed, region)
-    };
+    let of_shape = of_shape >= OF_SHAPE;
+    let judged = of_shape.then(|| shape(prepared, observed, shares, inside, &region)).flatten();
+    let judged = judged.unwrap_or_else(|| picture(prepared, observed, region));
     Some(Judged { log_odds, evidence, ..judged })
 }
 

@@ -85,7 +85,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let least_likely = observed.settings.least_probability;
     let mut judged: Vec<Judged> = components(&low, &high, w, least, |_, _| true)
         .into_iter()
-        .map(|region| decision::shape(prepared, observed, &shares, &inside, region))
+        .filter_map(|region| decision::shape(prepared, observed, &shares, &inside, &region))
         .filter(|j| j.score() >= least_likely)
         .collect();
     let mut taken = vec![false; w * h];
@@ -108,7 +108,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
         .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, region))
         .collect();
     let judged = unlike.into_iter().fold(judged, with_unlike);
-    let judged = united(with_relaid(judged, prepared, observed), observed);
+    let judged = with_relaid(judged, prepared, observed);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
         j.region.pixels.retain(|i| observed.usable[*i] > 0.0);
@@ -192,42 +192,6 @@ fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
         None => whole,
     });
     others
-}
-
-/// Makes one of regions whose texture is wrong in one way on one material in one plane: a turned floor shows in pieces
-/// where grout or shadow between them speaks for nothing. A doubt joins a finding.
-fn united(judged: Vec<Judged>, observed: &Observations) -> Vec<Judged> {
-    /// Metres between planes that count as one.
-    const APART_M: f32 = 0.05;
-    let s = &observed.surfaces;
-    let middle = |j: &Judged| j.region.pixels[j.region.pixels.len() / 2];
-    let sure = |j: &Judged| observed.calls_fault(j);
-    let alike = |a: &Judged, b: &Judged| {
-        let mapped = matches!(a.what, What::Rotated | What::Mirrored | What::Shifted | What::Scaled);
-        let (i, k) = (middle(a), middle(b));
-        let offset = s.normal[i].dot(s.position[k] - s.position[i]).abs();
-        a.kind == Kind::Texture
-            && b.kind == Kind::Texture
-            && mapped
-            && (a.what == b.what || (b.what == What::Changed && !sure(b)))
-            && sure(a)
-            && s.material[i] == s.material[k]
-            && s.normal[i].dot(s.normal[k]) > 0.99
-            && offset < APART_M
-    };
-    let mut all: Vec<Judged> = Vec::new();
-    let (findings, doubts): (Vec<_>, Vec<_>) = judged.into_iter().partition(sure);
-    for j in findings.into_iter().chain(doubts) {
-        match all.iter_mut().find(|whole| alike(whole, &j)) {
-            Some(whole) => {
-                whole.region.pixels.extend(j.region.pixels);
-                whole.region.pixels.sort_unstable();
-                whole.log_odds = whole.log_odds.max(j.log_odds);
-            }
-            None => all.push(j),
-        }
-    }
-    all
 }
 
 /// Pixels of the smallest region.

@@ -8,7 +8,7 @@ use crate::audit::decide::assess::{extent, note};
 use crate::audit::decide::assessed::{Assessed, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
-use crate::audit::decide::odds::{self, ELSEWHERE, OTHERS, OUTLINE};
+use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
@@ -23,22 +23,20 @@ const FEWEST: u32 = 20;
 /// than asked for is a doubt, and what is less likely than asked for is left out.
 pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     let fields: Vec<&Field> = assessed.iter().map(|a| &a.field).collect();
-    let learnt = |v: usize, f: &Found| {
-        let picture = f.finding.kind == Kind::Texture;
-        let squares = if picture { expected_squares(&fields, v, &f.pixels) } else { None };
-        let others = if picture { elsewhere(assessed, v, f) } else { None };
-        [(ELSEWHERE, squares.map(|n| n.max(1e-9).ln() as f32)), (OTHERS, others)]
+    let squares = |v: usize, f: &Found| {
+        let squares = (f.finding.kind == Kind::Texture).then(|| expected_squares(&fields, v, &f.pixels));
+        squares.flatten().map(|n| n.max(1e-9).ln() as f32)
     };
-    let learnt: Vec<Vec<_>> =
-        assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| learnt(v, f)).collect()).collect();
+    let squares: Vec<Vec<_>> =
+        assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| squares(v, f)).collect()).collect();
     let outlines = outlines(assessed);
-    for (a, learnt) in assessed.iter_mut().zip(learnt) {
-        for (f, learnt) in a.found.iter_mut().zip(learnt) {
+    for (a, squares) in assessed.iter_mut().zip(squares) {
+        for (f, squares) in a.found.iter_mut().zip(squares) {
             if let Some(odds) = f.part.and_then(|(part, _)| outlines.get(&part)) {
                 (f.log_odds, f.finding.evidence) = OUTLINE.weigh([*odds]);
             }
-            for (test, value) in learnt.into_iter().filter_map(|(test, value)| Some((test, value?))) {
-                odds::learn(&mut f.finding, &mut f.log_odds, test, value);
+            if let Some(squares) = squares {
+                odds::learn(&mut f.finding, &mut f.log_odds, squares);
             }
             f.finding.score = odds::probability(f.log_odds);
             f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));
@@ -61,18 +59,6 @@ fn outlines(assessed: &[Assessed]) -> BTreeMap<u32, f32> {
         *sums.entry(part).or_default() += odds;
     }
     sums
-}
-
-/// How far off other photographs are where they show the same surfaces, at most twice the threshold; `None` where none does.
-fn elsewhere(assessed: &[Assessed], view: usize, found: &Found) -> Option<f32> {
-    let places = || assessed[view].eye.places(&found.pixels);
-    let others = assessed
-        .iter()
-        .enumerate()
-        .filter(|(v, _)| *v != view)
-        .flat_map(|(_, a)| places().filter_map(|p| a.eye.on(p)).filter_map(|i| a.field.value(i)));
-    let (sum, n) = others.fold((0.0f32, 0u32), |(s, n), o| (s + o.clamp(0.0, 2.0), n + 1));
-    (n >= FEWEST).then(|| sum / n as f32)
 }
 
 /// One fault with all views that show it.

@@ -8,6 +8,5 @@ pub(crate) mod judge;
 pub(crate) mod judged;
 pub(crate) mod label;
 pub(crate) mod merge;
-pub(crate) mod occlusion;
 pub(crate) mod odds;
 pub(crate) mod scores;

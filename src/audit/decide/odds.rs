@@ -62,12 +62,6 @@ pub(crate) const COLOURED: f32 = 3.0;
 /// Step of colour at a region's borders beyond which a greater one says no more, ΔE00.
 pub(crate) const STEP: f32 = 12.0;
 
-/// How many squares of a right photograph are as far off as a region.
-pub(crate) const ELSEWHERE: &str = "as far off elsewhere";
-
-/// How far off other photographs of the place are.
-pub(crate) const OTHERS: &str = "other photographs of the place";
-
 // The weights are no constants set by hand: they are fitted, as `docs/audit.md` says.
 
 /// A region that photograph and probes do not agree on.
@@ -88,7 +82,7 @@ pub(crate) static SHAPE: Cues<10> = Cues {
 };
 
 /// A region whose structure or colours are not the model's.
-pub(crate) static PICTURE: Cues<10> = Cues {
+pub(crate) static PICTURE: Cues<9> = Cues {
     bias: -4.31,
     cues: [
         Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.04),
@@ -99,8 +93,7 @@ pub(crate) static PICTURE: Cues<10> = Cues {
         Cue::new("step at its borders, times size", "ΔE00 × logarithm", [-7.0, 20.0], 0.0, 0.13),
         Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.53),
         Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.46),
-        Cue::new(ELSEWHERE, "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.14),
-        Cue::new(OTHERS, "× threshold", [0.0, 2.0], 0.5, 0.86),
+        Cue::new("as far off elsewhere", "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.14),
     ],
 };
 
@@ -134,26 +127,27 @@ pub(crate) static LAYING: Cues<4> = Cues {
 pub(crate) static OUTLINE: Cues<1> =
     Cues { bias: -1.54, cues: [Cue::new("odds of another place", "logarithm", [0.0, 20.0], 5.0, 0.28)] };
 
-/// The cues of a picture that are known only when all photographs are.
-fn learnt(test: &str) -> Option<(usize, &'static Cue)> {
-    PICTURE.cues.iter().enumerate().find(|(_, c)| c.test == test && [ELSEWHERE, OTHERS].contains(&test))
+/// The cue of a picture that is known only when all photographs are, and its number.
+fn elsewhere() -> (usize, &'static Cue) {
+    let last = PICTURE.cues.len() - 1;
+    (last, &PICTURE.cues[last])
 }
 
-/// What all photographs together say of a picture takes the place of what spoke neither way.
-pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, test: &str, value: f32) {
-    if finding.evidence[0].test == PICTURE.cues[0].test
-        && let Some((k, cue)) = learnt(test)
-    {
-        let (says, evidence) = cue.says(value);
+/// How many squares of all photographs are as far off as a picture takes the place of what spoke neither way.
+pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, squares: f32) {
+    let (k, cue) = elsewhere();
+    if finding.evidence[0].test == PICTURE.cues[0].test {
+        let (says, evidence) = cue.says(squares);
         finding.evidence[k] = evidence;
         *log_odds += says;
     }
 }
 
-/// Whether a picture may turn out at least as likely a fault as this, whatever other photographs say.
+/// Whether a picture may turn out at least as likely a fault as this, whatever the other photographs show.
 pub(crate) fn may_reach(log_odds: f32, least: f64) -> bool {
-    let most = |test| learnt(test).map_or(0.0, |(_, c)| c.limits.map(|l| c.says(l).0).into_iter().fold(0.0, f32::max));
-    probability(log_odds + most(ELSEWHERE) + most(OTHERS)) >= least
+    let (_, cue) = elsewhere();
+    let most = cue.limits.map(|l| cue.says(l).0).into_iter().fold(0.0, f32::max);
+    probability(log_odds + most) >= least
 }
 
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds: counted on the same rooms.

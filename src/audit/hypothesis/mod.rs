@@ -3,7 +3,6 @@
 pub(crate) mod other_picture;
 pub(crate) mod phase_correlation;
 pub(crate) mod plane_sweep;
-pub(crate) mod probe_match;
 pub(crate) mod recoloured;
 pub(crate) mod retextured;
 pub(crate) mod second_surface;

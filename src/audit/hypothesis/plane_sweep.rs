@@ -17,20 +17,7 @@ pub(crate) struct Swept {
     /// Pixels of parallax that this is.
     pub(crate) pixels: f32,
     /// Another place does nearly as well.
-    pub(crate) twin: Option<f32>,
-}
-
-/// A region is also tried further off than its pixels are, metres: deep niches.
-const FAR_M: [f32; 5] = [0.68, 0.85, 1.07, 1.34, 1.7];
-
-/// A place that far off must leave less than this share of what the best nearer one leaves.
-const FAR_BETTER: f64 = 0.5;
-
-/// All places that a region is tried at, and which of them is the model's own.
-fn places() -> (Vec<f64>, usize) {
-    let near = (0..PLACES).map(place);
-    let all = FAR_M.iter().rev().map(|m| -m).chain(near).chain(FAR_M);
-    (all.map(f64::from).collect(), FAR_M.len() + HERE)
+    pub(crate) twin: bool,
 }
 
 /// More pixels than this tell no more of a region's place.
@@ -56,18 +43,14 @@ pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Reg
         let costs = chosen.iter().map(|i| f64::from(g.cost(&observed.surfaces, &prepared.probes, *i, metres as f32)));
         costs.sum::<f64>() / weights.max(1.0)
     };
-    let (places, own) = places();
-    let mean: Vec<f64> = places.par_iter().map(|m| cost(*m)).collect();
-    let better = |best: usize, k: usize| if mean[k] < mean[best] { k } else { best };
-    let near = FAR_M.len()..FAR_M.len() + PLACES;
-    let (nearest, any) = (near.clone().fold(own, better), (0..mean.len()).fold(own, better));
-    // far off, pictures of anything are compared: by chance one of them is a little better
-    let at = if mean[any] < FAR_BETTER * mean[nearest] { any } else { nearest };
-    let (mut best_m, mut least, mut curvature) = (places[at], mean[at], 0.0);
-    if at > 0 && at + 1 < places.len() {
+    let mean: Vec<f64> = (0..PLACES).into_par_iter().map(|k| cost(place(k).into())).collect();
+    let at = (0..PLACES).fold(HERE, |best, k| if mean[k] < mean[best] { k } else { best });
+    let (mut best_m, mut least, mut curvature) = (f64::from(place(at)), mean[at], 0.0);
+    if at > 0 && at + 1 < PLACES {
         // finer between the neighbours, and the parabola through the best three
         const FINE: usize = 16;
-        let between = |k: usize| places[at - 1] + (places[at + 1] - places[at - 1]) * k as f64 / FINE as f64;
+        let ends = [at - 1, at + 1].map(|k| f64::from(place(k)));
+        let between = |k: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / FINE as f64;
         let fine: Vec<f64> = (0..=FINE).into_par_iter().map(|k| cost(between(k))).collect();
         let k = (1..FINE).fold(1, |best, k| if fine[k] < fine[best] { k } else { best });
         let x = [k - 1, k, k + 1].map(between);
@@ -88,30 +71,15 @@ pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Reg
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
-    let twin = (near.start + 1..near.end - 1)
-        .filter(|k| k.abs_diff(at) > 4)
-        .filter(|&k| mean[k] < mean[k - 1] && mean[k] < mean[k + 1])
-        .filter(|&k| k != own && mean[k] < least + 0.15 * (mean[own] - least))
-        .map(|k| places[k] as f32)
-        .next();
+    let twin = (1..PLACES - 1)
+        .filter(|k| k.abs_diff(at) > 4 && *k != HERE && mean[*k] < mean[k - 1] && mean[*k] < mean[k + 1])
+        .any(|k| mean[k] < least + 0.15 * (mean[HERE] - least));
     Swept {
-        here: mean[own] as f32,
+        here: mean[HERE] as f32,
         least: least as f32,
         best_m,
         uncertainty_m,
         pixels: (best_m.abs() * parallax) as f32,
         twin,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_region_is_tried_from_far_behind_to_far_before_its_place() {
-        let (places, own) = places();
-        assert!(places.windows(2).all(|p| p[0] < p[1]) && places[own] == 0.0);
-        assert!(places.iter().zip(places.iter().rev()).all(|(a, b)| *a == -*b) && places[0] < -1.5);
     }
 }

@@ -8,13 +8,11 @@
 use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
-use crate::audit::hypothesis::probe_match::probe_matches;
 use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, Small, registration};
 use crate::audit::view::{AuditScene, Observations};
 
-/// A part larger than this share of the picture is its room, and of a smaller one than that no probe is asked.
+/// A part larger than this share of the picture is its room.
 const LARGEST: f32 = 0.35;
-const SMALLEST: f32 = 3e-3;
 
 /// A part whose outline the photograph shows elsewhere.
 pub(crate) struct Shifted {
@@ -28,7 +26,7 @@ pub(crate) struct Shifted {
     pub(crate) odds: f32,
 }
 
-/// Looks for parts whose outlines are shifted against the others', in the photograph or in what a probe saw.
+/// Looks for parts whose outlines are shifted against the others'.
 pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shifted> {
     let small = Small::new(prepared, observed);
     let members = small.members();
@@ -44,20 +42,7 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
         let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
         off > least && f.odds > 0.0
     };
-    let mut all: Vec<Shifted> = fits.iter().filter(beside).map(|f| whole(&small, observed, f)).collect();
-    // what is in its place in the photograph need not be in a probe's picture
-    let asked: Vec<(u32, Vec<usize>)> = fits
-        .iter()
-        .filter(|f| !beside(f) && f.members.len() as f32 >= SMALLEST * size)
-        .map(|f| (small.part[f.members[0]], small.at_full_size(observed, f.members, [0, 0])))
-        .collect();
-    all.extend(probe_matches(prepared, observed, &asked).into_iter().map(|w| Shifted {
-        part: asked[w.which].0,
-        pixels: asked[w.which].1.clone(),
-        shift: None,
-        odds: w.odds,
-    }));
-    all
+    fits.iter().filter(beside).map(|f| whole(&small, observed, f)).collect()
 }
 
 /// The part at the audit's size.

@@ -15,7 +15,7 @@ use crate::statistics::median;
 const SIDE: usize = 256;
 
 /// Furthest shift along each side, pixels of that size.
-pub(crate) const REACH: isize = 10;
+const REACH: isize = 10;
 
 /// Less than so many pixels is no shift, nor is less than so many times what half of the outlines are off by.
 const LEAST_PX: f32 = 0.7;
@@ -75,7 +75,7 @@ pub(crate) struct Small {
     pub(crate) distance: Vec<f32>,
     /// Structure of what the model makes: in the probes' light, and its albedo in smooth light. Where a part is off its
     /// place, what the probes saw of the real one is in the first and not in the second.
-    models: Vec<Vec<f32>>,
+    models: [Vec<f32>; 2],
     photo: Vec<f32>,
     /// 1 where the photograph can be used.
     usable: Vec<f32>,
@@ -107,30 +107,21 @@ impl Small {
             if smooth > 0.0 { ln(smooth / std::f32::consts::PI) } else { lit(i) }
         };
         let all = vec![1.0; width * height];
-        let part = (0..width * height).map(|i| prepared.part(s.triangle[middle(i)])).collect();
-        let distance = (0..width * height).map(|i| s.distance[middle(i)]).collect();
-        let models = [(mean(&lit), all.clone()), (mean(&plain), all)];
-        Self { by, ..Self::of(width, height, part, distance, &models, &photo, usable) }
-    }
-
-    /// From logarithms of brightness, of models each with a weight.
-    pub(crate) fn of(
-        width: usize,
-        height: usize,
-        part: Vec<u32>,
-        distance: Vec<f32>,
-        models: &[(Vec<f32>, Vec<f32>)],
-        photo: &[f32],
-        usable: Vec<f32>,
-    ) -> Self {
         let open = EdgeAware::open(width, height);
         let band = |values: &[f32], weights: &[f32]| -> Vec<f32> {
             let [fine, coarse] = BAND.map(|sigma| open.mean(values, weights, sigma));
             fine.iter().zip(&coarse).map(|(f, c)| (f - c).clamp(-1.0, 1.0)).collect()
         };
-        let models = models.iter().map(|(values, weights)| band(values, weights)).collect();
-        let photo = band(photo, &usable);
-        Self { by: 1, width, height, part, distance, models, photo, usable }
+        Self {
+            by,
+            width,
+            height,
+            part: (0..width * height).map(|i| prepared.part(s.triangle[middle(i)])).collect(),
+            distance: (0..width * height).map(|i| s.distance[middle(i)]).collect(),
+            models: [band(&mean(&lit), &all), band(&mean(&plain), &all)],
+            photo: band(&photo, &usable),
+            usable,
+        }
     }
 
     /// Each part's pixels, by its number.
