@@ -36,7 +36,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
         lightings,
         probes: site.probes.len(),
         sun: true,
-        volume: volume::VolumeSettings::default(),
+        volume: volume::VolumeSettings::default().for_products(),
         all_stages: false,
         volume_for_all: false,
     };

@@ -31,7 +31,6 @@ use crate::render::{self, Options, Relit, Setup, SetupError, exposure_of, shown_
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::site::{Camera, Site};
-use crate::volume::VolumeSettings;
 use refine::Lit;
 
 /// Why a baked model cannot be written.
@@ -113,8 +112,7 @@ pub fn bake(
         all.extend(shown_points(scene, seen, &some));
         all
     };
-    let volume = VolumeSettings { spacing: settings.spacing, ..options.volume };
-    let setup = render::prepare_for(site, scene, wanted, &Options { volume, ..options.clone() })?;
+    let setup = render::prepare_for(site, scene, wanted, options)?;
     let volumes = setup.volumes(scene);
     let relit: Vec<Relit> = (setup.lights.iter().zip(&volumes))
         .map(|((_, light), volume)| Relit { scene, light, volume: volume.as_ref(), volume_only: false })

@@ -13,13 +13,10 @@ pub struct BakeSettings {
     pub sun_apart: bool,
     /// Keep also the triangles as they were with at most so many samples, or uncut where the model alone has more; 0 for none.
     pub coarse: usize,
-    /// Takes the place of [`VolumeSettings::spacing`](crate::volume::VolumeSettings::spacing): wider than for pictures, since every
-    /// place of a large model is in each product of light.
-    pub spacing: f32,
 }
 
 impl Default for BakeSettings {
     fn default() -> Self {
-        Self { vertices: 1_000_000, error: 0.08, views: true, sun_apart: false, coarse: 0, spacing: 0.8 }
+        Self { vertices: 1_000_000, error: 0.08, views: true, sun_apart: false, coarse: 0 }
     }
 }

@@ -56,6 +56,13 @@ pub(crate) struct BakeHow {
     pub(super) volume_rays: u32,
 }
 
+impl BakeHow {
+    /// How finely the volume is gathered.
+    pub(super) fn volume(&self) -> volume::VolumeSettings {
+        volume::VolumeSettings { cells: self.cells, rays: self.volume_rays, ..volume::VolumeSettings::default() }
+    }
+}
+
 impl Default for BakeHow {
     fn default() -> Self {
         let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
@@ -93,7 +100,14 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let Model { scene, health, read } = Model::of(&site, &folder)?;
     let start = Instant::now();
     let shown = args.output.told.talks();
-    let Bake { baked, mut setup } = baked(&site, &scene, &lightings, &args.how, bake::BakeSettings::default(), shown)?;
+    let Bake { baked, mut setup } = baked(
+        &site,
+        &scene,
+        &lightings,
+        (&args.how, args.how.volume().for_products()),
+        bake::BakeSettings::default(),
+        shown,
+    )?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
     let bake_s = start.elapsed().as_secs_f64() - set_up_s;
@@ -128,12 +142,10 @@ pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     lightings: &[String],
-    how: &BakeHow,
+    (how, volume): (&BakeHow, volume::VolumeSettings),
     usual: bake::BakeSettings,
     shown: bool,
 ) -> anyhow::Result<Bake> {
-    let volume =
-        volume::VolumeSettings { cells: how.cells, rays: how.volume_rays, ..volume::VolumeSettings::default() };
     let options = Options { lightings: lightings.to_vec(), volume, ..Options::of(site) };
     let settings = bake::BakeSettings {
         vertices: how.vertices.unwrap_or(usual.vertices),

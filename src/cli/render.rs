@@ -203,7 +203,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     let start = Instant::now();
     let views = chosen(&site, &args.view)?;
     let lightings = lightings(&site, args)?;
-    let options = Options {
+    let mut options = Options {
         lightings,
         probes: args.probes.map_or(site.probes.len(), |n| n as usize),
         sun: !args.no_sun,
@@ -221,6 +221,9 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
             "{}: probes have numbered pictures, whose light goes to the model's vertices first. Leave out --method, --volume-only and --all-stages",
             site.file.display()
         );
+    }
+    if video.is_some() {
+        options.volume = options.volume.for_products();
     }
     let photos = if args.compare { photos(&views)? } else { BTreeMap::new() };
     let folder = args.output.folder(&site)?;

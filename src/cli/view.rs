@@ -4,7 +4,6 @@ use clap::{Args, ValueHint};
 use clerestory::bake::{self, Bake};
 use clerestory::site::Site;
 use clerestory::viewer::{Extras, write_viewer};
-use clerestory::volume;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -95,10 +94,9 @@ pub(super) fn viewed(
         error: 0.05,
         sun_apart: true,
         coarse: COARSE,
-        spacing: volume::VolumeSettings::default().spacing,
         ..bake::BakeSettings::default()
     };
-    let Bake { baked, .. } = baked(site, scene, &lightings, how, usual, shown)?;
+    let Bake { baked, .. } = baked(site, scene, &lightings, (how, how.volume()), usual, shown)?;
     let file = folder.join("viewer.html");
     write_viewer(&file, site, scene, &baked, extras)?;
     Ok(Outcome {

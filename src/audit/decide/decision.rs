@@ -89,8 +89,8 @@ fn mismatch(observed: &Observations, region: &Region) -> f32 {
     mean(region, |i| (observed.geometry.able[i] > 0).then_some(observed.geometry.mismatch[i]))
 }
 
-/// A region that photograph and probes do not agree on: off its place, not there, or hidden by something. `None` where they agree:
-/// it is in its place, and what is wrong is its picture.
+/// A region that photograph and probes do not agree on: off its place, not there, or hidden by something. `None` where they agree, as
+/// far as what it may mirror lets one tell: if something is wrong with it, its picture is.
 pub(crate) fn shape(
     prepared: &AuditScene,
     observed: &Observations,

@@ -16,8 +16,8 @@ use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
 
-/// Photographs that show fewer places or pixels of a region than this say nothing of it.
-const FEWEST: u32 = 20;
+/// Photographs that show fewer pixels of a region than this say nothing of it.
+const FEWEST: usize = 20;
 
 /// Says of each region how likely it is a fault and how often a right model would give one like it; what it would give more often
 /// than asked for is a doubt, and what is less likely than asked for is left out.
@@ -130,7 +130,7 @@ impl Fault {
             let usable = |i: usize| !matches!(view.reasons[i], Reason::Clipped | Reason::Dark | Reason::Masked);
             let at = |i: usize| shown[i / width / by * eye.camera.width as usize + i % width / by];
             let mask: Vec<bool> = (0..view.verdicts.len()).map(|i| usable(i) && at(i)).collect();
-            if mask.iter().filter(|m| **m).count() >= FEWEST as usize * by * by {
+            if mask.iter().filter(|m| **m).count() >= FEWEST * by * by {
                 self.mark(w, view, mask);
             }
         }

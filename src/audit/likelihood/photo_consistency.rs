@@ -324,8 +324,9 @@ fn of_probe(
     let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
     let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
     let squared: Vec<f32> = (0..n).into_par_iter().map(|i| noise.squared(soft[i] - here[i], variance[i])).collect();
-    // what noise explains needs no gloss
-    let to_probe = gloss.towards(surfaces, probe.origin, &|i| weight[i] > 0.0 && squared[i] > 1.0);
+    // what noise explains needs no gloss, and what is brighter in the photograph none of the probe's
+    let darker = |i: usize| (soft[i] - here[i]).min_element() < 0.0;
+    let to_probe = gloss.towards(surfaces, probe.origin, &|i| weight[i] > 0.0 && squared[i] > 1.0 && darker(i));
     let dull: Vec<f32> = (0..n)
         .into_par_iter()
         .map(|i| {
