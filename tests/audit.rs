@@ -125,6 +125,30 @@ fn a_moved_wall_is_found_with_sign_and_size() {
     }
 }
 
+#[test]
+fn a_wall_that_the_camera_faces_is_found_off_its_place_although_its_picture_looks_right() {
+    let board = [Paint { albedo: 0.8, emission: 0.0, checker: true }];
+    let with = |far: f64| {
+        Plan::new(sides(DVec3::ZERO, v(5.0, far, 3.0), [0; 6]), &board)
+            .probe(v(0.8, 2.2, 1.1), 2 * PROBE)
+            .probe(v(4.3, 2.6, 1.9), 2 * PROBE)
+            .view(v(2.5, 0.4, 1.5), v(2.5, 4.5, 1.5), SIDE)
+    };
+    let truth = with(4.5);
+    let real = truth.build();
+    // the texture's picture is in the photograph, and something finer, whose place can be told
+    let painted = |s: &Surface| {
+        let albedo = real.scene.filtered_albedo(s.triangle, s.barycentric, 0.0);
+        (albedo + 0.22) * pattern(s.position)
+    };
+    // moved by eight centimetres along its normal, it is half a pixel elsewhere in the photograph
+    let audit = audited(&photographed(&truth, &with(4.58), painted));
+    let wall = audit.findings.iter().find(|f| f.what == What::Moved);
+    let wall = wall.unwrap_or_else(|| panic!("the wall is found: {:?} {:?}", audit.findings, audit.doubts));
+    let d = wall.displacement.expect("its displacement is measured");
+    assert!((d.metres - 0.08).abs() < 0.02 && wall.area_px > 3000, "{d:?} over {} pixels", wall.area_px);
+}
+
 /// Where two rooms' surfaces part in the view, by the middles of its pixels.
 fn parted(truth: &Plan, model: &Plan) -> Vec<bool> {
     let (real, modelled) = (truth.build(), model.build());
