@@ -61,6 +61,15 @@ impl BakeHow {
     pub(super) fn volume(&self) -> volume::VolumeSettings {
         volume::VolumeSettings { cells: self.cells, rays: self.volume_rays, ..volume::VolumeSettings::default() }
     }
+
+    /// How finely to bake; `usual` is how finely if nothing else is asked for.
+    pub(super) fn settings(&self, usual: bake::BakeSettings) -> bake::BakeSettings {
+        bake::BakeSettings {
+            vertices: self.vertices.unwrap_or(usual.vertices),
+            error: self.error.unwrap_or(usual.error),
+            ..usual
+        }
+    }
 }
 
 impl Default for BakeHow {
@@ -100,14 +109,8 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let Model { scene, health, read } = Model::of(&site, &folder)?;
     let start = Instant::now();
     let shown = args.output.told.talks();
-    let Bake { baked, mut setup } = baked(
-        &site,
-        &scene,
-        &lightings,
-        (&args.how, args.how.volume().for_products()),
-        bake::BakeSettings::default(),
-        shown,
-    )?;
+    let (volume, settings) = (args.how.volume().for_products(), args.how.settings(bake::BakeSettings::default()));
+    let Bake { baked, mut setup } = baked(&site, &scene, &lightings, volume, &settings, shown)?;
     let timings = &mut setup.timings;
     let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
     let bake_s = start.elapsed().as_secs_f64() - set_up_s;
@@ -137,24 +140,19 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     args.output.told.tell(&outcome, out, |out| print(&outcome, out))
 }
 
-/// Bakes with a bar that shows how many vertices there are; `usual` is how finely if nothing else is asked for.
+/// Bakes with a bar that shows how many vertices there are.
 pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     lightings: &[String],
-    (how, volume): (&BakeHow, volume::VolumeSettings),
-    usual: bake::BakeSettings,
+    volume: volume::VolumeSettings,
+    settings: &bake::BakeSettings,
     shown: bool,
 ) -> anyhow::Result<Bake> {
     let options = Options { lightings: lightings.to_vec(), volume, ..Options::of(site) };
-    let settings = bake::BakeSettings {
-        vertices: how.vertices.unwrap_or(usual.vertices),
-        error: how.error.unwrap_or(usual.error),
-        ..usual
-    };
     let bar = super::terminal::progress::bar(shown, "{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
-    let made = bake(site, scene, &options, &settings, &|n| bar.set_message(format!("{n} vertices …")))?;
+    let made = bake(site, scene, &options, settings, &|n| bar.set_message(format!("{n} vertices …")))?;
     bar.finish_and_clear();
     Ok(made)
 }

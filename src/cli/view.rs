@@ -96,7 +96,7 @@ pub(super) fn viewed(
         coarse: COARSE,
         ..bake::BakeSettings::default()
     };
-    let Bake { baked, .. } = baked(site, scene, &lightings, (how, how.volume()), usual, shown)?;
+    let Bake { baked, .. } = baked(site, scene, &lightings, how.volume(), &how.settings(usual), shown)?;
     let file = folder.join("viewer.html");
     write_viewer(&file, site, scene, &baked, extras)?;
     Ok(Outcome {

@@ -234,5 +234,5 @@ pub(crate) fn outline(part: Shifted) -> Judged {
     let Shifted { part, pixels, shift, odds } = part;
     let (log_odds, evidence) = OUTLINE.weigh([odds]);
     let judged = Judged::new(Kind::Geometry, What::Moved, log_odds, evidence, Region { pixels });
-    Judged { shift, part: Some((part, odds)), ..judged }
+    Judged { shift: Some(shift), part: Some((part, odds)), ..judged }
 }

@@ -21,7 +21,7 @@ pub(crate) struct Shifted {
     /// The part's pixels and those that it is shifted to, in order.
     pub(crate) pixels: Vec<usize>,
     /// Where it really stands, as far as the photograph shows it.
-    pub(crate) shift: Option<Shift>,
+    pub(crate) shift: Shift,
     /// Logarithm of the odds against the model's place.
     pub(crate) odds: f32,
 }
@@ -53,6 +53,5 @@ fn whole(small: &Small, observed: &Observations, fit: &Fit) -> Shifted {
     pixels.dedup();
     let distance = fit.members.iter().map(|i| small.distance[*i]).sum::<f32>() / fit.members.len() as f32;
     let [right_m, down_m] = fit.shift.map(|d| f64::from(d * small.by as f32 * distance / observed.surfaces.focal));
-    let shift = Some(Shift { right_m, down_m });
-    Shifted { part: small.part[fit.members[0]], pixels, shift, odds: fit.odds }
+    Shifted { part: small.part[fit.members[0]], pixels, shift: Shift { right_m, down_m }, odds: fit.odds }
 }

@@ -93,7 +93,7 @@ impl Geometry {
     }
 
     /// The probes that see a pixel well and with parallax.
-    pub(crate) fn telling(&self, i: usize) -> impl Iterator<Item = usize> {
+    fn telling(&self, i: usize) -> impl Iterator<Item = usize> {
         (0..self.of.len()).filter(move |k| self.of[*k].weight[i] > 0.0)
     }
 

@@ -97,10 +97,10 @@ mod with_card {
         let folder = output.folder(site)?;
         let Model { scene, health, .. } = Model::of(site, &folder)?;
         let load_s = start.elapsed().as_secs_f64();
-        let usual = BakeSettings { views: false, sun_apart: true, ..BakeSettings::default() };
+        let settings = how.settings(BakeSettings { views: false, sun_apart: true, ..BakeSettings::default() });
         let start = Instant::now();
         let Bake { baked, setup } =
-            baked(site, &scene, std::slice::from_ref(lighting), (how, how.volume()), usual, output.told.talks())?;
+            baked(site, &scene, std::slice::from_ref(lighting), how.volume(), &settings, output.told.talks())?;
         let mut setup = setup.timings;
         let set_up_s = setup.load_s + setup.shoot_s + setup.index_s + setup.volume_s;
         let bake_s = start.elapsed().as_secs_f64() - set_up_s;
