@@ -304,7 +304,7 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
     Ok(all)
 }
 
-/// The photograph with this view's findings marked; `None` where there are none.
+/// The photograph with this view's findings marked; `None` where there are none, or the view was not audited.
 fn findings(
     view: &View,
     audit: &Audit,
@@ -312,10 +312,11 @@ fn findings(
     exposure: Exposure,
     folder: &Path,
 ) -> anyhow::Result<Option<String>> {
-    let Some(audited) = audit.views.iter().find(|v| v.summary.view == view.name) else { return Ok(None) };
+    let audited = audit.views.iter().find(|v| v.summary.view == view.name);
     let found = audit.findings.iter().map(|f| (f, f.kind.name()));
     let doubted = audit.doubts.iter().map(|f| (f, "ambiguous"));
     let mark = |(finding, kind): (&Finding, &str)| {
+        let audited = audited?;
         let (_, inside) = audited.masks.iter().find(|(id, _)| *id == finding.id)?;
         let [width, height] = audited.summary.size;
         let bytes = inside.iter().map(|&m| if m { 255 } else { 0 }).collect();

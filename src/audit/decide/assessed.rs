@@ -58,6 +58,11 @@ impl Eye {
         self.project(point).filter(|(_, share)| (share - 1.0).abs() <= ON).map(|(i, _)| i)
     }
 
+    /// The pixel that would show a place before the modelled surface.
+    pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
+        self.project(point).filter(|(_, share)| *share < 1.0 - ON).map(|(i, _)| i)
+    }
+
     /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.
     pub(crate) fn showing(&self, other: &Self, pixels: &[usize]) -> Vec<bool> {
         let inside = mask_of(pixels, other.distance.len());

@@ -220,7 +220,7 @@ pub(crate) fn unlike(
         mirrored(observed, &region),
         over(&observed.texture.structure.odds, f32::MAX),
     ]);
-    if odds::probability(log_odds) < observed.settings.least_probability {
+    if !odds::may_reach(log_odds, observed.settings.least_probability) {
         return None;
     }
     let of_shape = of_shape >= OF_SHAPE;

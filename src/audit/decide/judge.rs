@@ -86,7 +86,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let mut judged: Vec<Judged> = components(&low, &high, w, least, |_, _| true)
         .into_iter()
         .filter_map(|region| decision::shape(prepared, observed, &shares, &inside, &region))
-        .filter(|j| j.score() >= least_likely)
+        .filter(|j| odds::may_reach(j.log_odds, least_likely))
         .collect();
     let mut taken = vec![false; w * h];
     let likely = judged.iter().filter(|j| j.score() >= LIKELY);

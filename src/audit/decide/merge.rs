@@ -8,6 +8,7 @@ use crate::audit::decide::assess::{extent, note};
 use crate::audit::decide::assessed::{Assessed, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
+use crate::audit::decide::lines_of_sight::support;
 use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
@@ -30,13 +31,20 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     let squares: Vec<Vec<_>> =
         assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| squares(v, f)).collect()).collect();
     let outlines = outlines(assessed);
-    for (a, squares) in assessed.iter_mut().zip(squares) {
-        for (f, squares) in a.found.iter_mut().zip(squares) {
+    let supports = support(assessed);
+    for ((a, squares), supports) in assessed.iter_mut().zip(squares).zip(supports) {
+        for ((f, squares), support) in a.found.iter_mut().zip(squares).zip(supports) {
             if let Some(odds) = f.part.and_then(|(part, _)| outlines.get(&part)) {
                 (f.log_odds, f.finding.evidence) = OUTLINE.weigh([*odds]);
             }
             if let Some(squares) = squares {
                 odds::learn(&mut f.finding, &mut f.log_odds, squares);
+            }
+            if let Some(support) = support {
+                odds::times(&mut f.finding, &mut f.log_odds, support.times);
+                if support.is_theirs {
+                    (f.finding.kind, f.finding.what) = (Kind::Geometry, What::Missing);
+                }
             }
             f.finding.score = odds::probability(f.log_odds);
             f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));

@@ -7,6 +7,7 @@ pub(crate) mod false_alarms;
 pub(crate) mod judge;
 pub(crate) mod judged;
 pub(crate) mod label;
+pub(crate) mod lines_of_sight;
 pub(crate) mod merge;
 pub(crate) mod odds;
 pub(crate) mod scores;

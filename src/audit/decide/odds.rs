@@ -143,11 +143,21 @@ pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, squares: f32) {
     }
 }
 
-/// Whether a picture may turn out at least as likely a fault as this, whatever the other photographs show.
+/// What another photograph says makes a region at most so many times likelier a fault.
+pub(crate) const MOST_TIMES: f32 = 20.0;
+
+/// Adds what another photograph says: how many times likelier a fault this is.
+pub(crate) fn times(finding: &mut Finding, log_odds: &mut f32, times: f32) {
+    let says = times.min(MOST_TIMES).ln();
+    finding.evidence.push(Evidence::new("on lines of sight of what another photograph shows", times, 1.0, "×", says));
+    *log_odds += says;
+}
+
+/// Whether a region may turn out at least as likely a fault as this, whatever the other photographs show.
 pub(crate) fn may_reach(log_odds: f32, least: f64) -> bool {
     let (_, cue) = elsewhere();
     let most = cue.limits.map(|l| cue.says(l).0).into_iter().fold(0.0, f32::max);
-    probability(log_odds + most) >= least
+    probability(log_odds + most + MOST_TIMES.ln()) >= least
 }
 
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds: counted on the same rooms.

@@ -1,0 +1,169 @@
+//! What the model lacks stands before its surfaces, elsewhere in each photograph: what two photographs show of it lies on lines of
+//! sight that meet (epipolar geometry; Hartley and Zisserman, *Multiple View Geometry in Computer Vision*, 2004, chapter 9).
+
+use rayon::prelude::*;
+
+use crate::audit::decide::assessed::{Assessed, Eye, Found};
+use crate::audit::decide::odds;
+use crate::audit::finding::What;
+use crate::audit::picture::regions::mask_of;
+
+/// Pixels from one line of sight to the next that is followed, and places tried on each.
+const STEP: usize = 4;
+const PLACES: usize = 48;
+
+/// The nearest place, as a share of the way to the modelled surface.
+const NEAREST: f32 = 0.125;
+
+/// What another photograph says of a region.
+#[derive(Clone, Copy)]
+pub(crate) struct Support {
+    /// How many times likelier a fault it is.
+    pub(crate) times: f32,
+    /// Whether it is rather the thing that the other photograph shows than one of its own.
+    pub(crate) is_theirs: bool,
+}
+
+impl Support {
+    /// By a region of the other photograph that is a fault with some probability: of this one a share lies on its lines of sight, which
+    /// are a share of the whole photograph. The same thing may be seen on those lines, and not just anywhere: 1 − p + p · here / usual
+    /// (Bayes' rule).
+    fn new(likely: f32, here: f32, usual: f32) -> Self {
+        let theirs = likely * here / usual;
+        Self { times: 1.0 - likely + theirs, is_theirs: theirs > 1.0 - likely }
+    }
+}
+
+/// What other photographs say of each region of each view that may be something that the model lacks.
+pub(crate) fn support(assessed: &[Assessed]) -> Vec<Vec<Option<Support>>> {
+    (0..assessed.len()).map(|v| of_view(&assessed[v], assessed[..v].iter().chain(&assessed[v + 1..]))).collect()
+}
+
+fn of_view<'a>(own: &Assessed, others: impl Iterator<Item = &'a Assessed>) -> Vec<Option<Support>> {
+    let grid = grid(&own.eye);
+    let lines_of = |f: &Found| -> Vec<usize> {
+        let may_be_lacking = matches!(f.finding.what, What::Missing | What::Changed | What::Recoloured);
+        (0..grid.len()).filter(|k| may_be_lacking && f.pixels.binary_search(&grid[*k]).is_ok()).collect()
+    };
+    let regions: Vec<Vec<usize>> = own.found.iter().map(lines_of).collect();
+    let mut best: Vec<Option<Support>> = vec![None; regions.len()];
+    for other in others {
+        let lines = Lines::new(&own.eye, &other.eye);
+        for theirs in other.found.iter().filter(|f| f.finding.what == What::Missing) {
+            let likely = odds::probability(theirs.log_odds) as f32;
+            let meet = lines.meet(&mask_of(&theirs.pixels, other.eye.distance.len()));
+            // one more than there are, so that what never was seen is not impossible
+            let usual = (meet.iter().filter(|m| **m).count() + 1) as f32 / (meet.len() + 1) as f32;
+            for (lines, best) in regions.iter().zip(&mut best) {
+                let here = lines.iter().filter(|k| meet[**k]).count() as f32 / lines.len().max(1) as f32;
+                // what lies mostly beside those lines is not that thing
+                let support = Some(here).filter(|h| *h > 0.5).map(|here| Support::new(likely, here, usual));
+                *best = support.filter(|s| s.times > best.map_or(1.0, |b| b.times)).or(*best);
+            }
+        }
+    }
+    best
+}
+
+/// The pixels whose lines of sight are followed.
+fn grid(eye: &Eye) -> Vec<usize> {
+    let (w, h) = (eye.camera.width as usize, eye.camera.height as usize);
+    let row = |y: usize| (STEP / 2..w).step_by(STEP).map(move |x| y * w + x);
+    (STEP / 2..h).step_by(STEP).flat_map(row).collect()
+}
+
+/// Lines of sight of one photograph as another sees them.
+struct Lines {
+    /// Per line, the other's pixels that would show its places before the modelled surfaces.
+    before: Vec<Vec<u32>>,
+    /// The other's pixel that shows the surface where it ends.
+    end: Vec<Option<usize>>,
+}
+
+impl Lines {
+    fn new(own: &Eye, other: &Eye) -> Self {
+        let eye = (own.camera.pose.position - own.origin).as_vec3();
+        let follow = |i: usize| -> (Vec<u32>, Option<usize>) {
+            if !own.distance[i].is_finite() {
+                return (vec![], None);
+            }
+            let way = own.position[i] - eye;
+            // even steps of the inverse of the distance are about even steps in the other photograph
+            let share = |k: usize| 1.0 / (1.0 + (1.0 / NEAREST - 1.0) * k as f32 / (PLACES - 1) as f32);
+            let before = (0..PLACES).filter_map(|k| other.before(eye + way * share(k))).map(|i| i as u32);
+            (before.collect(), other.on(own.position[i]))
+        };
+        let (before, end) = grid(own).into_par_iter().map(follow).unzip();
+        Self { before, end }
+    }
+
+    /// Of each line, whether it meets those of the other's region before the modelled surfaces. One that ends where the other sees the
+    /// region is of the same place of a surface, and may show no more than its light or paint.
+    fn meet(&self, region: &[bool]) -> Vec<bool> {
+        let meets = |(before, end): (&Vec<u32>, &Option<usize>)| {
+            !end.is_some_and(|i| region[i]) && before.iter().any(|i| region[*i as usize])
+        };
+        self.before.par_iter().zip(&self.end).map(meets).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::site::{Camera, Pose};
+    use glam::{DVec3, Vec3};
+
+    /// A camera that looks along y at a wall 4 m off.
+    fn eye(x: f64) -> Eye {
+        let position = DVec3::new(x, 0.0, 0.0);
+        let camera = Camera::with_fov(Pose::look_at(position, position + DVec3::Y), 64, 64, 90.0);
+        let at = |i: usize| {
+            let d = camera.direction((i % 64) as f64 + 0.5, (i / 64) as f64 + 0.5);
+            (position + d * (4.0 / d.y)).as_vec3()
+        };
+        let places: Vec<Vec3> = (0..64 * 64).map(at).collect();
+        let distance = places.iter().map(|p| p.distance(position.as_vec3())).collect();
+        Eye { camera, origin: DVec3::ZERO, position: places, distance }
+    }
+
+    /// Where an eye sees a small thing.
+    fn seen(eye: &Eye, thing: Vec3) -> (usize, Vec<bool>) {
+        let i = eye.before(thing).unwrap();
+        let near = |j: usize| (j % 64).abs_diff(i % 64) <= 3 && (j / 64).abs_diff(i / 64) <= 3;
+        (i, (0..64 * 64).map(near).collect())
+    }
+
+    #[test]
+    fn lines_of_sight_meet_at_a_thing_and_beside_it_only_along_a_stripe() {
+        let (own, other) = (eye(-0.5), eye(0.5));
+        let thing = Vec3::new(0.1, 2.0, 0.3);
+        let meet = Lines::new(&own, &other).meet(&seen(&other, thing).1);
+        let (at, around) = seen(&own, thing);
+        let grid = grid(&own);
+        let within: Vec<bool> = (0..grid.len()).filter(|k| around[grid[*k]]).map(|k| meet[k]).collect();
+        assert!(within.len() >= 2 && within.iter().all(|m| *m));
+        // the eyes stand side by side, so that the stripe is level
+        let level = |k: usize| (grid[k] / 64).abs_diff(at / 64) <= 3 + STEP / 2;
+        assert!((0..grid.len()).all(|k| !meet[k] || level(k)));
+        assert!(meet.iter().filter(|m| **m).count() * 5 < meet.len());
+    }
+
+    #[test]
+    fn what_two_photographs_show_of_one_place_of_a_wall_is_no_thing_before_it() {
+        let (own, other) = (eye(-0.5), eye(0.5));
+        let place = Vec3::new(0.0, 4.0, 0.0);
+        let mask = |eye: &Eye| -> Vec<bool> { eye.position.iter().map(|p| p.distance(place) < 0.4).collect() };
+        let meet = Lines::new(&own, &other).meet(&mask(&other));
+        let (grid, inside) = (grid(&own), mask(&own));
+        let within: Vec<bool> = (0..grid.len()).filter(|k| inside[grid[*k]]).map(|k| meet[k]).collect();
+        assert!(within.len() >= 2 && within.iter().all(|m| !m));
+    }
+
+    #[test]
+    fn a_sure_thing_on_few_lines_says_most() {
+        let [sure, few, doubt, beside] =
+            [(1.0, 1.0, 0.5), (1.0, 1.0, 0.1), (0.1, 1.0, 0.5), (1.0, 0.0, 0.1)].map(|(p, s, b)| Support::new(p, s, b));
+        assert!(few.times > sure.times && sure.times > doubt.times && doubt.times > 1.0 && beside.times == 0.0);
+        assert!(few.is_theirs && !doubt.is_theirs && !beside.is_theirs);
+    }
+}
