@@ -48,8 +48,12 @@ fn of_view<'a>(own: &Assessed, others: impl Iterator<Item = &'a Assessed>) -> Ve
     let regions: Vec<Vec<usize>> = own.found.iter().map(lines_of).collect();
     let mut best: Vec<Option<Support>> = vec![None; regions.len()];
     for other in others {
+        let lacking: Vec<&Found> = other.found.iter().filter(|f| f.finding.what == What::Missing).collect();
+        if lacking.is_empty() || regions.iter().all(Vec::is_empty) {
+            continue;
+        }
         let lines = Lines::new(&own.eye, &other.eye);
-        for theirs in other.found.iter().filter(|f| f.finding.what == What::Missing) {
+        for theirs in lacking {
             let likely = odds::probability(theirs.log_odds) as f32;
             let meet = lines.meet(&mask_of(&theirs.pixels, other.eye.distance.len()));
             // one more than there are, so that what never was seen is not impossible
