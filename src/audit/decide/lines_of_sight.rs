@@ -52,7 +52,7 @@ fn of_view<'a>(own: &Assessed, others: impl Iterator<Item = &'a Assessed>) -> Ve
         if lacking.is_empty() || regions.iter().all(Vec::is_empty) {
             continue;
         }
-        let lines = Lines::new(&own.eye, &other.eye);
+        let lines = Lines::new(&own.eye, &grid, &other.eye);
         for theirs in lacking {
             let likely = odds::probability(theirs.log_odds) as f32;
             let meet = lines.meet(&mask_of(&theirs.pixels, other.eye.distance.len()));
@@ -85,9 +85,10 @@ struct Lines {
 }
 
 impl Lines {
-    fn new(own: &Eye, other: &Eye) -> Self {
+    /// Those of some of its pixels.
+    fn new(own: &Eye, pixels: &[usize], other: &Eye) -> Self {
         let eye = (own.camera.pose.position - own.origin).as_vec3();
-        let follow = |i: usize| -> (Vec<u32>, Option<usize>) {
+        let follow = |&i: &usize| -> (Vec<u32>, Option<usize>) {
             if !own.distance[i].is_finite() {
                 return (vec![], None);
             }
@@ -97,7 +98,7 @@ impl Lines {
             let before = (0..PLACES).filter_map(|k| other.before(eye + way * share(k))).map(|i| i as u32);
             (before.collect(), other.on(own.position[i]))
         };
-        let (before, end) = grid(own).into_par_iter().map(follow).unzip();
+        let (before, end) = pixels.par_iter().map(follow).unzip();
         Self { before, end }
     }
 
@@ -141,9 +142,9 @@ mod tests {
     fn lines_of_sight_meet_at_a_thing_and_beside_it_only_along_a_stripe() {
         let (own, other) = (eye(-0.5), eye(0.5));
         let thing = Vec3::new(0.1, 2.0, 0.3);
-        let meet = Lines::new(&own, &other).meet(&seen(&other, thing).1);
-        let (at, around) = seen(&own, thing);
         let grid = grid(&own);
+        let meet = Lines::new(&own, &grid, &other).meet(&seen(&other, thing).1);
+        let (at, around) = seen(&own, thing);
         let within: Vec<bool> = (0..grid.len()).filter(|k| around[grid[*k]]).map(|k| meet[k]).collect();
         assert!(within.len() >= 2 && within.iter().all(|m| *m));
         // the eyes stand side by side, so that the stripe is level
@@ -157,8 +158,8 @@ mod tests {
         let (own, other) = (eye(-0.5), eye(0.5));
         let place = Vec3::new(0.0, 4.0, 0.0);
         let mask = |eye: &Eye| -> Vec<bool> { eye.position.iter().map(|p| p.distance(place) < 0.4).collect() };
-        let meet = Lines::new(&own, &other).meet(&mask(&other));
         let (grid, inside) = (grid(&own), mask(&own));
+        let meet = Lines::new(&own, &grid, &other).meet(&mask(&other));
         let within: Vec<bool> = (0..grid.len()).filter(|k| inside[grid[*k]]).map(|k| meet[k]).collect();
         assert!(within.len() >= 2 && within.iter().all(|m| !m));
     }

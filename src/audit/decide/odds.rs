@@ -148,7 +148,8 @@ pub(crate) const MOST_TIMES: f32 = 20.0;
 
 /// Adds what another photograph says: how many times likelier a fault this is.
 pub(crate) fn times(finding: &mut Finding, log_odds: &mut f32, times: f32) {
-    let says = times.min(MOST_TIMES).ln();
+    let times = times.min(MOST_TIMES);
+    let says = times.ln();
     finding.evidence.push(Evidence::new("on lines of sight of what another photograph shows", times, 1.0, "×", says));
     *log_odds += says;
 }
