@@ -86,7 +86,7 @@ fn audited(
     let steps = views.len() + 2;
     let mut pictures = Vec::new();
     for probe in site.probes.iter().take(settings.probes) {
-        if let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting) {
+        if let Some(lit) = probe.picture(lighting) {
             pictures.push((probe, panorama::read(&lit.path)?));
         }
     }

@@ -10,6 +10,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::terminal::model::Model;
+use super::terminal::number::{ABOVE_ZERO, between};
 use super::terminal::output::Output;
 use super::terminal::progress;
 
@@ -46,7 +47,7 @@ pub(crate) struct AuditArgs {
     #[arg(long, value_name = "PIXELS", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(64..=8192))]
     longest: u32,
     /// How many findings a photograph of a right model may give; what is less strange is a doubt
-    #[arg(long, value_name = "NUMBER", default_value_t = 0.1)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.1, value_parser = between(ABOVE_ZERO, "a number above 0"))]
     false_alarms: f64,
     #[command(flatten)]
     output: Output,

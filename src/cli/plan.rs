@@ -66,13 +66,14 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
             ));
         }
     }
-    let plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
+    let mut plan = plan(&site, &scene, &options).map_err(|e| anyhow!("{}: {e}", site.file.display()))?;
+    plan.warnings.splice(0..0, warnings.into_iter().chain(health.warnings));
     spinner.set_message("drawing");
     let (json, files) = write_plan(&site, &scene, &plan, &folder)?;
     spinner.finish_and_clear();
     args.output.told.tell(&json, out, |out| {
         let outward = Outward::of(&site, &scene);
-        for warning in warnings.iter().chain(&health.warnings).chain(&plan.warnings) {
+        for warning in &plan.warnings {
             writeln!(out, "! {warning}")?;
         }
         plan.floors.iter().try_for_each(|floor| print(floor, &outward, out))?;

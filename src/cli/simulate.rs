@@ -121,8 +121,9 @@ struct LeftOut {
 pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let start = Instant::now();
     let mut site = Site::load_with(&args.site, Pictures::MayBeMissing)?;
+    let lighting = super::register::lighting(&site, args.lighting.as_deref())?;
     let mut outcome = Outcome::default();
-    let jobs = jobs(&site, args, &mut outcome)?;
+    let jobs = jobs(&site, &lighting, args, &mut outcome)?;
     if args.told.talks() {
         for LeftOut { name, why } in &outcome.left_out {
             writeln!(out, "left out {name}: {why}")?;
@@ -132,7 +133,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
         }
     }
     if !jobs.is_empty() {
-        relight(&mut site, args);
+        relight(&mut site, &lighting, args);
         let scene = scene::load(&site, &mut Health::default())?;
         let lights = Lights::load(&site, &scene)?;
         for job in &jobs {
@@ -150,7 +151,7 @@ pub(crate) fn run(args: &SimulateArgs, out: &mut impl Write) -> anyhow::Result<(
 }
 
 /// What is to be made; what is not goes to the outcome, with the reason.
-fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> anyhow::Result<Vec<Job>> {
+fn jobs(site: &Site, lighting: &str, args: &SimulateArgs, outcome: &mut Outcome) -> anyhow::Result<Vec<Job>> {
     let any = args.probes.is_some() || args.views.is_some();
     let wants_probes = args.probes.is_some() || !any;
     let wants_views = args.views.is_some() || !any && args.lighting.is_none();
@@ -159,18 +160,9 @@ fn jobs(site: &Site, args: &SimulateArgs, outcome: &mut Outcome) -> anyhow::Resu
 
     let probes: Vec<&str> = site.probes.iter().map(|p| p.name.as_str()).collect();
     let wanted = selected("probe", &probes, args.probes.as_ref())?;
-    if let Some(lighting) = &args.lighting
-        && !site.lightings().contains(lighting)
-    {
-        bail!(unknown("lighting", lighting, &site.lightings()));
-    }
     for probe in site.probes.iter().filter(|p| wants_probes && wanted.contains(&p.name.as_str())) {
-        let picture = match &args.lighting {
-            Some(lighting) => probe.pictures.iter().find(|p| p.lighting == *lighting),
-            None => probe.pictures.first(),
-        };
-        let Some(picture) = picture else {
-            let why = format!("it has no picture for the lighting “{}”", args.lighting.as_deref().unwrap_or(""));
+        let Some(picture) = probe.picture(lighting) else {
+            let why = format!("it has no picture for the lighting “{lighting}”");
             outcome.left_out.push(LeftOut { name: probe.name.clone(), why });
             continue;
         };
@@ -215,15 +207,11 @@ fn selected<'a>(
 ) -> anyhow::Result<Vec<&'a str>> {
     let Some(Some(list)) = option else { return Ok(known.to_vec()) };
     let find = |name: &str| {
-        known.iter().copied().find(|k| *k == name).ok_or_else(|| anyhow::anyhow!(unknown(what, name, known)))
+        let all = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        let unknown = || anyhow::anyhow!("there is no {what} “{name}”; the site has: {all}");
+        known.iter().copied().find(|k| *k == name).ok_or_else(unknown)
     };
     list.split(',').map(|name| find(name.trim())).collect()
-}
-
-fn unknown(what: &str, name: &str, known: &[impl AsRef<str>]) -> String {
-    let known = known.iter().map(AsRef::as_ref).filter(|k| !k.is_empty()).collect::<Vec<_>>().join(", ");
-    let known = if known.is_empty() { "none" } else { &known };
-    format!("there is no {what} “{name}”; the site has: {known}")
 }
 
 /// The file under `--out`, if that is given.
@@ -234,10 +222,9 @@ fn destination(args: &SimulateArgs, folder: &str, name: &str, lighting: &str) ->
 }
 
 /// Puts the lighting's sun, or the command line's sun and sky, in the place of the site's.
-fn relight(site: &mut Site, args: &SimulateArgs) {
-    let lighting = args.lighting.clone().or_else(|| site.lightings().first().cloned()).unwrap_or_default();
+fn relight(site: &mut Site, lighting: &str, args: &SimulateArgs) {
     match args.sun {
-        None => site.sun = site.sun_under(&lighting),
+        None => site.sun = site.sun_under(lighting),
         Some(SunArg::None) => site.sun = None,
         Some(SunArg::From(direction, irradiance)) => {
             site.sun = Some(Sun { direction: site.frame.direction_in(direction).as_vec3(), irradiance });

@@ -3,10 +3,11 @@
 use clap::{Args, ValueHint};
 use clerestory::report::write_study;
 use clerestory::site::Site;
-use clerestory::study::{self, How, Metric, Options, Outside, Progress, Study, Summary, order_said, rounded};
+use clerestory::study::{self, Metric, Options, Outside, Progress, Study, Summary, order_said};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::terminal::command::{as_argument, command, own_command};
 use super::terminal::model::Model;
 use super::terminal::number::{ABOVE_ZERO, between};
 use super::terminal::output::Output;
@@ -65,7 +66,7 @@ pub(crate) struct StudyArgs {
 pub(crate) fn run(args: &StudyArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let folder = args.output.folder(&site)?;
-    let names: Vec<String> = site.views.iter().map(|v| v.name.clone()).collect();
+    let names: Vec<String> = site.views_named(&args.view)?.iter().map(|v| v.name.clone()).collect();
     let outside = match &args.outside {
         Some(path) => study::read_outside(path, &names)?,
         None => Vec::new(),
@@ -104,11 +105,12 @@ pub(super) fn studied(
     folder: &Path,
     tell: &(dyn Fn(&Progress) + Sync),
 ) -> anyhow::Result<(Study, Summary)> {
-    let named = named.display().to_string();
-    let Model { scene, read, .. } = Model::of(site, folder)?;
-    let mut study = study::study(site, (&scene, read), options, folder, tell)?;
-    let summary = study::summary(&study, outside, &named);
-    write_study(site, &named, &study, &summary, outside, folder)?;
+    let lighting = options.lighting.iter().flat_map(|name| ["--lighting".to_owned(), name.clone()]);
+    let render: Vec<String> = ["render".to_owned(), as_argument(named)].into_iter().chain(lighting).collect();
+    let Model { scene, health, read } = Model::of(site, folder)?;
+    let mut study = study::study(site, (&scene, &health.files, read), options, folder, tell)?;
+    let summary = study::summary(&study, outside, &command(&render));
+    write_study(site, &own_command(), &study, &summary, outside, folder)?;
     study.summary = Some(summary.clone());
     study.save(&folder.join("study.json"))?;
     Ok((study, summary))
@@ -144,36 +146,10 @@ fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<(
         )?;
     }
     for s in &summary.speed_ups {
-        let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
-        let least = s.how.bound();
-        writeln!(
-            out,
-            "equal {} {:.4}: {} needs {least}{} × as long a frame (95 %: {} to {}; wall {}{how}), {least}{} × with all set-up ({} \
-             to {})",
-            if s.metric == Metric::Ssim { "1 − SSIM" } else { s.metric.name() },
-            s.error,
-            s.against,
-            rounded(s.frame.value),
-            rounded(s.frame.low),
-            rounded(s.frame.high),
-            s.frame_wall.map_or_else(|| "?".to_owned(), rounded),
-            rounded(s.with_setup.value),
-            rounded(s.with_setup.low),
-            rounded(s.with_setup.high)
-        )?;
+        writeln!(out, "{}", s.sentence())?;
     }
     for e in summary.equal_time.iter().filter(|e| e.metric == Metric::Flip) {
-        let least = if e.how == How::First { "at least " } else { "" };
-        writeln!(
-            out,
-            "equal time {:.2} s of the processor{}: {} errs {least}{} × as much by FLIP (95 %: {} to {})",
-            e.cpu_s,
-            if e.with_setup { " with set-up" } else { "" },
-            e.against,
-            rounded(e.ratio.value),
-            rounded(e.ratio.low),
-            rounded(e.ratio.high)
-        )?;
+        writeln!(out, "{}", e.sentence())?;
     }
     if let Some(order) = order_said(&summary.probe_order) {
         writeln!(out, "{order}")?;

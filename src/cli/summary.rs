@@ -1,5 +1,6 @@
 //! `clerestory summary DIR…`.
 
+use anyhow::Context;
 use clap::{Args, ValueHint};
 use clerestory::report::page::address;
 use clerestory::report::{Overview, overview, overview_csv, overview_page, write_file};
@@ -32,7 +33,7 @@ pub(crate) struct SummaryArgs {
 pub(crate) fn run(args: &SummaryArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let rows = args.reports.iter().map(|folder| overview(folder)).collect::<Result<Vec<Overview>, _>>()?;
     if let Some(folder) = &args.out {
-        std::fs::create_dir_all(folder)?;
+        std::fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
         let home = folder.canonicalize()?;
         let links = args.reports.iter().map(|r| link(r, &home)).collect::<io::Result<Vec<String>>>()?;
         write_file(&folder.join("summary.csv"), overview_csv(&rows).as_bytes())?;

@@ -201,6 +201,11 @@ impl Probe {
         let Self { gain, vignetting, response, .. } = *self;
         Radiometry { gain, vignetting, response, clipped: coding.clipped() }
     }
+
+    /// Its picture under a lighting, if it has one.
+    pub fn picture(&self, lighting: &str) -> Option<&LitPicture> {
+        self.pictures.iter().find(|p| p.lighting == lighting)
+    }
 }
 
 /// One of a probe's pictures.

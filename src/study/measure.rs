@@ -241,12 +241,13 @@ pub(super) fn trace(
 pub(super) fn base(site: &Site, lighting: &str) -> Result<Base, StudyError> {
     let mut width = 0;
     for probe in site.probes.iter().filter(|p| p.projection == Projection::LatLong) {
-        for lit in probe.pictures.iter().filter(|p| p.lighting == lighting) {
+        if let Some(lit) = probe.picture(lighting) {
             width = width.max(panorama::dimensions(&lit.path)?.0 as u32);
         }
     }
     let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
-    Ok(Base { width, probes: site.probes.len() as u32, cells, rays, samples: 4 })
+    let probes = site.probes.iter().filter(|p| p.picture(lighting).is_some()).count() as u32;
+    Ok(Base { width, probes, cells, rays, samples: 4 })
 }
 
 impl Run {

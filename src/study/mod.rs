@@ -31,9 +31,8 @@ mod truth;
 
 pub use clock::{Clock, Seconds, has_processor_time};
 pub use conclusions::compare::{Comparison, Errors, compare, compare_parts, hidden};
-pub use conclusions::result::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary};
+pub use conclusions::result::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary, rounded};
 pub use conclusions::summary::summary;
-pub use conclusions::verdict::rounded;
 pub use curve::{Curve, How, order, pareto};
 pub use error::StudyError;
 pub use measure::{Run, ViewRun};

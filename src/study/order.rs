@@ -21,10 +21,12 @@ pub struct Ranked {
     pub seen: f64,
 }
 
-/// A site's probes in plan order: greedy by area of the model's surface, under the plan's limits of range and incidence;
-/// of equals the first in the site file.
-pub fn plan_order(site: &Site, scene: &Scene) -> Vec<Ranked> {
+/// The probes that have a picture of a lighting, in plan order: greedy by area of the model's surface, under the plan's limits of
+/// range and incidence; of equals the first in the site file.
+pub fn plan_order(site: &Site, scene: &Scene, lighting: &str) -> Vec<Ranked> {
     let surface = Surface::new(scene, &site.plan, PATCHES);
+    let with_picture: Vec<usize> =
+        (0..site.probes.len()).filter(|k| site.probes[*k].picture(lighting).is_some()).collect();
     let sees: Vec<Vec<bool>> = site
         .probes
         .iter()
@@ -34,8 +36,9 @@ pub fn plan_order(site: &Site, scene: &Scene) -> Vec<Ranked> {
         })
         .collect();
     let area = |patch: &usize| surface.areas[*patch];
-    let all: f64 = (0..surface.patches.len()).filter(|p| sees.iter().any(|s| s[*p])).map(|p| area(&p)).sum();
-    let (mut left, mut order): (Vec<usize>, Vec<Ranked>) = ((0..site.probes.len()).collect(), Vec::new());
+    let (mut left, mut order) = (with_picture, Vec::new());
+    let seen_by_any = |p: &usize| left.iter().any(|probe| sees[*probe][*p]);
+    let all: f64 = (0..surface.patches.len()).filter(seen_by_any).map(|p| area(&p)).sum();
     let mut seen = vec![false; surface.patches.len()];
     let mut sum = 0.0;
     while !left.is_empty() {

@@ -1,7 +1,7 @@
 //! A study from start to end: bounded in time, and taken up again where it stopped.
 
 use crate::study::options::Options;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::clock::{Clock, Seconds, has_processor_time};
@@ -27,14 +27,14 @@ pub struct Progress {
     pub planned: usize,
 }
 
-/// Studies a site, or goes on with the study in `folder`, writing `study.json` there after every step. `load` is what reading
-/// the model took: part of every method's set-up.
+/// Studies a site, or goes on with the study in `folder`, writing `study.json` there after every step. With the model go the files
+/// that it names, whose change begins a new study, and what reading it took: part of every method's set-up.
 ///
 /// # Errors
 /// See [`StudyError`]. What was measured before an error stays in `study.json`.
 pub fn study(
     site: &Site,
-    (scene, load): (&Scene, Seconds),
+    (scene, model_files, load): (&Scene, &[PathBuf], Seconds),
     options: &Options,
     folder: &Path,
     tell: &(dyn Fn(&Progress) + Sync),
@@ -57,7 +57,7 @@ pub fn study(
     if lights.is_none() {
         notes.push("No path tracing: the site has no [environment], no [sun] and no material that shines.".to_owned());
     }
-    let fingerprint = fingerprint(site, &views, &lighting, options, photographs)?;
+    let fingerprint = fingerprint(site, model_files, &views, &lighting, options, photographs)?;
     let file = folder.join("study.json");
     std::fs::create_dir_all(folder).map_err(|source| StudyError::Io { path: folder.to_owned(), source })?;
     let begun = begun(&file, &fingerprint, options.fresh, &mut notes)?;
@@ -87,7 +87,7 @@ pub fn study(
         });
     }
     let base = base(site, &lighting)?;
-    let order = plan_order(site, scene);
+    let order = plan_order(site, scene, &lighting);
     let mut study = begun.unwrap_or_else(|| Study {
         fingerprint,
         site: site.name.clone(),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::StudyError;
 use super::conclusions::result::Summary;
@@ -12,7 +12,7 @@ use super::options::Options;
 use super::order::Ranked;
 use super::sweep::Base;
 use crate::atomic_write::write_atomically;
-use crate::site::{Environment, Site, View};
+use crate::site::{Site, View};
 
 /// Changes with how runs are made, so that figures of two ways never stand in one study.
 const METHOD: &str = "probes in plan order; places of the volume gathered each for itself";
@@ -109,27 +109,18 @@ pub(super) fn begun(
     Ok(None)
 }
 
-/// What the figures depend on, as one number.
+/// What the figures depend on, as one number; `model` are the files that the model names.
 pub(super) fn fingerprint(
     site: &Site,
+    model: &[PathBuf],
     views: &[&View],
     lighting: &str,
     options: &Options,
     photographs: bool,
 ) -> Result<String, StudyError> {
     let mut hash = Sha256::new();
-    let mut files = vec![site.file.clone(), site.model.clone()];
-    for probe in &site.probes {
-        files.extend(probe.pictures.iter().filter(|p| p.lighting == lighting).map(|p| p.path.clone()));
-    }
-    if let Some(Environment::Image { path, .. }) = &site.environment {
-        files.push(path.clone());
-    }
-    if photographs {
-        files.extend(views.iter().flat_map(|v| v.photo.iter().chain(&v.mask)).cloned());
-    }
-    for path in files {
-        let bytes = std::fs::read(&path).map_err(|source| StudyError::Io { path: path.clone(), source })?;
+    for path in site.files().iter().chain(model) {
+        let bytes = std::fs::read(path).map_err(|source| StudyError::Io { path: path.clone(), source })?;
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(&bytes);
     }

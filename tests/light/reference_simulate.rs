@@ -112,13 +112,28 @@ fn a_lighting_a_noise_target_and_a_folder_can_be_chosen() {
 }
 
 #[test]
+fn one_lighting_for_all_probes_whatever_their_order_of_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = "[[probe]]\nname = \"beside\"\nposition = [1, 0, 0]\nheading = 0\n\
+                image = { \"14:30\" = \"probes/b14.exr\", \"10:00\" = \"probes/b10.exr\" }\n\
+                [[probe]]\nname = \"late\"\nposition = [0, 1, 0]\nheading = 0\nimage = { \"14:30\" = \"probes/c14.exr\" }\n";
+    write_site(folder.path(), 1.0, more);
+    let (code, text, error) = simulate(folder.path(), &["--probes", "--size", "8", "--samples", "2"]);
+    assert_eq!(code, 0, "{error}");
+    let made = ["ten.exr", "b10.exr", "half-past-two.exr", "b14.exr", "c14.exr"];
+    let made = made.map(|name| folder.path().join("probes").join(name).exists());
+    assert_eq!(made, [true, true, false, false, false]);
+    assert!(text.contains("left out late: it has no picture for the lighting “10:00”"), "{text}");
+}
+
+#[test]
 fn faults_are_said_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     write_site(folder.path(), 0.0, "");
     for (arguments, words) in [
         (&["--size", "8"][..], "nothing gives light"),
         (&["--probes=nave"][..], "no probe “nave”; the site has: middle"),
-        (&["--lighting", "noon"][..], "no lighting “noon”; the site has: 10:00, 14:30"),
+        (&["--lighting", "noon"][..], "no lighting “noon”. The site's lightings: 10:00, 14:30"),
     ] {
         let (code, _, error) = simulate(folder.path(), arguments);
         assert_eq!(code, 1, "{error}");

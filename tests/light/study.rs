@@ -90,6 +90,53 @@ fn a_study_is_cut_short_goes_on_and_repeats() {
 }
 
 #[test]
+fn another_paint_begins_anew_and_another_truth_picture_is_traced_again() {
+    let built = room();
+    let site = built.folder.path();
+    let out = tempfile::tempdir().unwrap();
+    let begun = || -> serde_json::Value {
+        study(site, out.path(), &["--budget", "0.0001", "-q"]).success();
+        serde_json::from_str(&fs::read_to_string(out.path().join("study.json")).unwrap()).unwrap()
+    };
+    let first = begun();
+    let half = out.path().join("study-truth-v0-a.exr");
+    let traced = fs::read(&half).unwrap();
+    fs::copy(site.join("p0.exr"), &half).unwrap();
+    assert_eq!(begun()["truth"], first["truth"]);
+    assert_eq!(fs::read(&half).unwrap(), traced, "a picture of another size is no truth of this view");
+
+    let paint = site.join("model.mtl");
+    let text = fs::read_to_string(&paint).unwrap();
+    fs::write(&paint, text.replace("Kd 0.6 0.6 0.6", "Kd 0.2 0.2 0.2")).unwrap();
+    assert!(begun()["truth"] != first["truth"]);
+    assert!(out.path().join("study.previous.json").exists());
+}
+
+#[test]
+fn probes_without_the_lighting_take_no_part() {
+    let built = room();
+    let site = built.folder.path();
+    let file = site.join("site.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let (before, probe) = text.split_once("[[probe]]").unwrap();
+    let probe = probe.split_once("\n[").map_or(probe, |(probe, _)| probe);
+    let of = |name: &str, pictures: &str| {
+        let lines = probe.lines().filter(|l| !l.starts_with("image") && !l.starts_with("name"));
+        let lines = lines.collect::<Vec<_>>().join("\n");
+        format!("[[probe]]\nname = \"{name}\"\nimage = {pictures}\n{lines}\n")
+    };
+    let rest = &text[before.len() + "[[probe]]".len() + probe.len()..];
+    let probes = of("a", "{ \"14:30\" = \"p0.exr\" }") + &of("b", "{ \"14:30\" = \"p0.exr\", \"10:00\" = \"p0.exr\" }");
+    fs::write(&file, format!("{before}{probes}{rest}")).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    study(site, out.path(), &["--lighting", "10:00", "--budget", "0.0001", "-q"]).success();
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.path().join("study.json")).unwrap()).unwrap();
+    let order = json["order"].as_array().unwrap();
+    assert_eq!((order.len(), order[0]["name"].as_str(), json["base"]["probes"].as_u64()), (1, Some("b"), Some(1)));
+}
+
+#[test]
 fn what_cannot_be_studied_is_one_line() {
     let plan =
         Plan::new(closed(DVec3::ZERO, v(2.0, 2.0, 2.0), 0), &[grey(0.5)]).view(v(1.5, 1.5, 1.0), v(0.0, 0.0, 1.0), 16);

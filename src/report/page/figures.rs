@@ -6,7 +6,7 @@ use super::archive::Archive;
 use super::parts::{percent, scroll, sheet, snippet, sortable};
 use crate::report::rendered::Rendered;
 use crate::report::study::{columns, study_rows};
-use crate::study::{How, Summary, rounded};
+use crate::study::Summary;
 
 /// `None` where nothing was measured.
 pub(super) fn figures(archive: &Archive) -> Option<Markup> {
@@ -78,17 +78,7 @@ fn words(summary: &Summary) -> Markup {
     html! {
         @if !summary.speed_ups.is_empty() {
             ul {
-                @for s in &summary.speed_ups {
-                    @let least = s.how.bound();
-                    @let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
-                    li {
-                        (format!("For the same error ({} {:.4}), {} takes {least}", s.metric.name(), s.error, s.against))
-                        b { (rounded(s.frame.value)) "×" }
-                        (format!(" as long for a frame (95 %: {} to {}{how}), and {least}{}× with all set-up ({} to {}).",
-                            rounded(s.frame.low), rounded(s.frame.high), rounded(s.with_setup.value),
-                            rounded(s.with_setup.low), rounded(s.with_setup.high)))
-                    }
-                }
+                @for s in &summary.speed_ups { li { (s.sentence()) } }
             }
         }
         @if !summary.losses.is_empty() {

@@ -8,8 +8,7 @@ use crate::report::draw::png::{text_width, wrap};
 use crate::report::draw::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::study::{
-    EqualTime, How, Interval, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto,
-    rounded,
+    EqualTime, How, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto, rounded,
 };
 
 /// A4 portrait, millimetres.
@@ -205,7 +204,7 @@ fn arrows(svg: &mut Svg, plot: &Plot, summary: &Summary, with_setup: bool) {
             &format!("{}{} × as long", s.how.bound(), rounded(ratio.value)),
             &halo.bold().anchor(Anchor::Middle),
         );
-        let range = format!("95 %: {}", range(ratio));
+        let range = format!("95 %: {}", ratio.range());
         svg.text([middle, line + 7.2], &range, &halo.anchor(Anchor::Middle));
     }
     let same = |e: &&EqualTime| e.metric == Metric::Flip && e.against == path && e.with_setup == with_setup;
@@ -215,12 +214,8 @@ fn arrows(svg: &mut Svg, plot: &Plot, summary: &Summary, with_setup: bool) {
         let least = if e.how == How::First { "at least " } else { "" };
         svg.text([at[0] + 1.5, at[1]], &format!("{least}{} × the error", rounded(e.ratio.value)), &halo.bold());
         svg.text([at[0] + 1.5, at[1] + 3.2], "in the same time", &halo);
-        svg.text([at[0] + 1.5, at[1] + 6.4], &format!("95 %: {}", range(&e.ratio)), &halo);
+        svg.text([at[0] + 1.5, at[1] + 6.4], &format!("95 %: {}", e.ratio.range()), &halo);
     }
-}
-
-fn range(i: &Interval) -> String {
-    format!("{} to {}", rounded(i.low), rounded(i.high))
 }
 
 /// What the marks mean, line by line; gives where it ends.
@@ -267,34 +262,10 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
         }
         y += 1.6;
     };
-    let one = |s: &SpeedUp| {
-        let how = if s.how == How::Extrapolated { ", extrapolated" } else { "" };
-        let least = s.how.bound();
-        format!(
-            "{}: {least}{} × as long a frame at FLIP {:.3} (95 %: {}{how}), {least}{} × with all set-up (95 %: {}).",
-            s.against,
-            rounded(s.frame.value),
-            s.error,
-            range(&s.frame),
-            rounded(s.with_setup.value),
-            range(&s.with_setup)
-        )
-    };
     let flip = summary.speed_ups.iter().filter(|s| s.metric == Metric::Flip);
-    say("Time to the same error", &flip.map(one).collect::<Vec<_>>());
-    let one = |e: &EqualTime| {
-        let least = if e.how == How::First { "at least " } else { "" };
-        let when = if e.with_setup { "one frame with all set-up" } else { "a frame" };
-        format!(
-            "{} in the {} s of {when}: {least}{} × the error by FLIP (95 %: {}).",
-            e.against,
-            rounded(e.cpu_s),
-            rounded(e.ratio.value),
-            range(&e.ratio)
-        )
-    };
+    say("Time to the same error", &flip.map(SpeedUp::sentence).collect::<Vec<_>>());
     let flip = summary.equal_time.iter().filter(|e| e.metric == Metric::Flip);
-    say("Error in the same time", &flip.map(one).collect::<Vec<_>>());
+    say("Error in the same time", &flip.map(EqualTime::sentence).collect::<Vec<_>>());
     say("What twice as much of one setting does to the error (95 %)", &orders(summary));
     say("Where image-based shooting loses", &summary.losses);
     let mut known: Vec<String> = order_said(&summary.probe_order).into_iter().collect();

@@ -38,13 +38,13 @@ pub(in crate::report) fn columns() -> impl Iterator<Item = &'static str> {
     ["method", "setting"].into_iter().chain(FIGURES.map(|f| f.0)).chain(["pareto"])
 }
 
-/// Writes `study.svg`, `.png` and `.pdf`, and `study.csv`. `shown` is what a person calls the site on the command line.
+/// Writes `study.svg`, `.png` and `.pdf`, and `study.csv`; `command` is the one that makes them.
 ///
 /// # Errors
 /// If the sheet cannot be drawn, or the file system refuses.
 pub fn write_study(
     site: &Site,
-    shown: &str,
+    command: &str,
     study: &Study,
     summary: &Summary,
     outside: &[Outside],
@@ -53,7 +53,7 @@ pub fn write_study(
     let mut table = Table::new(columns());
     study_rows(&summary.rows).iter().for_each(|row| table.row(row));
     write_file(&folder.join("study.csv"), table.finish().as_bytes())?;
-    let made_by = format!("clerestory {}, clerestory study {shown}", env!("CARGO_PKG_VERSION"));
+    let made_by = format!("clerestory {}, {command}", env!("CARGO_PKG_VERSION"));
     let imprint = Imprint { site: &site.name, project: &site.project, sheet: [1, 1], made_by: &made_by };
     write_sheet(&study_sheet(&imprint, study, summary, outside), folder, "study")?;
     Ok(())

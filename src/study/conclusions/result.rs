@@ -73,6 +73,25 @@ pub struct SpeedUp {
     pub with_setup: Interval,
 }
 
+impl SpeedUp {
+    /// It in words.
+    pub fn sentence(&self) -> String {
+        let metric = if self.metric == Metric::Ssim { "1 − SSIM" } else { self.metric.name() };
+        let (least, how) = (self.how.bound(), if self.how == How::Extrapolated { ", extrapolated" } else { "" });
+        format!(
+            "For the same error ({metric} {:.4}), {} takes {least}{} × as long for a frame (95 %: {}; wall {}{how}), and {least}{} × \
+             with all set-up ({}).",
+            self.error,
+            self.against,
+            rounded(self.frame.value),
+            self.frame.range(),
+            self.frame_wall.map_or_else(|| "?".to_owned(), rounded),
+            rounded(self.with_setup.value),
+            self.with_setup.range()
+        )
+    }
+}
+
 /// How much more another way errs in the same time.
 #[derive(Clone, Debug, Serialize)]
 pub struct EqualTime {
@@ -90,6 +109,29 @@ pub struct EqualTime {
     pub how: How,
     /// Its error ÷ image-based shooting's.
     pub ratio: Interval,
+}
+
+impl EqualTime {
+    /// It in words.
+    pub fn sentence(&self) -> String {
+        format!(
+            "In the {} s of {}, {} errs {}{} × as much by {} (95 %: {}).",
+            rounded(self.cpu_s),
+            if self.with_setup { "one frame with all set-up" } else { "a frame" },
+            self.against,
+            if self.how == How::First { "at least " } else { "" },
+            rounded(self.ratio.value),
+            self.metric.name(),
+            self.ratio.range()
+        )
+    }
+}
+
+impl Interval {
+    /// Its ends in words.
+    pub fn range(&self) -> String {
+        format!("{} to {}", rounded(self.low), rounded(self.high))
+    }
 }
 
 /// How error falls with a parameter.
@@ -125,4 +167,38 @@ pub struct Recommended {
 pub(crate) struct Whole<'a> {
     pub(crate) run: &'a Run,
     pub(crate) blocks: Vec<Block>,
+}
+
+/// A figure with two digits that count.
+pub fn rounded(x: f64) -> String {
+    if !x.is_finite() {
+        return "?".to_owned();
+    }
+    let digits = if x > 0.0 { x.log10().floor() as i32 } else { 0 };
+    if digits >= 1 {
+        let step = 10f64.powi(digits - 1);
+        let whole = ((x / step).round() * step) as u64;
+        let text = whole.to_string();
+        let mut out = String::new();
+        for (i, c) in text.chars().enumerate() {
+            if i > 0 && (text.len() - i).is_multiple_of(3) {
+                out.push('\u{202f}');
+            }
+            out.push(c);
+        }
+        out
+    } else {
+        format!("{x:.*}", (1 - digits).clamp(1, 9) as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_rounded_to_what_counts() {
+        let shown = [0.123, 1.26, 9.7, 14.7, 163.0, 6543.0, 1_234_567.0, f64::NAN].map(rounded);
+        assert_eq!(shown, ["0.12", "1.3", "9.7", "15", "160", "6\u{202f}500", "1\u{202f}200\u{202f}000", "?"]);
+    }
 }

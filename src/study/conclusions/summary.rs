@@ -20,8 +20,8 @@ pub(crate) fn error(metric: Metric, blocks: &[Block], weights: &[f32]) -> f64 {
     if metric == Metric::Ssim { 1.0 - value } else { value }
 }
 
-/// What a study says; `outside` are other programs' curves, `site` what a person calls the site on the command line.
-pub fn summary(study: &Study, outside: &[Outside], site: &str) -> Summary {
+/// What a study says; `outside` are other programs' curves, `render` the command that renders the site with the settings as they come.
+pub fn summary(study: &Study, outside: &[Outside], render: &str) -> Summary {
     let resamples = Resamples::new(&study.blocks, DRAWS);
     let mut whole: Vec<Whole> = study
         .runs
@@ -55,7 +55,7 @@ pub fn summary(study: &Study, outside: &[Outside], site: &str) -> Summary {
             }
         }
     }
-    let recommended = recommended(&rows, site, &study.order);
+    let recommended = recommended(&rows, render, &study.order);
     let losses = losses(&whole, &rows, &speed_ups);
     let convergence = convergence(study, &whole, &resamples);
     let probe_order = study.order.clone();
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn equal_error_and_equal_time_follow_the_power_law() {
-        let s = summary(&example(), &[], "sites/s");
+        let s = summary(&example(), &[], "render sites/s");
         let flip = s.speed_ups.iter().find(|s| s.metric == Metric::Flip).unwrap();
         // 0.8/√n = 0.05 at n = 256 samples = 512 processor seconds, beyond the last point
         assert!((flip.needed_cpu_s / 512.0 - 1.0).abs() < 1e-5 && flip.how == How::Extrapolated, "{flip:?}");
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn rows_are_sorted_and_the_front_and_orders_are_found() {
-        let s = summary(&example(), &[], "sites/s");
+        let s = summary(&example(), &[], "render sites/s");
         let names: Vec<_> = s.rows.iter().map(|r| format!("{} {}", r.setting.method.name(), r.label)).collect();
         assert_eq!(names[..2], ["ibs default settings", "ibs 32 volume cells"]);
         assert!(
@@ -298,7 +298,7 @@ mod tests {
             s.convergence.iter().find(|c| c.method == Method::PathTracing && c.metric == Metric::Rmse).unwrap();
         assert!((traced.order.value + 0.5).abs() < 1e-6 && traced.points == 4);
         let recommended = s.recommended.unwrap();
-        assert!(recommended.snippet.contains("clerestory render sites/s"), "{}", recommended.snippet);
+        assert!(recommended.snippet.contains("render sites/s"), "{}", recommended.snippet);
         assert!((tail(&[(1.0, 1.5), (2.0, 1.25), (4.0, 1.125)]).unwrap() + 1.0).abs() < 1e-12, "1 + ½/x");
     }
 }

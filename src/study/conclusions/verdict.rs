@@ -1,7 +1,7 @@
 //! What to render with, and where image-based shooting loses.
 
 use super::compare::{Comparison, Errors};
-use super::result::{Recommended, Row, SpeedUp, Whole};
+use super::result::{Recommended, Row, SpeedUp, Whole, rounded};
 use crate::study::curve::How;
 use crate::study::metrics::blocks::Metric;
 use crate::study::order::Ranked;
@@ -10,8 +10,9 @@ use crate::study::sweep::{Method, Parameter, Setting};
 /// A setting is as good as the best if its FLIP is at most so many times the best one's.
 const AS_GOOD: f64 = 1.03;
 
-/// The cheapest of the image-based settings that are as good as the best, by set-up and one frame.
-pub(crate) fn recommended(rows: &[Row], site: &str, order: &[Ranked]) -> Option<Recommended> {
+/// The cheapest of the image-based settings that are as good as the best, by set-up and one frame; `render` is the command that renders
+/// the site with the settings as they come.
+pub(crate) fn recommended(rows: &[Row], render: &str, order: &[Ranked]) -> Option<Recommended> {
     let ours = || rows.iter().filter(|r| r.setting.method == Method::Ibs && r.flip.value.is_finite());
     let best = ours().min_by(|a, b| a.flip.value.total_cmp(&b.flip.value))?;
     let cost = |r: &Row| r.setup.cpu_s + r.frame.cpu_s;
@@ -27,30 +28,27 @@ pub(crate) fn recommended(rows: &[Row], site: &str, order: &[Ranked]) -> Option<
         chosen.setup.cpu_s,
         chosen.frame.cpu_s
     );
-    Some(Recommended { setting: chosen.setting, why, snippet: snippet(&chosen.setting, site, order) })
+    Some(Recommended { setting: chosen.setting, why, snippet: snippet(&chosen.setting, render, order) })
 }
 
 /// The command line that renders with a setting.
-fn snippet(setting: &Setting, site: &str, order: &[Ranked]) -> String {
-    let site = if site.contains(' ') { format!("\"{site}\"") } else { site.to_owned() };
+fn snippet(setting: &Setting, render: &str, order: &[Ranked]) -> String {
     let value = setting.value;
     match setting.parameter {
-        Parameter::AsItComes | Parameter::Radius => format!("clerestory render {site}"),
-        Parameter::Width => format!("clerestory render {site}   # panoramas {value} pixels wide are enough"),
+        Parameter::AsItComes | Parameter::Radius => render.to_owned(),
+        Parameter::Width => format!("{render}   # panoramas {value} pixels wide are enough"),
         Parameter::Probes => {
             // the option takes the first of the site file
             let taken = &order[..order.len().min(value as usize)];
             let names = taken.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", ");
             match taken.iter().all(|r| (r.index as f64) < value) {
-                true => format!("clerestory render {site} --probes {value}"),
-                false => {
-                    format!("clerestory render {site} --probes {value}   # {names} moved to the front of the site file")
-                }
+                true => format!("{render} --probes {value}"),
+                false => format!("{render} --probes {value}   # {names} moved to the front of the site file"),
             }
         }
-        Parameter::Cells => format!("clerestory render {site} --cells {value}"),
-        Parameter::Rays => format!("clerestory render {site} --volume-rays {value}"),
-        Parameter::Samples => format!("clerestory render {site} --samples {value}"),
+        Parameter::Cells => format!("{render} --cells {value}"),
+        Parameter::Rays => format!("{render} --volume-rays {value}"),
+        Parameter::Samples => format!("{render} --samples {value}"),
     }
 }
 
@@ -60,8 +58,10 @@ pub(crate) fn losses(whole: &[Whole], rows: &[Row], speed_ups: &[SpeedUp]) -> Ve
     let Some(ours) = whole.iter().find(|w| w.run.is_plain_ibs()) else { return all };
     let mine = rows.iter().filter(|r| r.setting.method == Method::Ibs);
     if let Some(best) = mine.min_by(|a, b| a.flip.value.total_cmp(&b.flip.value)) {
+        let nearer = |r: &Row| r.setting.method == Method::PathTracing && r.flip.value < best.flip.value;
+        let tracer = if rows.iter().any(nearer) { " Path tracing does, given the time." } else { "" };
         all.push(format!(
-            "It stops: no setting tried comes below FLIP {:.3} ({}). Path tracing does, given the time.",
+            "It stops: no setting tried comes below FLIP {:.3} ({}).{tracer}",
             best.flip.value, best.label
         ));
     }
@@ -110,48 +110,19 @@ pub(crate) fn losses(whole: &[Whole], rows: &[Row], speed_ups: &[SpeedUp]) -> Ve
     all
 }
 
-/// A figure with two digits that count.
-pub fn rounded(x: f64) -> String {
-    if !x.is_finite() {
-        return "?".to_owned();
-    }
-    let digits = if x > 0.0 { x.log10().floor() as i32 } else { 0 };
-    if digits >= 1 {
-        let step = 10f64.powi(digits - 1);
-        let whole = ((x / step).round() * step) as u64;
-        let text = whole.to_string();
-        let mut out = String::new();
-        for (i, c) in text.chars().enumerate() {
-            if i > 0 && (text.len() - i).is_multiple_of(3) {
-                out.push('\u{202f}');
-            }
-            out.push(c);
-        }
-        out
-    } else {
-        format!("{x:.*}", (1 - digits).clamp(1, 9) as usize)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn figures_are_rounded_to_what_counts() {
-        let shown = [0.123, 1.26, 9.7, 14.7, 163.0, 6543.0, 1_234_567.0, f64::NAN].map(rounded);
-        assert_eq!(shown, ["0.12", "1.3", "9.7", "15", "160", "6\u{202f}500", "1\u{202f}200\u{202f}000", "?"]);
-    }
 
     #[test]
     fn snippets_name_the_option() {
         let probe =
             |(place, index): (usize, usize)| Ranked { index, name: format!("p{index}"), seen: 0.5 * place as f64 };
         let order: Vec<Ranked> = [1, 0, 3, 2].into_iter().enumerate().map(probe).collect();
-        let of = |parameter, value| snippet(&Setting { method: Method::Ibs, parameter, value }, "a b", &order);
-        assert_eq!(of(Parameter::Probes, 2.0), "clerestory render \"a b\" --probes 2");
+        let of = |parameter, value| snippet(&Setting { method: Method::Ibs, parameter, value }, "render s", &order);
+        assert_eq!(of(Parameter::Probes, 2.0), "render s --probes 2");
         assert!(of(Parameter::Probes, 3.0).ends_with("# p1, p0, p3 moved to the front of the site file"));
-        assert_eq!(of(Parameter::Cells, 32.0), "clerestory render \"a b\" --cells 32");
-        assert_eq!(of(Parameter::Samples, 1.0), "clerestory render \"a b\" --samples 1");
+        assert_eq!(of(Parameter::Cells, 32.0), "render s --cells 32");
+        assert_eq!(of(Parameter::Samples, 1.0), "render s --samples 1");
     }
 }

@@ -48,8 +48,14 @@ pub(crate) fn referenced(
         let empty = rectangles.iter().map(blank).collect();
         let outline = TruthView::new(&view.name, view.camera, empty, &Picture::new(0, 0));
         let files = ["a", "b"].map(|half| folder.join(format!("study-truth-{}-{half}.exr", view.name)));
-        let halves: [Picture; 2] = if known && files.iter().all(|f| f.exists()) {
-            [panorama::read(&files[0])?, panorama::read(&files[1])?]
+        let [width, height] = [rectangles[0][2], rectangles.iter().map(|r| r[3]).sum()];
+        let fits = |half: &Picture| [half.width, half.height] == [width, height].map(|side: u32| side as usize);
+        let kept = match &files {
+            [a, b] if known && a.exists() && b.exists() => Some([panorama::read(a)?, panorama::read(b)?]),
+            _ => None,
+        };
+        let halves: [Picture; 2] = if let Some(halves) = kept.filter(|halves| halves.iter().all(fits)) {
+            halves
         } else {
             doing(&view.name);
             let seed = 2 * options.seed;
