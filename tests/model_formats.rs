@@ -530,6 +530,7 @@ fn a_first_site_file_names_what_lies_beside_the_model() {
     fs::write(&file, &draft.text).unwrap();
     let loaded = Site::load_to_register(folder.path()).unwrap();
     assert_eq!(loaded.lightings(), ["10:00", "14:30"]);
+    assert_eq!(draft.text.matches("# guessed: times at the end of names\n").count(), 3);
     assert_eq!(loaded.probes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["aisle", "east", "west"]);
     assert!(Site::load(folder.path()).is_err());
     // what is written out for a hand is right but for the # before it
@@ -542,11 +543,9 @@ fn a_first_site_file_names_what_lies_beside_the_model() {
     toml::from_str::<toml::Table>(&block).unwrap();
 }
 
-#[test]
-fn cameras_beside_photographs_are_found_and_tell_which_way_is_up() {
-    // COLMAP's axes: anyhow turned, here with y down
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
+/// A model with y down, ten photographs of it and COLMAP's cameras, whose names for them begin with `before`.
+fn solved_visit(folder: &Path, before: &str) -> Sources {
+    let path = |name: &str| folder.join(name);
     fs::create_dir_all(path("colmap/sparse/0")).unwrap();
     fs::create_dir_all(path("photos")).unwrap();
     let text = fs::read_to_string(chapel().join("chapel.obj")).unwrap();
@@ -564,23 +563,48 @@ fn cameras_beside_photographs_are_found_and_tell_which_way_is_up() {
         let picture = image::RgbImage::from_fn(40, 30, |x, y| image::Rgb([40 + x as u8, 50 + y as u8, 60]));
         picture.save(path(&format!("photos/p{i}.png"))).unwrap();
         // it looks along +z, held so that y is down; t = −R c
-        images += &format!("{} 1 0 0 0 {} 1.6 {} 1 p{i}.png\n\n", i + 1, -3.0 - 0.5 * f64::from(i), 1.0);
+        images += &format!("{} 1 0 0 0 {} 1.6 {} 1 {before}p{i}.png\n\n", i + 1, -3.0 - 0.5 * f64::from(i), 1.0);
     }
     fs::write(path("colmap/sparse/0/images.txt"), images).unwrap();
-    let sources = Sources { model: path("model.obj"), photos: Some(path("photos")), ..Sources::default() };
+    Sources { model: path("model.obj"), photos: Some(path("photos")), ..Sources::default() }
+}
+
+#[test]
+fn cameras_beside_photographs_are_found_and_tell_which_way_is_up() {
+    // COLMAP's axes: anyhow turned, here with y down; its names are paths from where it was told to look
+    for before in ["", "photos/"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let sources = solved_visit(folder.path(), before);
+        let draft = draft(&path("site.toml"), &sources).unwrap();
+        assert_eq!((draft.probes, draft.views, draft.unplaced), (8, 2, 0), "{}", draft.text);
+        assert_eq!((draft.guess.up.value.name().as_str(), draft.guess.up.sure), ("-y", true));
+        assert_eq!(draft.guess.unit.value.key, "m");
+        assert!(draft.guess.unit.why.contains("cameras 1.6 m above"), "{}", draft.guess.unit.why);
+        fs::write(path("site.toml"), &draft.text).unwrap();
+        Site::load(folder.path()).unwrap();
+        // cameras that cannot be read are told of, not passed over
+        fs::write(path("colmap/sparse/0/images.txt"), "1 2 0 0 0 0 0 0 1 p0.png\n\n").unwrap();
+        let broken = clerestory::init::draft(&path("other.toml"), &sources).unwrap();
+        let told = |w: &String| w.contains("images.txt") && w.contains("these cameras are left out");
+        assert!(broken.warnings.iter().filter(|w| told(w)).count() == 1, "{:?}", broken.warnings);
+        assert_eq!((broken.probes, broken.unposed), (0, 10));
+    }
+}
+
+#[test]
+fn a_camera_file_of_photographs_says_nothing_of_panoramas_that_are_called_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::create_dir(path("panoramas")).unwrap();
+    for name in ["p0", "p1"] {
+        fs::write(path(&format!("panoramas/{name}.png")), png(64, 32, 90)).unwrap();
+    }
+    let sources = Sources { probes: Some(path("panoramas")), ..solved_visit(folder.path(), "") };
     let draft = draft(&path("site.toml"), &sources).unwrap();
-    assert_eq!((draft.guess.up.value.name().as_str(), draft.guess.up.sure), ("-y", true));
-    assert_eq!(draft.guess.unit.value.key, "m");
-    assert!(draft.guess.unit.why.contains("cameras 1.6 m above"), "{}", draft.guess.unit.why);
-    assert_eq!((draft.probes, draft.views, draft.unplaced), (8, 2, 0), "{}", draft.text);
-    fs::write(path("site.toml"), &draft.text).unwrap();
-    Site::load(folder.path()).unwrap();
-    // cameras that cannot be read are told of, not passed over
-    fs::write(path("colmap/sparse/0/images.txt"), "1 2 0 0 0 0 0 0 1 p0.png\n\n").unwrap();
-    let broken = clerestory::init::draft(&path("other.toml"), &sources).unwrap();
-    let told = |w: &String| w.contains("images.txt") && w.contains("these cameras are left out");
-    assert!(broken.warnings.iter().filter(|w| told(w)).count() == 1, "{:?}", broken.warnings);
-    assert_eq!((broken.probes, broken.unposed), (0, 10));
+    // the panoramas light the place, all photographs are views
+    assert_eq!((draft.probes, draft.unplaced, draft.views), (2, 2, 10), "{}", draft.text);
+    assert!(draft.text.contains("image = \"panoramas/p0.png\""), "{}", draft.text);
 }
 
 /// A picture of one colour as a PNG file.

@@ -6,7 +6,7 @@ use clerestory::atomic_write::folder_of;
 use clerestory::register::{self, RegisterSettings, Registered, Rival, Subject, Verdict};
 use clerestory::report::{RegisterSheet, register_sheet, register_stem, register_words, write_file, write_sheet};
 use clerestory::scene::Scene;
-use clerestory::site::edit::{Listed, PoseChange, in_site_file, length_decimals, number, with_poses};
+use clerestory::site::edit::{PoseChange, in_site_file, length_decimals, number, quoted, with_poses};
 use clerestory::site::{CameraSource, Frame, Site};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -221,7 +221,7 @@ fn writable(file: &Path, site: &Site, overwrite: bool) -> anyhow::Result<PathBuf
 fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [Told]) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(&site.file).with_context(|| format!("{}", site.file.display()))?;
     let change =
-        |f: &Registered| PoseChange { list: list(f.subject), name: f.subject.name(site).to_owned(), pose: f.pose };
+        |f: &Registered| PoseChange { list: f.subject.kind(), name: f.subject.name(site).to_owned(), pose: f.pose };
     let sure: Vec<usize> = (0..all.len()).filter(|&i| all[i].verdict == Verdict::Found).collect();
     let changes: Vec<PoseChange> = sure.iter().map(|&i| change(&all[i])).collect();
     let edited = with_poses(&text, &site.frame, &changes).with_context(|| format!("{}", site.file.display()))?;
@@ -234,13 +234,6 @@ fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [Told]) -> a
         told[sure[k]].not_written = Some(why.to_string());
     }
     Ok(())
-}
-
-fn list(subject: Subject) -> Listed {
-    match subject {
-        Subject::Probe(_) => Listed::Probe,
-        Subject::View(_) => Listed::View,
-    }
 }
 
 fn verdict(verdict: Verdict) -> &'static str {
@@ -338,9 +331,9 @@ fn block(site: &Site, f: &Registered) -> String {
     };
     let note = if elsewhere { "   # with the lens and the photo of this view" } else { "" };
     format!(
-        "[[{}]]{note}\nname = {:?}\nposition = [{}]\nheading = {heading}\npitch = {pitch}\nroll = {roll}",
+        "[[{}]]{note}\nname = {}\nposition = [{}]\nheading = {heading}\npitch = {pitch}\nroll = {roll}",
         f.subject.kind(),
-        f.subject.name(site),
+        quoted(f.subject.name(site)),
         position.join(", ")
     )
 }

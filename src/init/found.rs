@@ -1,6 +1,6 @@
 //! Pictures and camera files in folders, and what they seem to be.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 
 use super::InitError;
@@ -86,16 +86,30 @@ fn found(path: PathBuf, size: [u32; 2]) -> Found {
     Found { path, shape, fov_y }
 }
 
+/// Bare digits are times of day only where neighbours lie at least this far apart, minutes: what is nearer is counted.
+const LEAST_APART: u32 = 10;
+
 /// Pictures of one place under several lightings, by the time at the end of their names: `west_1000`, `west_14-30`. In order
 /// of names; each with its lighting, empty where it stands alone.
 pub(super) fn by_lighting(pictures: &[Found]) -> Vec<(String, Vec<(String, &Found)>)> {
-    let timed: Vec<Option<(String, String)>> = pictures.iter().map(|p| timed(&p.stem())).collect();
-    let mut together: BTreeMap<&str, usize> = BTreeMap::new();
-    timed.iter().flatten().for_each(|(base, _)| *together.entry(base).or_default() += 1);
+    let timed: Vec<Option<Timed>> = pictures.iter().map(|p| Timed::of(&p.stem())).collect();
+    let mut minutes: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+    timed.iter().flatten().for_each(|t| minutes.entry(&t.base).or_default().push(t.minutes));
+    // whether a base's endings are lightings: those with a separator, and bare digits
+    let lightings: BTreeMap<&str, [bool; 2]> = minutes
+        .into_iter()
+        .map(|(base, mut all)| {
+            let several = all.len() > 1;
+            all.sort_unstable();
+            all.dedup();
+            (base, [several, all.len() > 1 && all.windows(2).all(|two| two[1] - two[0] >= LEAST_APART)])
+        })
+        .collect();
+    let is_lighting = |t: &Timed| lightings.get(t.base.as_str()).is_some_and(|of| of[usize::from(t.bare)]);
     let mut places: Vec<(String, Vec<(String, &Found)>)> = Vec::new();
     for (picture, timed) in pictures.iter().zip(&timed) {
         let (name, lighting) = match timed {
-            Some((base, time)) if together[base.as_str()] > 1 => (base.clone(), time.clone()),
+            Some(t) if is_lighting(t) => (t.base.clone(), t.time.clone()),
             _ => (picture.stem(), String::new()),
         };
         match places.iter_mut().find(|p| p.0 == name && p.1.iter().all(|(l, _)| *l != lighting)) {
@@ -107,27 +121,49 @@ pub(super) fn by_lighting(pictures: &[Found]) -> Vec<(String, Vec<(String, &Foun
 }
 
 /// A name that ends in a time of day, parted: `west_1000` is `west` and `10:00`.
-fn timed(stem: &str) -> Option<(String, String)> {
-    let end = stem.trim_end_matches(|c: char| c.is_ascii_digit() || "-.h:".contains(c));
-    let digits: String = stem[end.len()..].chars().filter(char::is_ascii_digit).collect();
-    let base = end.strip_suffix(['_', '-', ' ']).filter(|b| !b.is_empty())?;
-    let (hour, minute) = (digits.get(..2)?, digits.get(2..).filter(|m| m.len() == 2)?);
-    let is = |text: &str, most: u32| text.parse::<u32>().is_ok_and(|v| v < most);
-    (is(hour, 24) && is(minute, 60)).then(|| (base.to_owned(), format!("{hour}:{minute}")))
+struct Timed {
+    base: String,
+    time: String,
+    /// Since midnight.
+    minutes: u32,
+    /// Whether the time is four digits without a separator, which may be a number as well.
+    bare: bool,
+}
+
+impl Timed {
+    fn of(stem: &str) -> Option<Self> {
+        let end = stem.trim_end_matches(|c: char| c.is_ascii_digit() || "-.h:".contains(c));
+        let ending = &stem[end.len()..];
+        let digits: String = ending.chars().filter(char::is_ascii_digit).collect();
+        let base = end.strip_suffix(['_', '-', ' ']).filter(|b| !b.is_empty())?;
+        let (hour, minute) = (digits.get(..2)?, digits.get(2..).filter(|m| m.len() == 2)?);
+        let below = |text: &str, most: u32| text.parse::<u32>().ok().filter(|v| *v < most);
+        Some(Self {
+            base: base.to_owned(),
+            time: format!("{hour}:{minute}"),
+            minutes: 60 * below(hour, 24)? + below(minute, 60)?,
+            bare: ending.len() == digits.len(),
+        })
+    }
 }
 
 /// A file or folder of cameras that another program has solved.
 #[derive(Clone, Debug)]
 pub(super) struct PoseFile {
     pub(super) path: PathBuf,
-    /// Its photographs' names, see [`bare_names`].
-    names: BTreeSet<String>,
+    /// Its photographs' names as the file has them, by their [`bare_names`].
+    names: BTreeMap<String, String>,
 }
 
 impl PoseFile {
     /// Whether it names a picture, with or without folders and ending.
     pub(super) fn knows(&self, picture: &Found) -> bool {
-        self.names.contains(&picture.stem().to_lowercase())
+        self.own_name(picture).is_some()
+    }
+
+    /// Its own name of a picture, the only one that is sure to be understood where it is read.
+    pub(super) fn own_name(&self, picture: &Found) -> Option<&str> {
+        self.names.get(&picture.stem().to_lowercase()).map(String::as_str)
     }
 }
 
@@ -139,7 +175,11 @@ pub(super) fn pose_files(folder: &Path, pictures: &[Found]) -> (Vec<PoseFile>, V
     for path in [Some(folder.to_owned()), beside].into_iter().flatten().flat_map(|f| candidates(&f)) {
         let Ok(whole) = path.canonicalize() else { continue };
         all.entry(whole).or_insert_with(|| match pose_file_photographs(&path) {
-            Ok(photographs) => Ok(PoseFile { path, names: photographs.iter().flat_map(|p| bare_names(p)).collect() }),
+            Ok(photographs) => {
+                let named =
+                    |own: &String| bare_names(own).into_iter().map(|bare| (bare, own.clone())).collect::<Vec<_>>();
+                Ok(PoseFile { path, names: photographs.iter().flat_map(named).collect() })
+            }
             Err(e) => Err(format!("{e}; these cameras are left out.")),
         });
     }
@@ -198,7 +238,7 @@ mod tests {
 
     #[test]
     fn times_at_the_end_of_names_are_lightings() {
-        let parted = |stem: &str| timed(stem).map(|(base, time)| format!("{base} at {time}"));
+        let parted = |stem: &str| Timed::of(stem).map(|t| format!("{} at {}", t.base, t.time));
         assert_eq!(parted("west_1000").as_deref(), Some("west at 10:00"));
         assert_eq!(parted("north aisle 14-30").as_deref(), Some("north aisle at 14:30"));
         assert_eq!([parted("IMG_2599"), parted("1000"), parted("p_160"), parted("west_20240101")], [const { None }; 4]);
@@ -209,6 +249,24 @@ mod tests {
         let names: Vec<(&str, usize)> = places.iter().map(|(name, pictures)| (name.as_str(), pictures.len())).collect();
         assert_eq!(names, [("east_1000", 1), ("west", 2)]);
         assert_eq!(places[1].1[1].0, "14:30");
+    }
+
+    #[test]
+    fn numbers_at_the_end_of_names_are_no_lightings() {
+        let names = |all: &[&str]| -> Vec<String> {
+            let all: Vec<Found> = all.iter().map(|name| found(PathBuf::from(name), [512, 256])).collect();
+            by_lighting(&all).iter().map(|(name, pictures)| format!("{name} ×{}", pictures.len())).collect()
+        };
+        let counted = ["pano_0001.png", "pano_0002.png", "pano_0003.png"];
+        assert_eq!(names(&counted), ["pano_0001 ×1", "pano_0002 ×1", "pano_0003 ×1"]);
+        // two that are next to each other are enough
+        let camera = ["IMG_1234.jpg", "IMG_1235.jpg", "IMG_1301.jpg"];
+        assert_eq!(names(&camera), ["IMG_1234 ×1", "IMG_1235 ×1", "IMG_1301 ×1"]);
+        assert_eq!(names(&["a_1000.exr", "a_1010.exr"]), ["a ×2"]);
+        // one time twice is one lighting
+        assert_eq!(names(&["a_1000.exr", "a_1000.hdr"]), ["a_1000 ×1", "a_1000 ×1"]);
+        // nobody counts like this
+        assert_eq!(names(&["a_10-00.exr", "a_10h01.exr"]), ["a ×2"]);
     }
 
     #[test]

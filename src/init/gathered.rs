@@ -45,7 +45,7 @@ pub(super) struct Gathered {
     pub(super) left_out: Option<String>,
     /// The folder of the photographs that it names.
     pub(super) solved_folder: PathBuf,
-    /// Names of those among them that are probes.
+    /// The camera file's own names of those among them that are probes.
     pub(super) solved_probes: Vec<String>,
     /// Pictures of a scan file, with their poses.
     pub(super) scanned: Vec<Scanned>,
@@ -72,15 +72,18 @@ impl Gathered {
             warnings.push(format!("There are other camera files beside the pictures: {}.", others.join(", ")));
         }
         let solved = |picture: &Found| pose_file.as_ref().is_some_and(|f| f.knows(picture));
+        let own_name = |picture: &Found| pose_file.as_ref()?.own_name(picture).map(str::to_owned);
         let (solved_photos, photos): (Vec<Found>, Vec<Found>) = photos.into_iter().partition(solved);
-        let (solved_probes, probes): (Vec<Found>, Vec<Found>) = probes.into_iter().partition(solved);
+        // beside photographs the camera file is theirs: a probe of the same name is another picture
+        let (solved_probes, probes): (Vec<Found>, Vec<Found>) =
+            if sources.photos.is_none() { probes.into_iter().partition(solved) } else { (Vec::new(), probes) };
         let (panoramas, unposed): (Vec<Found>, Vec<Found>) =
             photos.into_iter().partition(|p| p.shape == Shape::Panorama);
         let panoramas: Vec<Found> = probes.into_iter().chain(panoramas).collect();
-        let mut names: Vec<String> = solved_probes.iter().map(Found::stem).collect();
+        let mut names: Vec<String> = solved_probes.iter().filter_map(own_name).collect();
         if panoramas.is_empty() && names.is_empty() {
             // photographs light the place, but every fifth is left to be compared with
-            names = solved_photos.chunks(5).flat_map(|five| five.iter().take(4)).map(Found::stem).collect();
+            names = solved_photos.chunks(5).flat_map(|five| five.iter().take(4)).filter_map(own_name).collect();
         }
         let solved_folder = folder;
         Ok(Self { panoramas, unposed, pose_file, solved_folder, solved_probes: names, ..Self::default() })

@@ -7,7 +7,7 @@ use super::found::{Found, Shape, by_lighting};
 use super::guess::Guessed;
 use super::scans::{ScanLens, wxyz};
 use super::{Findings, Gathered};
-use crate::site::edit::number;
+use crate::site::edit::{number, quoted};
 
 /// So many photographs without a place are written out; the others are counted.
 const WRITTEN_OUT: usize = 12;
@@ -19,7 +19,7 @@ pub(super) fn site_file(f: &Findings) -> String {
     let direction = f.guess.up.value.direction();
     let up_key = match f.guess.up.value.name() {
         name if name.starts_with('[') => format!("[{:.5}, {:.5}, {:.5}]", direction.x, direction.y, direction.z),
-        name => text(&name),
+        name => quoted(&name),
     };
     let colours = if f.coloured {
         "vertex_colours = \"srgb\"        # guessed: programs that colour scans mostly write sRGB; else \"linear\"\n"
@@ -32,8 +32,8 @@ pub(super) fn site_file(f: &Findings) -> String {
          [site]\nname = {}\nunits = {}        # {units}\nup = {up_key}        # {up}\n\
          north = 0.0        # degrees clockwise, seen from above, from the model's own north to true north\n\n\
          [model]\npath = {}\n{colours}",
-        text(&f.name),
-        text(f.guess.unit.value.key),
+        quoted(&f.name),
+        quoted(f.guess.unit.value.key),
         path(f.folder, f.model)
     );
     let parts = [
@@ -69,7 +69,7 @@ fn cameras(folder: &Path, pictures: &Gathered) -> String {
     line(&format!("path = {}", path(folder, &file.path)));
     line(&format!("photos = {}", path(folder, &pictures.solved_folder)));
     if !pictures.solved_probes.is_empty() {
-        let names: Vec<String> = pictures.solved_probes.iter().map(|name| text(name)).collect();
+        let names: Vec<String> = pictures.solved_probes.iter().map(|name| quoted(name)).collect();
         line(&format!("probes = [{}]        # they light the place; the others are views", names.join(", ")));
     }
     out
@@ -89,7 +89,7 @@ fn scanned(folder: &Path, pictures: &Gathered) -> String {
         let (table, key) = if picture.is_probe { ("probe", "image") } else { ("view", "photo") };
         out += &format!(
             "\n[[{table}]]\nname = {}\nposition = {}\nrotation = {}\n{key} = {}\n",
-            text(&picture.name),
+            quoted(&picture.name),
             list(&picture.position.to_array(), 4),
             list(&wxyz(&picture.rotation), 8),
             path(folder, &picture.path)
@@ -118,14 +118,16 @@ fn probes(folder: &Path, pictures: &Gathered) -> String {
         let image = match &all[..] {
             [(lighting, one)] if lighting.is_empty() => path(folder, &one.path),
             several => {
-                let one = |(lighting, p): &(String, &Found)| format!("{} = {}", text(lighting), path(folder, &p.path));
-                format!("{{ {} }}", several.iter().map(one).collect::<Vec<_>>().join(", "))
+                let one =
+                    |(lighting, p): &(String, &Found)| format!("{} = {}", quoted(lighting), path(folder, &p.path));
+                let all = several.iter().map(one).collect::<Vec<_>>().join(", ");
+                format!("{{ {all} }}        # guessed: times at the end of names")
             }
         };
         if out.is_empty() {
             out += "# Probes. Add `position = [x, y, z]` and `heading` where you know them; `register` finds the others.\n";
         }
-        out += &format!("\n[[probe]]\nname = {}\nimage = {image}\n{}", text(&name), projection(first));
+        out += &format!("\n[[probe]]\nname = {}\nimage = {image}\n{}", quoted(&name), projection(first));
     }
     out
 }
@@ -163,7 +165,7 @@ fn photographs(folder: &Path, pictures: &Gathered) -> String {
     for picture in pictures.unposed.iter().take(WRITTEN_OUT) {
         let block = format!(
             "[[view]]\nname = {}\nphoto = {}\n{}match = [{{ pixel = [0, 0], point = [0.0, 0.0, 0.0] }}]\n",
-            text(&unique(&picture.stem(), &mut names)),
+            quoted(&unique(&picture.stem(), &mut names)),
             path(folder, &picture.path),
             field_of_view(picture)
         );
@@ -176,18 +178,13 @@ fn photographs(folder: &Path, pictures: &Gathered) -> String {
     out
 }
 
-/// Text in quotes, as TOML has it.
-fn text(value: &str) -> String {
-    toml::Value::String(value.to_owned()).to_string()
-}
-
 /// A path in quotes, relative to a folder where the two have a way between them.
 fn path(folder: &Path, file: &Path) -> String {
     let whole = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or(path.to_owned());
     let (from, to) = (whole(folder), whole(file));
     let mut same = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     if same == 0 {
-        return text(&to.to_string_lossy());
+        return quoted(&to.to_string_lossy());
     }
     // two places that have only the root in common: the whole path says more
     if same == 1 && from.components().count() > 2 {
@@ -197,5 +194,5 @@ fn path(folder: &Path, file: &Path) -> String {
     let steps = std::iter::repeat_n(Component::ParentDir, up).chain(to.components().skip(same));
     let steps: PathBuf = steps.collect();
     let written = steps.to_string_lossy().replace(std::path::MAIN_SEPARATOR, "/");
-    text(if written.is_empty() { "." } else { &written })
+    quoted(if written.is_empty() { "." } else { &written })
 }

@@ -2,6 +2,7 @@
 
 use glam::{Mat3, Vec3};
 
+use crate::panorama::Projection;
 use crate::register::model::LocalPose;
 use crate::register::picture::Level;
 use crate::site::{Pose, Site};
@@ -42,6 +43,14 @@ impl Subject {
         match self {
             Self::Probe(i) => site.probes[i].pose,
             Self::View(i) => site.views[i].camera.pose,
+        }
+    }
+
+    /// How its picture's pixels map to directions in its own axes.
+    pub(super) fn projection(self, site: &Site) -> Projection {
+        match self {
+            Self::Probe(i) => site.probes[i].projection,
+            Self::View(i) => Projection::Camera(site.views[i].camera.model()),
         }
     }
 }

@@ -5,40 +5,7 @@ use rayon::prelude::*;
 
 use super::raster::{Raster, direction};
 use crate::panorama::{Picture, Projection, luminance};
-use crate::site::Camera;
 use crate::statistics::median;
-
-/// How a picture's pixels follow from directions in its own axes.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Optics {
-    Projection(Projection),
-    /// The camera's pose takes no part.
-    Camera(Camera),
-}
-
-impl Optics {
-    /// Pixel coordinates of a direction in the picture's axes.
-    fn pixel(&self, width: usize, height: usize, d: DVec3) -> Option<DVec2> {
-        match self {
-            Self::Projection(projection) => projection.pixel(width, height, d),
-            Self::Camera(camera) => {
-                let p = camera.project(camera.pose.position + camera.pose.rotation * d)?;
-                let inside = (0.0..=width as f64).contains(&p.x) && (0.0..=height as f64).contains(&p.y);
-                (inside && camera.shows(p.x, p.y)).then_some(p)
-            }
-        }
-    }
-
-    /// Cells round the sphere that are as fine as the picture's middle.
-    fn native(&self, width: usize, height: usize) -> f64 {
-        const STEP: f64 = 1e-3;
-        let ahead = |x: f64| self.pixel(width, height, DVec3::new(x, 1.0, 0.0).normalize());
-        match (ahead(-STEP), ahead(STEP)) {
-            (Some(a), Some(b)) => std::f64::consts::TAU * a.distance(b) / (2.0 * STEP),
-            _ => width as f64,
-        }
-    }
-}
 
 /// One level of a picture.
 pub(super) struct Level {
@@ -77,10 +44,15 @@ const NARROW: f32 = 0.25;
 /// A picture's levels, each half as fine as the one before; the last has 128 cells round the sphere, 256 for a picture that shows
 /// little of it. The first has at most `finest` of them (twice as many), and not more than the picture's pixels
 /// deserve. `usable` marks pixels that measure light.
-pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics: &Optics, finest: usize) -> Vec<Level> {
+pub(super) fn pyramid(
+    picture: &Picture,
+    usable: &dyn Fn(usize) -> bool,
+    projection: &Projection,
+    finest: usize,
+) -> Vec<Level> {
     let (w, h) = (picture.width, picture.height);
-    let native = optics.native(w, h) * 1.05;
-    let shown = window(COARSEST, COARSEST, optics, w, h);
+    let native = native(projection, w, h) * 1.05;
+    let shown = window(COARSEST, COARSEST, projection, w, h);
     let narrow = (shown.len() as f32) < NARROW * (COARSEST * COARSEST / 2) as f32;
     let (coarsest, finest) = if narrow { (2 * COARSEST, 2 * finest) } else { (COARSEST, finest) };
     let mut full = coarsest;
@@ -89,10 +61,10 @@ pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics:
     }
     let values: Vec<f32> = picture.pixels.iter().map(|p| luminance(*p)).collect();
     let good: Vec<bool> = (0..values.len()).map(|i| Picture::valid(picture.pixels[i]) && usable(i)).collect();
-    let mut raster = window(full, coarsest, optics, w, h);
+    let mut raster = window(full, coarsest, projection, w, h);
     let fine = (native / full as f64 * 1.5).ceil().clamp(1.0, 8.0) as usize;
     // pixel by pixel where the cells are the picture's own
-    let same = matches!(optics, Optics::Projection(Projection::LatLong)) && w == full && h == full / 2;
+    let same = *projection == Projection::LatLong && w == full && h == full / 2;
     let mut cells: Vec<(f32, f32)> = (0..raster.len())
         .into_par_iter()
         .map(|i| {
@@ -104,7 +76,7 @@ pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics:
             for k in 0..fine * fine {
                 let sub = |k: usize| (k as f32 + 0.5) / fine as f32;
                 let d = direction(full, x + sub(k % fine), y + sub(k / fine));
-                let pixel = optics.pixel(w, h, d.as_dvec3());
+                let pixel = projection.pixel(w, h, d.as_dvec3());
                 if let Some(v) = pixel.and_then(|p| bilinear(&values, &good, w, h, p)) {
                     sum += v;
                     count += 1.0;
@@ -132,6 +104,16 @@ pub(super) fn pyramid(picture: &Picture, usable: &dyn Fn(usize) -> bool, optics:
     levels
 }
 
+/// Cells round the sphere that are as fine as the picture's middle.
+fn native(projection: &Projection, width: usize, height: usize) -> f64 {
+    const STEP: f64 = 1e-3;
+    let ahead = |x: f64| projection.pixel(width, height, DVec3::new(x, 1.0, 0.0).normalize());
+    match (ahead(-STEP), ahead(STEP)) {
+        (Some(a), Some(b)) => std::f64::consts::TAU * a.distance(b) / (2.0 * STEP),
+        _ => width as f64,
+    }
+}
+
 /// Means of 2 × 2 cells, by how much each tells.
 fn halved(raster: &Raster, cells: &[(f32, f32)]) -> Vec<(f32, f32)> {
     let (w, h) = (raster.width / 2, raster.height / 2);
@@ -147,10 +129,8 @@ fn halved(raster: &Raster, cells: &[(f32, f32)]) -> Vec<(f32, f32)> {
 }
 
 /// The window that a picture fills; its corner and size are such that windows down to the coarsest level fit.
-fn window(full: usize, coarsest: usize, optics: &Optics, w: usize, h: usize) -> Raster {
-    if let Optics::Projection(p) = optics
-        && !matches!(p, Projection::Perspective { .. } | Projection::Fisheye | Projection::Camera(_))
-    {
+fn window(full: usize, coarsest: usize, projection: &Projection, w: usize, h: usize) -> Raster {
+    if !(projection.is_photograph() || *projection == Projection::Fisheye) {
         return Raster::sphere(full);
     }
     /// Directions round the sphere that are tried for where a picture ends.
@@ -160,7 +140,7 @@ fn window(full: usize, coarsest: usize, optics: &Optics, w: usize, h: usize) -> 
     let scale = full as f32 / LOOKED as f32;
     let (mut low, mut high) = ([usize::MAX; 2], [0usize; 2]);
     for (i, d) in coarse.directions.iter().enumerate() {
-        if optics.pixel(w, h, d.as_dvec3()).is_some() {
+        if projection.pixel(w, h, d.as_dvec3()).is_some() {
             for (axis, v) in [i % coarse.width, i / coarse.width].into_iter().enumerate() {
                 low[axis] = low[axis].min((v as f32 * scale) as usize);
                 high[axis] = high[axis].max(((v + 1) as f32 * scale).ceil() as usize);

@@ -1,6 +1,6 @@
 //! What the model shows from a pose, through a picture's own lens: for people to compare with the picture.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
 use super::{RegisterError, Subject};
@@ -52,8 +52,8 @@ struct SurfacePoint {
 pub fn picture(site: &Site, subject: Subject, lighting: &str) -> Result<Option<Picture>, RegisterError> {
     match subject {
         Subject::Probe(i) => {
-            let all = &site.probes[i].pictures;
-            let lit = all.iter().find(|p| p.lighting == lighting).or(all.first());
+            let probe = &site.probes[i];
+            let lit = probe.picture(lighting).or(probe.pictures.first());
             Ok(lit.map(|l| panorama::read(&l.path)).transpose()?)
         }
         Subject::View(i) => Ok(photograph::read(&site.views[i])?.map(|(picture, _)| picture)),
@@ -73,9 +73,10 @@ pub fn preview(
     let scale = DVec2::new(full[0] as f64 / width as f64, full[1] as f64 / height as f64);
     let origin = scene.local(pose.position);
     let rotation = pose.rotation.as_mat3();
+    let projection = subject.projection(site);
     let toward = |x: f64, y: f64| {
         let p = DVec2::new(x, y) * scale;
-        direction(site, subject, full, p.x, p.y)
+        projection.direction(full[0], full[1], p.x, p.y)
     };
     // a pixel's angle, for the albedo's footprint: that of the middle
     let middle = [0.5 * width as f64, 0.5 * height as f64];
@@ -101,17 +102,6 @@ pub fn preview(
     }
     let shade = pixels.iter().map(|p| p.map(|seen| seen.map_or(1.0, |s| s.shade))).collect();
     Preview { width, height, shade, edge }
-}
-
-/// The direction of pixel coordinates in the picture's own axes; `None` where it shows nothing.
-fn direction(site: &Site, subject: Subject, full: [usize; 2], x: f64, y: f64) -> Option<DVec3> {
-    match subject {
-        Subject::Probe(i) => site.probes[i].projection.direction(full[0], full[1], x, y),
-        Subject::View(i) => {
-            let lens = site.views[i].camera.model();
-            lens.shows(x, y).then(|| lens.direction(x, y))
-        }
-    }
 }
 
 fn seen(scene: &Scene, origin: Vec3, direction: Vec3, angle: f32) -> Option<SurfacePoint> {

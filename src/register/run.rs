@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::anywhere::on_floors;
 use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
 use super::model::{GeometryBuffer, LocalPose, template};
-use super::picture::{Level, Optics, pyramid};
+use super::picture::{Level, pyramid};
 use super::refine::{Equations, Matrix, Residuals, alone, moved};
 use super::search::{Candidate, Headings, models, search};
 use super::together::{Witness, seen_by_others};
@@ -82,21 +82,21 @@ pub(super) fn eyes(site: &Site, scene: &Scene, settings: &RegisterSettings) -> R
     let wanted = |name: &str| settings.only.is_empty() || settings.only.iter().any(|n| n == name);
     let mut eyes = Vec::new();
     for (i, probe) in site.probes.iter().enumerate() {
-        let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting).or(probe.pictures.first()) else {
+        let Some(lit) = probe.picture(&lighting).or(probe.pictures.first()) else {
             continue;
         };
         let picture = panorama::read(&lit.path)?;
-        let levels = pyramid(&picture, &|_| true, &Optics::Projection(probe.projection), settings.finest);
         let subject = Subject::Probe(i);
+        let levels = pyramid(&picture, &|_| true, &subject.projection(site), settings.finest);
         let anywhere = settings.anywhere || !probe.placed;
         eyes.push(Eye { subject, levels, given: local(scene, &probe.pose), anywhere, wanted: wanted(&probe.name) });
     }
     for (i, view) in site.views.iter().enumerate() {
         let Some(photo) = Photograph::of(view)? else { continue };
         let usable = |k: usize| !matches!(photo.fitness[k], Fitness::Invalid | Fitness::Masked);
-        let levels = pyramid(&photo.picture, &usable, &Optics::Camera(view.camera), settings.finest);
-        let given = local(scene, &view.camera.pose);
         let (subject, anywhere) = (Subject::View(i), settings.anywhere);
+        let levels = pyramid(&photo.picture, &usable, &subject.projection(site), settings.finest);
+        let given = local(scene, &view.camera.pose);
         eyes.push(Eye { subject, levels, given, anywhere, wanted: wanted(&view.name) });
     }
     // what nobody placed and nobody asks for tells nothing

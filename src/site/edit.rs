@@ -8,30 +8,11 @@ use toml::de::{DeTable, DeValue};
 
 use super::frame::{Frame, Pose};
 
-/// Which list of the site file a name is looked up in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Listed {
-    /// `[[probe]]`.
-    Probe,
-    /// `[[view]]`.
-    View,
-}
-
-impl Listed {
-    /// The key of the site file.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Probe => "probe",
-            Self::View => "view",
-        }
-    }
-}
-
 /// A probe or view, by name, and the pose that it is to have.
 #[derive(Clone, Debug)]
 pub struct PoseChange {
-    /// Probe or view.
-    pub list: Listed,
+    /// The key of its list in the site file: `probe` or `view`.
+    pub list: &'static str,
     /// Its name.
     pub name: String,
     /// Its new pose.
@@ -85,6 +66,11 @@ pub fn number(value: f64, decimals: usize) -> String {
     if whole.contains('.') { whole.to_owned() } else { format!("{whole}.0") }
 }
 
+/// Text in quotes, as TOML has it: Rust's own escapes are others.
+pub fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
 /// Position (model's axes and units), heading, pitch and roll (degrees) as the site file has them, rounded to 0.1 mm and
 /// 0.001°.
 pub fn in_site_file(frame: &Frame, pose: &Pose) -> ([String; 3], [String; 3]) {
@@ -122,9 +108,9 @@ pub fn with_poses(text: &str, frame: &Frame, changes: &[PoseChange]) -> Result<E
 }
 
 /// A named table of a list.
-fn table<'a, 'i>(file: &'a DeTable<'i>, list: Listed, name: &str) -> Option<&'a Spanned<DeValue<'i>>> {
+fn table<'a, 'i>(file: &'a DeTable<'i>, list: &str, name: &str) -> Option<&'a Spanned<DeValue<'i>>> {
     let named = |t: &&Spanned<DeValue>| t.get_ref().get("name").and_then(|n| n.get_ref().as_str()) == Some(name);
-    file.get(list.key())?.get_ref().as_array()?.iter().find(named)
+    file.get(list)?.get_ref().as_array()?.iter().find(named)
 }
 
 /// A key with its place, and its value.

@@ -7,6 +7,7 @@ use toml::Spanned;
 
 use super::fault::{SiteError, Source};
 use super::file::{Matrix, Quaternion, Vector};
+use super::numbers::List;
 use super::pose::{Orientation, finite, finite_number, orientation};
 use super::{Camera, CameraSource, Pose, Site, View};
 
@@ -21,16 +22,11 @@ struct WalkFile {
 #[serde(deny_unknown_fields)]
 struct Table {
     frames: Spanned<u32>,
-    #[serde(default = "default_size")]
-    size: [u32; 2],
+    size: Option<List<u32, 2>>,
     #[serde(default = "default_fov")]
     fov_y: f64,
     #[serde(default)]
     ease: bool,
-}
-
-fn default_size() -> [u32; 2] {
-    [512, 512]
 }
 
 fn default_fov() -> f64 {
@@ -78,7 +74,7 @@ pub fn walk(site: &Site, path: &Path) -> Result<Vec<View>, SiteError> {
     let source = Source { path, text: &text };
     let file: WalkFile = toml::from_str(&text).map_err(|e| source.parse_fault(&e))?;
     let Table { frames, size, fov_y, ease } = file.path;
-    let count = *frames.get_ref();
+    let (count, size) = (*frames.get_ref(), size.map_or([512, 512], |s| *s));
     if !(1..=100_000).contains(&count) || !size.iter().all(|s| (1..=16_384).contains(s)) {
         return Err(source.fault(
             frames.span(),

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::parts::{percent, sheet, snippet, sortable};
 use crate::plan::export::tables::{FloorJson, PlanJson, StationJson, at_least, counted};
+use crate::site::edit::quoted;
 
 pub(super) fn floors(plan: &PlanJson) -> Markup {
     html! { @for (i, f) in plan.floors.iter().enumerate() { (floor(i, f)) } }
@@ -70,5 +71,5 @@ fn stations(stations: &[StationJson]) -> Markup {
 /// A station as the site file takes it.
 fn block(s: &StationJson) -> String {
     let [x, y, z] = s.position;
-    format!("[[probe]]\nname = {:?}\nposition = [{x}, {y}, {z}]\nimage = \"probes/{}.exr\"", s.name, s.name)
+    format!("[[probe]]\nname = {}\nposition = [{x}, {y}, {z}]\nimage = \"probes/{}.exr\"", quoted(&s.name), s.name)
 }

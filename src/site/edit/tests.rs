@@ -55,10 +55,10 @@ fn loaded(text: &str) -> Site {
     Site::load_with(&file, Pictures::MayBeMissing).unwrap()
 }
 
-fn pose(site: &Site, list: Listed, name: &str) -> Pose {
+fn pose(site: &Site, list: &str, name: &str) -> Pose {
     match list {
-        Listed::Probe => site.probes.iter().find(|p| p.name == name).unwrap().pose,
-        Listed::View => site.views.iter().find(|v| v.name == name).unwrap().camera.pose,
+        "probe" => site.probes.iter().find(|p| p.name == name).unwrap().pose,
+        _ => site.views.iter().find(|v| v.name == name).unwrap().camera.pose,
     }
 }
 
@@ -72,13 +72,8 @@ fn others(text: &str) -> Vec<&str> {
 
 #[test]
 fn poses_come_back_and_all_else_stays() {
-    let names = [
-        (Listed::Probe, "level"),
-        (Listed::Probe, "heading"),
-        (Listed::Probe, "quaternion"),
-        (Listed::View, "matrix"),
-        (Listed::View, "target"),
-    ];
+    let names =
+        [("probe", "level"), ("probe", "heading"), ("probe", "quaternion"), ("view", "matrix"), ("view", "target")];
     for end in ["\n", "\r\n"] {
         let text = HEAD.to_owned() + &TABLES.replace('\n', end);
         let before = loaded(&text);
@@ -124,7 +119,7 @@ fn lists_in_braces_are_edited_too() {
     let text = "probe = [{ name = \"a\", position = [1, 2, 3], image = \"a.exr\" }] # all\n[model]\npath = \"m.obj\"\n[site]\nunits = \"m\"\nup = \"z\"\n";
     let frame = loaded(text).frame;
     let pose = Pose { position: DVec3::new(0.5, 2.0, 3.0), rotation: frame.rotation(45.0, 5.0, 0.0) };
-    let change = PoseChange { list: Listed::Probe, name: "a".to_owned(), pose };
+    let change = PoseChange { list: "probe", name: "a".to_owned(), pose };
     let edited = with_poses(text, &frame, &[change]).unwrap().text;
     let expected = "{ name = \"a\", position = [0.5, 2.0, 3.0], heading = 45.0, pitch = 5.0, image = \"a.exr\" }";
     assert!(edited.contains(expected), "{edited}");
@@ -135,11 +130,22 @@ fn what_stands_elsewhere_is_told() {
     let text = "[[view]]\nname = \"m\"\nphoto = \"m.jpg\"\nmatch = [{ pixel = [1, 2], point = [3, 4, 5] }]\n";
     let frame = Frame { metres_per_unit: 0.001, up: crate::site::Up::Z, north_deg: 0.0 };
     let pose = Pose { position: DVec3::ONE, rotation: DMat3::IDENTITY };
-    let change = |name: &str| PoseChange { list: Listed::View, name: name.to_owned(), pose };
+    let change = |name: &str| PoseChange { list: "view", name: name.to_owned(), pose };
     let edited = with_poses(text, &frame, &[change("m"), change("solved")]).unwrap();
     assert_eq!(edited.left, [(0, NotHere::Matches), (1, NotHere::Cameras)]);
     assert_eq!(edited.text, text);
     assert!(with_poses("[[view", &frame, &[]).is_err());
+}
+
+#[test]
+fn names_are_quoted_as_toml_reads_them() {
+    for name in ["e\u{301}cole", "the \"old\" nave", "C:\\nave", "bell\u{7}", "St Mary's"] {
+        let text = format!("name = {}\n", quoted(name));
+        let read: toml::Table = toml::from_str(&text).unwrap_or_else(|e| panic!("{text}{e}"));
+        assert_eq!(read["name"].as_str(), Some(name), "{text}");
+    }
+    // an accent of its own is a character as others
+    assert_eq!(quoted("e\u{301}cole"), "\"e\u{301}cole\"");
 }
 
 #[test]
