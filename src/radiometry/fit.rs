@@ -10,17 +10,13 @@ use crate::site::Site;
 pub struct FitSettings {
     /// Directions that each picture looks along for points that others see, too.
     pub samples: usize,
-    /// Fit vignetting of perspective pictures, one for all of a camera and size, where that makes them agree better.
-    pub vignetting: bool,
     /// Fit a response of 8 and 16-bit pictures, one for all of a camera, where that makes them agree better.
     pub response: bool,
-    /// [`fit`](super::fit()) takes the views' photographs in.
-    pub photographs: bool,
 }
 
 impl Default for FitSettings {
     fn default() -> Self {
-        Self { samples: 4000, vignetting: true, response: false, photographs: false }
+        Self { samples: 4000, response: false }
     }
 }
 
@@ -42,7 +38,7 @@ pub struct Fit {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Fitted {
-    /// The probe's or view's name.
+    /// The probe's name.
     pub name: String,
     /// Whether it was fitted: enough of what it sees is seen by others, and through them by most of all. If not, it keeps
     /// its first guess.

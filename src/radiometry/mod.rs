@@ -18,32 +18,18 @@ mod tests;
 pub use fit::{Fit, FitSettings, Fitted};
 
 pub use of_render::{PhotographFit, fit_to_render};
-pub use shot::{Eye, Shot};
+pub use shot::Shot;
 
-use crate::panorama::{self, Exif, PanoramaError, Radiometry};
-use crate::photograph::{self, PhotographError};
+use crate::panorama::{self, Exif, PanoramaError};
 use crate::scene::Scene;
 use crate::site::Site;
 
-/// Why a site's pictures could not be compared.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RadiometryError {
-    /// A probe's picture cannot be read.
-    #[error(transparent)]
-    Picture(#[from] PanoramaError),
-    /// A view's photograph cannot be used.
-    #[error(transparent)]
-    Photograph(#[from] PhotographError),
-}
-
-/// Fits the radiometry of a site's probes that have a picture of a lighting, and of its views' photographs if
-/// [`FitSettings::photographs`] says so (which come last). First guesses are what the site file says.
+/// Fits the radiometry of a site's probes that have a picture of a lighting. First guesses are what the site file says.
 ///
 /// # Errors
 ///
 /// Pictures that cannot be read.
-pub fn fit(site: &Site, scene: &Scene, lighting: &str, settings: &FitSettings) -> Result<Fit, RadiometryError> {
+pub fn fit(site: &Site, scene: &Scene, lighting: &str, settings: &FitSettings) -> Result<Fit, PanoramaError> {
     let mut cameras: Vec<Option<String>> = Vec::new();
     // of files that do not name their camera all are one camera's
     let mut camera = |path| {
@@ -55,17 +41,17 @@ pub fn fit(site: &Site, scene: &Scene, lighting: &str, settings: &FitSettings) -
     };
     let mut shots = Vec::new();
     for probe in &site.probes {
-        let Some(lit) = probe.pictures.iter().find(|p| p.lighting == lighting) else { continue };
+        let Some(lit) = probe.picture(lighting) else { continue };
         let (picture, coding) = panorama::read_coded(&lit.path)?;
-        let eye = Eye::Probe { pose: probe.pose, projection: probe.projection };
-        let (guess, camera) = (probe.radiometry(coding), camera(&lit.path));
-        shots.push(Shot { name: probe.name.clone(), eye, picture, coding, guess, camera });
-    }
-    for view in site.views.iter().filter(|_| settings.photographs) {
-        let (Some(path), Some((picture, coding))) = (&view.photo, photograph::read_masked(view)?) else { continue };
-        let guess = Radiometry { clipped: coding.clipped(), ..Radiometry::default() };
-        let eye = Eye::Camera(view.camera);
-        shots.push(Shot { name: view.name.clone(), eye, picture, coding, guess, camera: camera(path) });
+        shots.push(Shot {
+            name: probe.name.clone(),
+            pose: probe.pose,
+            projection: probe.projection,
+            picture,
+            coding,
+            guess: probe.radiometry(coding),
+            camera: camera(&lit.path),
+        });
     }
     Ok(fit_shots(scene, &shots, settings))
 }

@@ -41,7 +41,7 @@ const DARK_SHARE: f32 = 1e-3;
 
 /// Finds patches that two pictures see, by rays from each picture along evenly spread directions. In the pictures' order.
 pub(super) fn find(scene: &Scene, shots: &[Shot], samples: usize) -> Vec<Comparison> {
-    let eyes: Vec<Vec3> = shots.iter().map(|s| scene.local(s.pose().position)).collect();
+    let eyes: Vec<Vec3> = shots.iter().map(|s| scene.local(s.pose.position)).collect();
     let dark: Vec<f32> = shots.iter().map(dark).collect();
     let angles: Vec<f32> = shots.iter().map(Shot::pixel_angle).collect();
     let one = |i: usize, direction: Vec3| -> Vec<Comparison> {

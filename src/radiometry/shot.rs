@@ -3,16 +3,18 @@
 use glam::{DVec2, Vec3};
 
 use crate::panorama::{Coding, Picture, Projection, Radiometry, pixel_across, radius2};
-use crate::site::{Camera, Pose};
+use crate::site::Pose;
 use crate::sphere::sphere;
 
 /// A picture of the scene, as its file stores it.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// The probe's or view's name.
+    /// The probe's name.
     pub name: String,
-    /// Where it was taken, and how its pixels map to directions.
-    pub eye: Eye,
+    /// Where it was taken.
+    pub pose: Pose,
+    /// How its pixels map to directions.
+    pub projection: Projection,
     /// Stored values, decoded to linear; what is no light is left out.
     pub picture: Picture,
     /// How the file stores them.
@@ -21,20 +23,6 @@ pub struct Shot {
     pub guess: Radiometry,
     /// Pictures of one camera have the same number, and share a response.
     pub camera: usize,
-}
-
-/// Where a picture was taken, and how its pixels map to directions.
-#[derive(Clone, Debug)]
-pub enum Eye {
-    /// As probes are given.
-    Probe {
-        /// Place and orientation.
-        pose: Pose,
-        /// How pixels map to directions.
-        projection: Projection,
-    },
-    /// As views are given.
-    Camera(Camera),
 }
 
 /// What a picture stores at some places that lie close together.
@@ -51,65 +39,36 @@ pub(super) struct Stored {
 }
 
 impl Shot {
-    /// Where it was taken.
-    pub(super) fn pose(&self) -> &Pose {
-        match &self.eye {
-            Eye::Probe { pose, .. } => pose,
-            Eye::Camera(camera) => &camera.pose,
-        }
-    }
-
     /// Whether its lens may darken the corners.
     pub(super) fn may_vignette(&self) -> bool {
-        match self.eye {
-            Eye::Probe { projection, .. } => projection.is_photograph(),
-            Eye::Camera(_) => true,
-        }
+        self.projection.is_photograph()
     }
 
     /// Unit directions, program's axes, spread evenly over the sphere or, for a perspective picture, over its pixels.
     pub(super) fn directions(&self, count: usize) -> Vec<Vec3> {
-        let (w, h) = (self.picture.width as f64, self.picture.height as f64);
+        if !self.projection.is_photograph() {
+            return sphere(count).collect();
+        }
+        let (w, h) = (self.picture.width, self.picture.height);
         // Roberts's additive recurrence on the plastic number
         let pixel = |i: usize| {
             (DVec2::splat(0.5) + DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053) * i as f64).fract()
-                * DVec2::new(w, h)
+                * DVec2::new(w as f64, h as f64)
         };
-        match &self.eye {
-            Eye::Camera(camera) => (0..count)
-                .map(pixel)
-                .filter(|p| camera.shows(p.x, p.y))
-                .map(|p| camera.direction(p.x, p.y).as_vec3())
-                .collect(),
-            Eye::Probe { pose, projection } if projection.is_photograph() => (0..count)
-                .filter_map(|i| {
-                    let p = pixel(i);
-                    let d = projection.direction(self.picture.width, self.picture.height, p.x, p.y)?;
-                    Some((pose.rotation * d).as_vec3())
-                })
-                .collect(),
-            Eye::Probe { .. } => sphere(count).collect(),
-        }
+        let direction = |p: DVec2| Some((self.pose.rotation * self.projection.direction(w, h, p.x, p.y)?).as_vec3());
+        (0..count).filter_map(|i| direction(pixel(i))).collect()
     }
 
-    /// The angle of a pixel around a direction of the picture (program's axes), radians.
+    /// The angle of the picture's middle pixel, radians.
     pub(super) fn pixel_angle(&self) -> f32 {
         let (w, h) = (self.picture.width, self.picture.height);
-        match &self.eye {
-            Eye::Probe { projection, .. } => projection.solid_angle(w, h, w / 2, h / 2).sqrt() as f32,
-            Eye::Camera(camera) => (1.0 / camera.focal.max_element()) as f32,
-        }
+        self.projection.solid_angle(w, h, w / 2, h / 2).sqrt() as f32
     }
 
     /// Pixel coordinates of a direction in the program's axes; `None` where the picture does not show it.
     fn pixel(&self, direction: Vec3) -> Option<DVec2> {
         let (w, h) = (self.picture.width, self.picture.height);
-        let at = match &self.eye {
-            Eye::Probe { pose, projection } => {
-                projection.pixel(w, h, pose.rotation.transpose() * direction.as_dvec3())?
-            }
-            Eye::Camera(camera) => camera.project(camera.pose.position + direction.as_dvec3())?,
-        };
+        let at = self.projection.pixel(w, h, self.pose.rotation.transpose() * direction.as_dvec3())?;
         (at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::new(w as f64, h as f64)).all()).then_some(at)
     }
 
@@ -136,7 +95,7 @@ impl Shot {
     /// one of them is no light.
     fn bilinear(&self, at: DVec2) -> Option<(Vec3, Vec3)> {
         let (w, h) = (self.picture.width, self.picture.height);
-        let wraps = matches!(self.eye, Eye::Probe { projection: Projection::LatLong, .. });
+        let wraps = self.projection == Projection::LatLong;
         let corner = (at - 0.5).floor();
         let f = (at - 0.5 - corner).as_vec2();
         let (mut sum, mut greatest) = (Vec3::ZERO, Vec3::ZERO);

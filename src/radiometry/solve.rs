@@ -99,7 +99,7 @@ pub(super) fn fit(shots: &[Shot], overlap: &[Comparison], settings: &FitSettings
         let mut with = [false, false];
         for (k, pays) in [(0, VIGNETTING_PAYS), (1, RESPONSE_PAYS)] {
             let mut try_with = with;
-            try_with[k] = [settings.vignetting, settings.response][k];
+            try_with[k] = [true, settings.response][k];
             let more = Unknowns::of(shots, &tied, &of_tied, try_with);
             if more.count == layout.count {
                 continue;

@@ -1,13 +1,13 @@
 //! Planted exposures, white balance, vignetting, response, gloss and clipping come back.
 
-use super::{Eye, Fit, FitSettings, Shot, fit_shots, fit_to_render};
+use super::{Fit, FitSettings, Shot, fit_shots, fit_to_render};
 use crate::panorama::{Coding, Picture, Projection, Radiometry, radius2};
 use crate::scene::testing::{boxes, grey};
 use crate::scene::{Ray, Scene, Surface};
 use crate::site::Pose;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
-const FEW: FitSettings = FitSettings { samples: 800, vignetting: true, response: false, photographs: false };
+const FEW: FitSettings = FitSettings { samples: 800, response: false };
 
 /// Rooms, boxes side by side.
 fn rooms(all: &[(Vec3, Vec3)]) -> Scene {
@@ -28,14 +28,13 @@ fn radiance(s: &Surface) -> Vec3 {
 /// A picture taken in a scene, stored by the inverse of its radiometry.
 fn take(
     scene: &Scene,
-    eye: Eye,
+    (pose, projection): (Pose, Projection),
     size: (usize, usize),
     truth: &Radiometry,
     sent: impl Fn(&Surface, Vec3) -> Vec3,
 ) -> Shot {
     let (width, height) = size;
     let mut picture = Picture::new(width, height);
-    let Eye::Probe { pose, projection } = &eye else { panic!("only probes are taken") };
     let origin = scene.local(pose.position);
     for (i, pixel) in picture.pixels.iter_mut().enumerate() {
         let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
@@ -57,15 +56,15 @@ fn take(
     }
     let coding = if truth.clipped.is_finite() { Coding::Srgb8 } else { Coding::Linear };
     let guess = Radiometry { clipped: coding.clipped(), ..Radiometry::default() };
-    Shot { name: String::new(), eye, picture, coding, guess, camera: 0 }
+    Shot { name: String::new(), pose, projection, picture, coding, guess, camera: 0 }
 }
 
-fn panorama(x: f64, y: f64) -> Eye {
-    Eye::Probe { pose: pose(x, y, 0.3), projection: Projection::LatLong }
+fn panorama(x: f64, y: f64) -> (Pose, Projection) {
+    (pose(x, y, 0.3), Projection::LatLong)
 }
 
-fn photograph(x: f64, y: f64, turn: f64) -> Eye {
-    Eye::Probe { pose: pose(x, y, turn), projection: Projection::Perspective { fov_y: 1.2 } }
+fn photograph(x: f64, y: f64, turn: f64) -> (Pose, Projection) {
+    (pose(x, y, turn), Projection::Perspective { fov_y: 1.2 })
 }
 
 fn pose(x: f64, y: f64, turn: f64) -> Pose {
