@@ -6,16 +6,15 @@
 #![allow(clippy::print_stdout, reason = "its result goes to the console")]
 
 use clerestory::bake::{self, Bake, bake};
-use clerestory::panorama::{self, Panorama, Picture, Radiometry};
-use clerestory::render::{Irradiance, Options, Relit, pictures};
+use clerestory::panorama::{Picture, Radiometry};
+use clerestory::render::{Irradiance, Options, Relit, Source, pictures};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::shoot::{Light, Outside};
-use clerestory::site::{Environment, Site};
+use clerestory::site::Site;
 use clerestory::transfer::{LOT, Point, Transfer};
 use clerestory::volume::{self, Nearby, Volume};
 use glam::Vec3;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
 
 type Fault = Box<dyn std::error::Error + Send + Sync>;
@@ -32,14 +31,7 @@ fn main() -> Result<(), Fault> {
 
 fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let lightings: Vec<String> = site.lightings().into_iter().take(1).collect();
-    let options = Options {
-        lightings,
-        probes: site.probes.len(),
-        sun: true,
-        volume: volume::VolumeSettings::default().for_products(),
-        all_stages: false,
-        volume_for_all: false,
-    };
+    let options = Options { lightings, volume: volume::VolumeSettings::default().for_products(), ..Options::of(site) };
     let start = Instant::now();
     let Bake { baked, setup } = bake(site, scene, &options, &bake::BakeSettings::default(), &|_| ())?;
     println!("bake: {} vertices, {:.1} s", baked.vertices.len(), start.elapsed().as_secs_f64());
@@ -54,7 +46,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
     let start = Instant::now();
     let transfer = Transfer::new(&relit, transport, &fed, &points);
-    println!("operator: {:.1} s, terms {:?}, {:?}", start.elapsed().as_secs_f64(), transfer.terms(), transfer.shares());
+    println!("operator: {:.1} s", start.elapsed().as_secs_f64());
     let shown: Vec<&Picture> = own.iter().map(|p| &p.0).collect();
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
     let (mut least, mut sum, mut product) = ([f64::INFINITY; 2], 0.0, Vec::new());
@@ -73,7 +65,11 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
         1e3 * least[1],
         frames as f64 / sum
     );
-    tell("its own lighting", &product, &direct(&relit, &points));
+    let truth = direct(&relit, &points);
+    let share = |of: Source| 100.0 * truth.iter().filter(|t| t.1 == of).count() as f64 / truth.len().max(1) as f64;
+    let (records, volume) = (share(Source::Record), share(Source::Volume));
+    println!("lit by records {records:.1} %, by the volume {volume:.1} %, guessed {:.1} %", 100.0 - records - volume);
+    tell("its own lighting", &product, &truth);
     // another lighting: warmer, and with one probe's light halved, which weights do not go along with
     let other: Vec<Picture> = (own.iter().enumerate())
         .map(|(i, (p, _))| {
@@ -84,7 +80,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let anew: Vec<_> = (light.records.iter().zip(&other).zip(&own))
         .map(|((r, p), (_, radiometry))| (r.hits().clone(), p, *radiometry))
         .collect();
-    let light = Light::new(scene, anew, light.sun, outside(site)?);
+    let light = Light::new(scene, anew, light.sun, Outside::of(site)?);
     let volume = transport.map(|t| Volume::new(scene, t, &light));
     let relit = Relit { scene, light: &light, volume: volume.as_ref(), volume_only: false };
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
@@ -93,35 +89,25 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Light from outside as the site gives it.
-fn outside(site: &Site) -> Result<Option<Outside>, Fault> {
-    Ok(match &site.environment {
-        None => None,
-        Some(Environment::Uniform(radiance)) => Some(Outside::Uniform(*radiance)),
-        Some(Environment::Image { path, rotation, projection }) => {
-            Some(Outside::Image(Arc::new(Panorama::new(panorama::read(path)?, *projection, *rotation))))
-        }
-    })
-}
-
-/// Irradiance as rendering finds it.
-fn direct(relit: &Relit, points: &[Point]) -> Vec<Vec3> {
+/// Irradiance as rendering finds it, and where it comes from.
+fn direct(relit: &Relit, points: &[Point]) -> Vec<(Vec3, Source)> {
     use rayon::prelude::*;
     let lot = |points: &[Point]| {
         let mut near = Nearby::default();
         let one = |&(p, n): &Point| {
             let lit = relit.lit(p, n, &mut near);
-            if lit.needs_shadow_ray && !relit.in_sun(p, n) { lit.shade } else { lit.sun }
+            let shaded = lit.needs_shadow_ray && !relit.in_sun(p, n);
+            if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) }
         };
         points.iter().map(one).collect::<Vec<_>>()
     };
     points.par_chunks(LOT).flat_map_iter(lot).collect()
 }
 
-fn tell(name: &str, product: &[Vec3], truth: &[Vec3]) {
-    let mean = truth.iter().map(|e| e.max_element()).sum::<f32>() / truth.len().max(1) as f32;
-    let off = product.iter().zip(truth).map(|(a, b)| (*a - *b).abs().max_element() / b.max_element().max(0.01 * mean));
-    let mut off: Vec<f32> = off.collect();
+fn tell(name: &str, product: &[Vec3], truth: &[(Vec3, Source)]) {
+    let mean = truth.iter().map(|(e, _)| e.max_element()).sum::<f32>() / truth.len().max(1) as f32;
+    let one = |(a, (b, _)): (&Vec3, &(Vec3, Source))| (*a - *b).abs().max_element() / b.max_element().max(0.01 * mean);
+    let mut off: Vec<f32> = product.iter().zip(truth).map(one).collect();
     off.sort_by(f32::total_cmp);
     let at = |share: f64| off[((off.len() - 1) as f64 * share) as usize];
     let beyond = off.iter().filter(|o| **o > 1e-5).count() as f64 / off.len().max(1) as f64;

@@ -5,11 +5,12 @@
 
 #![allow(clippy::print_stdout)]
 
-use clerestory::panorama::{self, Panorama};
+use clerestory::panorama;
 use clerestory::paper::{PaperSettings, Plain, PlainRelit};
 use clerestory::render::render;
 use clerestory::scene::{self, Health};
-use clerestory::site::{Environment, Site};
+use clerestory::shoot::Outside;
+use clerestory::site::Site;
 use clerestory::study;
 use glam::Vec3;
 use std::error::Error;
@@ -24,7 +25,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let site = Site::load(Path::new(site))?;
     let scene = scene::load(&site, &mut Health::default())?;
     let lighting = site.lighting(None)?;
-    let sky = sky(&site)?;
+    // the light seen through open windows
+    let outside = Outside::of(&site)?;
+    let sky = |direction| outside.as_ref().map_or(Vec3::ZERO, |o| o.radiance(direction));
     let mut settings = vec![PaperSettings::default()];
     for radius in radii {
         settings.push(PaperSettings { radius_m: Some(radius.parse()?), ..PaperSettings::default() });
@@ -36,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for view in &site.views {
             let Some(photo) = &view.photo else { continue };
             let truth = panorama::read(photo)?;
-            let relit = PlainRelit { plain: &plain, sky: &*sky };
+            let relit = PlainRelit { plain: &plain, sky: &sky };
             let frame = render(&scene, &relit, &view.camera, SAMPLES, &|_, _| ());
             let (f, r) = (study::flip(&frame.radiance, &truth), study::relmse(&frame.radiance.pixels, &truth.pixels));
             let (covered, seconds) = (frame.covered_fraction, frame.rays_s + frame.shade_s);
@@ -50,21 +53,4 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("# {} records of {bytes:.1} bytes, {:.2?}", plain.record_count(), plain.seconds());
     }
     Ok(())
-}
-
-/// The light seen through open windows.
-type Sky = Box<dyn Fn(Vec3) -> Vec3 + Sync>;
-
-fn sky(site: &Site) -> Result<Sky, Box<dyn Error>> {
-    Ok(match &site.environment {
-        None => Box::new(|_| Vec3::ZERO),
-        Some(Environment::Uniform(radiance)) => {
-            let radiance = *radiance;
-            Box::new(move |_| radiance)
-        }
-        Some(Environment::Image { path, rotation, projection }) => {
-            let panorama = Panorama::new(panorama::read(path)?, *projection, *rotation);
-            Box::new(move |d| panorama.radiance(d))
-        }
-    })
 }

@@ -87,17 +87,6 @@ struct Row {
     guessed: Option<Vec3>,
 }
 
-/// What kinds of points an operator has.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shares {
-    /// Of all points, those that are lit by sums of records.
-    pub records: f64,
-    /// Those lit by sums of the volume's places.
-    pub volume: f64,
-    /// Those whose light is guessed, by what lies near or by a few rays: it goes with the mean of all that is measured.
-    pub guessed: f64,
-}
-
 impl<'a> Transfer<'a> {
     /// The operator for some points. `pictures` are those that `relit` was lit by, in the probes' order, each with its
     /// radiometry; `transport` is what its volume was made with.
@@ -181,31 +170,6 @@ impl<'a> Transfer<'a> {
         }
         let [shade, sun] = sums.map(|(sum, count)| (sum / count.max(1) as f64).as_vec3());
         sun - shade
-    }
-
-    /// Number of points.
-    pub fn len(&self) -> usize {
-        self.rows.normals.len()
-    }
-
-    /// Whether it has no point.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Number of terms of its matrices: from cells to records, from records to places, and to points.
-    pub fn terms(&self) -> [usize; 3] {
-        let of_records = self.probes.iter().map(RecordTransfer::terms).sum();
-        let of_volume = self.volume.as_ref().map_or(0, VolumeTransfer::terms);
-        [of_records, of_volume, self.rows.records.len() + self.rows.places.len()]
-    }
-
-    /// What kinds of points there are.
-    pub fn shares(&self) -> Shares {
-        let n = self.len().max(1) as f64;
-        let guessed = self.rows.guessed.len() as f64 / n;
-        let volume = self.rows.starts.windows(2).filter(|w| w[1][1] > w[0][1]).count() as f64 / n;
-        Shares { records: 1.0 - volume - guessed, volume, guessed }
     }
 
     /// What each probe's cells measure in its picture, which has the size of the one that the operator was built with.

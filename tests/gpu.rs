@@ -288,11 +288,8 @@ fn the_chapel_is_drawn_as_rays_see_its_triangles() {
     let scene = scene::load(&site, &mut Health::default()).unwrap();
     let options = Options {
         lightings: vec![site.lightings()[0].clone()],
-        probes: site.probes.len(),
-        sun: true,
         volume: VolumeSettings { cells: 12, rays: 32, ..VolumeSettings::default() },
-        all_stages: false,
-        volume_for_all: false,
+        ..Options::of(&site)
     };
     for (sun_apart, bound) in [(false, 0.003), (true, 0.01)] {
         let settings =

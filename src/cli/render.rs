@@ -96,7 +96,7 @@ pub(crate) struct RenderArgs {
     /// Rays from each place of the irradiance volume
     #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
     volume_rays: u32,
-    /// With --method paper: the records' radius in metres [default: twice their median spacing]
+    /// With --method paper: the records' radius in metres [default: 2.5 times their median spacing]
     #[arg(long, value_name = "METRES", value_parser = between(f32::MIN_POSITIVE..=f32::MAX, "a length in metres, more than 0"))]
     radius: Option<f32>,
     /// Do not use the sun's direction to keep shadow edges sharp

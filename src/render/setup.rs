@@ -2,15 +2,14 @@
 
 use glam::Vec3;
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::shown_points;
-use crate::panorama::{self, Panorama, PanoramaError, Picture, Radiometry};
+use crate::panorama::{self, PanoramaError, Picture, Radiometry};
 use crate::scene::Scene;
-use crate::shoot::{Hits, Light, Outside, charted};
-use crate::site::{Camera, Environment, Probe, Site};
+use crate::shoot::{Hits, Light, Outside, Records, charted};
+use crate::site::{Camera, Probe, Site};
 use crate::volume::{self, Transport, Volume};
 
 /// What to make.
@@ -131,7 +130,7 @@ pub fn prepare_for(
     options: &Options,
 ) -> Result<Setup, SetupError> {
     let mut setup = shoot_probes(site, scene, options)?;
-    setup.cast_volume(site, scene, wanted, options);
+    setup.cast_volume(scene, wanted, options);
     Ok(setup)
 }
 
@@ -145,11 +144,11 @@ pub fn shoot_probes(site: &Site, scene: &Scene, options: &Options) -> Result<Set
     let mut timings = Timings::default();
     let mut hits: Vec<Option<Arc<Hits>>> = vec![None; probes.len()];
     let mut lights = Vec::new();
-    let outside = outside(site)?;
+    let outside = Outside::of(site)?;
     for lighting in &options.lightings {
         let mut lit = Vec::new();
         for (probe, hits) in probes.iter().zip(&mut hits) {
-            let Some(file) = probe.pictures.iter().find(|p| p.lighting == *lighting) else { continue };
+            let Some(file) = probe.picture(lighting) else { continue };
             let start = Instant::now();
             let (picture, coding) = panorama::read_coded(&file.path)?;
             let (chart, picture) = charted(picture, probe.projection);
@@ -187,33 +186,28 @@ pub fn shoot_probes(site: &Site, scene: &Scene, options: &Options) -> Result<Set
 }
 
 impl Setup {
-    /// Casts the volume's rays, once for all lightings that the same probes have pictures of.
-    fn cast_volume(
-        &mut self,
-        site: &Site,
-        scene: &Scene,
-        wanted: impl Fn(Option<&Light>) -> Vec<(Vec3, Vec3)>,
-        options: &Options,
-    ) {
+    /// Casts the volume's rays, once for all lightings whose records lie in the same cells.
+    fn cast_volume(&mut self, scene: &Scene, wanted: impl Fn(Option<&Light>) -> Vec<(Vec3, Vec3)>, options: &Options) {
         let start = Instant::now();
-        let probes = options.probes_of(site);
-        let with = |lighting: &str| -> Vec<bool> {
-            probes.iter().map(|probe| probe.pictures.iter().any(|p| p.lighting == lighting)).collect()
-        };
-        let mut sets: BTreeMap<Vec<bool>, Vec<usize>> = BTreeMap::new();
-        for (i, (lighting, _)) in self.lights.iter().enumerate() {
-            sets.entry(with(lighting)).or_default().push(i);
+        let mut sets: Vec<Vec<usize>> = Vec::new();
+        for (i, (_, light)) in self.lights.iter().enumerate() {
+            match sets.iter_mut().find(|set| same_cells(&self.lights[set[0]].1, light)) {
+                Some(set) => set.push(i),
+                None => sets.push(vec![i]),
+            }
         }
-        for set in sets.values() {
+        for set in &sets {
             let mine: Vec<&Light> = set.iter().map(|&i| &self.lights[i].1).collect();
             let wanted = wanted((!options.volume_for_all).then_some(mine[0]));
             if wanted.is_empty() && !options.all_stages {
-                let why = "every sampled point in every view is seen by a probe".to_owned();
-                self.left_out.insert(0, LeftOut { stage: "volume", why });
                 continue;
             }
             self.transports.push(Transport::cast(scene, &wanted, &mine, &options.volume));
             set.iter().for_each(|&i| self.transport_of[i] = Some(self.transports.len() - 1));
+        }
+        if self.transports.is_empty() && !sets.is_empty() {
+            let why = "every sampled point in every view is seen by a probe".to_owned();
+            self.left_out.insert(0, LeftOut { stage: "volume", why });
         }
         self.timings.volume_s = start.elapsed().as_secs_f64();
     }
@@ -225,6 +219,16 @@ impl Setup {
         };
         self.lights.iter().zip(&self.transport_of).map(volume).collect()
     }
+}
+
+/// Whether the records of two lightings lie in the same cells: a transport names a record by its probe's place in the list and its
+/// cell.
+fn same_cells(a: &Light, b: &Light) -> bool {
+    let same = |(a, b): (&Records, &Records)| {
+        let (a, b) = (a.hits(), b.hits());
+        a.origin == b.origin && a.to_probe == b.to_probe && a.chart == b.chart
+    };
+    a.records.len() == b.records.len() && a.records.iter().zip(&b.records).all(same)
 }
 
 /// The pictures of a lighting, in the projection that their records lie in, each with its radiometry: what a
@@ -246,16 +250,4 @@ pub fn pictures(
             Ok((charted(picture, probe.projection).1, probe.radiometry(coding)))
         })
         .collect()
-}
-
-/// Light from outside as the site gives it.
-fn outside(site: &Site) -> Result<Option<Outside>, PanoramaError> {
-    Ok(match &site.environment {
-        None => None,
-        Some(Environment::Uniform(radiance)) => Some(Outside::Uniform(*radiance)),
-        Some(Environment::Image { path, rotation, projection }) => {
-            let picture = panorama::read(path)?.cleaned();
-            Some(Outside::Image(Arc::new(Panorama::new(picture, *projection, *rotation))))
-        }
-    })
 }

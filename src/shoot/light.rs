@@ -10,9 +10,9 @@ use super::hits::Sunlit;
 use super::neighbours::Neighbours;
 use super::records::measured;
 use super::{Hits, Observation, Records, sunlight};
-use crate::panorama::{Panorama, Picture, Radiometry, luminance};
+use crate::panorama::{self, Panorama, PanoramaError, Picture, Radiometry, luminance};
 use crate::scene::Scene;
-use crate::site::Sun;
+use crate::site::{Environment, Site, Sun};
 use crate::statistics::{median, quantile};
 
 /// The records of all probes under one lighting, and the light from outside.
@@ -49,6 +49,31 @@ pub enum Outside {
     Uniform(Vec3),
     /// A panorama around the site.
     Image(Arc<Panorama>),
+}
+
+impl Outside {
+    /// What a site gives; `None` where it gives nothing.
+    ///
+    /// # Errors
+    ///
+    /// A picture that cannot be read.
+    pub fn of(site: &Site) -> Result<Option<Self>, PanoramaError> {
+        Ok(match &site.environment {
+            None => None,
+            Some(Environment::Uniform(radiance)) => Some(Self::Uniform(*radiance)),
+            Some(Environment::Image { path, rotation, projection }) => {
+                Some(Self::Image(Arc::new(Panorama::new(panorama::read(path)?, *projection, *rotation))))
+            }
+        })
+    }
+
+    /// Radiance that arrives from a direction (the program's axes, unit).
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Uniform(radiance) => *radiance,
+            Self::Image(panorama) => panorama.radiance(direction),
+        }
+    }
 }
 
 /// Cells and their weights.
@@ -303,11 +328,7 @@ impl Light {
             }
             least = Some(least.unwrap_or(Vec3::ZERO).max(radiance));
         }
-        let given = match &self.outside {
-            Some(Outside::Uniform(radiance)) => Some(*radiance),
-            Some(Outside::Image(panorama)) => Some(panorama.radiance(direction)),
-            None => None,
-        };
+        let given = self.outside.as_ref().map(|outside| outside.radiance(direction));
         match (least, given) {
             (Some(least), Some(given)) => Some(least.max(given)),
             (least, given) => least.or(given),

@@ -59,24 +59,9 @@ impl RecordTransfer {
         Self { hits, radiometry, starts, terms, scale, sunlit }
     }
 
-    /// Number of records.
-    pub fn len(&self) -> usize {
-        self.scale.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.scale.is_empty()
-    }
-
     /// Which cells of surface the sun shines on; empty where nobody names it.
     pub(crate) fn sunlit(&self) -> &[Sunlit] {
         &self.sunlit
-    }
-
-    /// Number of terms of all records.
-    pub fn terms(&self) -> usize {
-        self.terms.len()
     }
 
     /// What each cell measures in a picture of the same size: m of [`RecordTransfer`]; zero for bad pixels.

@@ -107,11 +107,6 @@ impl<'a> VolumeTransfer<'a> {
         self.terms.iter_mut().for_each(|t| t.record = order[t.record as usize]);
     }
 
-    /// Number of terms of all places.
-    pub fn terms(&self) -> usize {
-        self.terms.len()
-    }
-
     /// The vector irradiance of all gathered places, from the records' light, the sun's irradiance, and the factors of the
     /// sky as the site gives it and of what nobody measured.
     pub fn vectors(&self, records: &[Vec3A], sun: Vec3, sky: Vec3, factor: f32) -> Vec<[Vec3; 3]> {

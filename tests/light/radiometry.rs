@@ -45,11 +45,8 @@ fn off(site: &Site) -> (Vec3, f32) {
 fn relit(site: &Site, scene: &Scene, camera: Camera, lighting: &str) -> Picture {
     let options = Options {
         lightings: vec![lighting.to_owned()],
-        probes: site.probes.len(),
-        sun: true,
         volume: volume::VolumeSettings { cells: 16, rays: 32, ..volume::VolumeSettings::default() },
-        all_stages: false,
-        volume_for_all: false,
+        ..Options::of(site)
     };
     let setup = prepare(site, scene, &[camera], &options).unwrap();
     let light = &setup.lights[0].1;
