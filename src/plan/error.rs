@@ -25,16 +25,13 @@ pub enum PlanError {
         area_m2: f64,
     },
     /// Floors, but no place on them.
-    #[error(
-        "no place for a tripod on any of {floors} floors: with plan.clearance = {clearance_m} nothing is left, since \
-         the widest place is {widest_m:.2} m from its nearest obstacle; lower plan.clearance, or remove a plan.keep_out"
-    )]
+    #[error("no place for a tripod on any of {floors} floors: {}", no_place(*clearance_m, *widest_m))]
     NoPlace {
         /// Floors found.
         floors: usize,
         /// Clearance asked for.
         clearance_m: f64,
-        /// The greatest clearance there is.
+        /// The greatest clearance there is, kept out or not.
         widest_m: f64,
     },
     /// A fixed place where nothing can stand.
@@ -76,4 +73,18 @@ pub enum PlanError {
         /// Why.
         source: PolygonError,
     },
+}
+
+/// Why no tripod can stand on a floor, given its greatest clearance.
+pub(super) fn no_place(clearance_m: f64, widest_m: f64) -> String {
+    if widest_m < clearance_m {
+        format!(
+            "with plan.clearance = {clearance_m} nothing is left, since the widest place is {widest_m:.2} m from its \
+             nearest obstacle; lower plan.clearance"
+        )
+    } else {
+        "there is room, but all of it is kept out or not level where a tripod's legs stand; check plan.keep_out and \
+         the floor"
+            .to_owned()
+    }
 }

@@ -109,6 +109,30 @@ fn a_house_with_stair_and_gallery_has_two_floors() {
     assert!(ground.stations.iter().all(|s| (s.position[2] - 1.6).abs() < 0.05), "nobody stands on the table");
 }
 
+/// Planned alone, a floor has the fixed places that it has among all.
+#[test]
+fn a_fixed_place_stays_on_its_floor_whichever_is_planned() {
+    for at in ["[8, 2]", "[2, 2]"] {
+        let house = built(house(), &format!("[plan]\nfixed = [{at}]"));
+        for (name, expected) in [("ground", 1), ("first", 0)] {
+            let options = Options { floors: vec![name.to_owned()], patches: 0, ..Options::default() };
+            let plan = plan(&house.site, &house.scene, &options).unwrap();
+            let [floor] = plan.floors.as_slice() else { panic!("{} floors", plan.floors.len()) };
+            assert_eq!(floor.floor.slug, name);
+            assert_eq!(floor.stations.iter().filter(|s| s.fixed).count(), expected, "{at} on the {name} floor");
+        }
+    }
+}
+
+#[test]
+fn a_floor_that_is_kept_out_is_not_called_narrow() {
+    let house = built(house(), "[plan]\nkeep_out = [[[-1, -1], [6.5, -1], [6.5, 9], [-1, 9]]]");
+    let plan = planned(&house);
+    assert_eq!(plan.floors.len(), 1);
+    let told = plan.warnings.iter().find(|w| w.starts_with("A level of")).unwrap();
+    assert!(told.contains("check plan.keep_out") && !told.contains("clearance"), "{told}");
+}
+
 #[test]
 fn a_closet_whose_door_is_shut_still_counts() {
     let mut quads = sides(v(0.0, 0.0, 0.0), v(10.0, 8.0, 3.0), [0; 6]);
@@ -207,6 +231,9 @@ fn faults_are_told_in_one_line_each() {
     );
     let kept_out = refused(room(), "[plan]\nkeep_out = [[[-1, -1], [6, -1], [6, 5], [-1, 5]]]");
     assert!(matches!(kept_out, PlanError::NoPlace { .. }), "{kept_out}");
+    let [narrow_told, kept_out_told] = [&narrow, &kept_out].map(ToString::to_string);
+    assert!(narrow_told.contains("lower plan.clearance") && !narrow_told.contains("keep_out"), "{narrow_told}");
+    assert!(kept_out_told.contains("check plan.keep_out") && !kept_out_told.contains("clearance"), "{kept_out_told}");
     // limits that exclude each other
     let outside = refused(room(), "[plan]\nfixed = [[9, 2]]");
     assert!(matches!(outside, PlanError::FixedBlocked { at: [9.0, 2.0], .. }), "{outside}");

@@ -1,7 +1,7 @@
 //! Lower bounds on how many candidates a cover takes: the dual of its linear relaxation, climbed by subgradients (Held and
 //! Karp 1971; Beasley 1987).
 
-use super::subproblem::Subproblem;
+use super::coverage::Coverage;
 
 /// The least whole number not below a bound, mindful of rounding in its sum.
 pub(crate) fn round_up(bound: f64) -> usize {
@@ -24,16 +24,16 @@ pub(crate) struct Dual {
 }
 
 impl Dual {
-    pub(crate) fn new(part: &Subproblem) -> Self {
+    pub(crate) fn new(part: &Coverage) -> Self {
         let share = |r: usize| {
-            let of = |c: &u32| 1.0 / part.columns.get(*c as usize).len().max(1) as f64;
-            part.rows.get(r).iter().map(of).fold(1.0, f64::min)
+            let of = |c: &u32| 1.0 / part.covers(*c as usize).len().max(1) as f64;
+            part.covered_by(r).iter().map(of).fold(1.0, f64::min)
         };
-        Self { prices: (0..part.rows.len()).map(share).collect(), costs: vec![1.0; part.columns.len()] }
+        Self { prices: (0..part.elements()).map(share).collect(), costs: vec![1.0; part.candidates()] }
     }
 
     /// Climbs for so many steps, or until the bound exceeds `enough`; keeps the best prices and returns their bound.
-    pub(crate) fn climb(&mut self, part: &Subproblem, free: &Free, steps: usize, enough: f64) -> f64 {
+    pub(crate) fn climb(&mut self, part: &Coverage, free: &Free, steps: usize, enough: f64) -> f64 {
         let rows: Vec<usize> = (0..free.rows.len()).filter(|&r| free.rows[r]).collect();
         let columns: Vec<usize> = (0..free.columns.len()).filter(|&c| free.columns[c]).collect();
         let mut best = f64::NEG_INFINITY;
@@ -47,7 +47,7 @@ impl Dual {
             }
             let mut bound: f64 = rows.iter().map(|&r| prices[r]).sum();
             for &c in &columns {
-                let list = part.columns.get(c);
+                let list = part.covers(c);
                 let cost =
                     1.0 - list.iter().filter(|&&r| free.rows[r as usize]).map(|&r| prices[r as usize]).sum::<f64>();
                 costs[c] = cost;

@@ -10,53 +10,25 @@ pub struct Coverage {
     rows: Lists,
 }
 
-/// Why a coverage table is none.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CoverageError {
-    /// A candidate covers an element that does not exist.
-    #[error("candidate {candidate} covers element {element}, but there are only {elements}")]
-    NoSuchElement {
-        /// Which candidate.
-        candidate: usize,
-        /// What it covers.
-        element: u32,
-        /// So many there are.
-        elements: usize,
-    },
-    /// A weight that is negative or no number.
-    #[error("element {element} weighs {weight}: weights are finite and not negative")]
-    Weight {
-        /// Which element.
-        element: usize,
-        /// Its weight.
-        weight: f64,
-    },
-}
-
 impl Coverage {
-    /// Takes each element's weight and each candidate's elements (in any order, repeats allowed).
-    pub fn new<C>(weights: Vec<f64>, candidates: impl IntoIterator<Item = C>) -> Result<Self, CoverageError>
+    /// Takes each element's weight and each candidate's elements (in any order, repeats allowed). A weight that is negative or not
+    /// finite counts as 0, and elements without a weight are left out.
+    pub fn new<C>(mut weights: Vec<f64>, candidates: impl IntoIterator<Item = C>) -> Self
     where
         C: IntoIterator<Item = u32>,
     {
-        if let Some(element) = weights.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
-            return Err(CoverageError::Weight { element, weight: weights[element] });
-        }
+        weights.iter_mut().filter(|w| !(w.is_finite() && **w >= 0.0)).for_each(|w| *w = 0.0);
         let mut columns = Lists::default();
         let mut list = Vec::new();
-        for (candidate, elements) in candidates.into_iter().enumerate() {
+        for elements in candidates {
             list.clear();
-            list.extend(elements);
+            list.extend(elements.into_iter().filter(|e| (*e as usize) < weights.len()));
             list.sort_unstable();
             list.dedup();
-            if let Some(&element) = list.last().filter(|&&e| e as usize >= weights.len()) {
-                return Err(CoverageError::NoSuchElement { candidate, element, elements: weights.len() });
-            }
             columns.push(&list);
         }
         let rows = columns.transposed(weights.len());
-        Ok(Self { weights, columns, rows })
+        Self { weights, columns, rows }
     }
 
     /// How many elements there are.

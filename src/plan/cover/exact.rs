@@ -4,7 +4,6 @@ use super::bound::{Dual, Free, round_up};
 use super::coverage::Coverage;
 use super::greedy::{Goal, select};
 use super::reduce::reduce;
-use super::subproblem::Subproblem;
 use std::time::Instant;
 
 /// A cover and a bound on all covers.
@@ -54,7 +53,7 @@ pub fn minimum(coverage: &Coverage, limits: SearchLimits) -> Minimum {
 }
 
 struct Search<'a> {
-    part: &'a Subproblem,
+    part: &'a Coverage,
     best: Vec<usize>,
     limits: SearchLimits,
     nodes: usize,
@@ -62,18 +61,10 @@ struct Search<'a> {
 }
 
 /// A part's best cover, and a bound.
-fn solve(part: &Subproblem, limits: SearchLimits) -> (Vec<usize>, usize) {
-    let rows = part.rows.len();
-    let candidates = (0..part.columns.len()).map(|c| part.columns.get(c).iter().copied());
-    let first = Coverage::new(vec![1.0; rows], candidates).map(|c| select(&c, &Goal::default()).chosen);
-    let mut search = Search {
-        part,
-        best: first.unwrap_or_else(|_| (0..part.columns.len()).collect()),
-        limits,
-        nodes: 0,
-        stopped: false,
-    };
-    let free = Free { rows: vec![true; rows], columns: vec![true; part.columns.len()] };
+fn solve(part: &Coverage, limits: SearchLimits) -> (Vec<usize>, usize) {
+    let best = select(part, &Goal::default()).chosen;
+    let mut search = Search { part, best, limits, nodes: 0, stopped: false };
+    let free = Free { rows: vec![true; part.elements()], columns: vec![true; part.candidates()] };
     let mut dual = Dual::new(part);
     let root = round_up(dual.climb(part, &free, 600, search.best.len() as f64 - 1.0 + 1e-5));
     if root >= search.best.len() {
@@ -118,13 +109,13 @@ impl Search<'_> {
                 break;
             }
         }
-        let open = |r: usize| self.part.rows.get(r).iter().filter(|&&c| free.columns[c as usize]).count();
+        let open = |r: usize| self.part.covered_by(r).iter().filter(|&&c| free.columns[c as usize]).count();
         let row = (0..free.rows.len())
             .filter(|&r| free.rows[r])
             .min_by(|&a, &b| open(a).cmp(&open(b)).then_with(|| dual.prices[b].total_cmp(&dual.prices[a])));
         let Some(row) = row else { return };
         let mut columns: Vec<usize> =
-            self.part.rows.get(row).iter().map(|&c| c as usize).filter(|&c| free.columns[c]).collect();
+            self.part.covered_by(row).iter().map(|&c| c as usize).filter(|&c| free.columns[c]).collect();
         columns.sort_by(|&a, &b| dual.costs[a].total_cmp(&dual.costs[b]));
         for c in columns {
             let (mut next, mut with) = (free.clone(), taken.clone());
@@ -138,7 +129,7 @@ impl Search<'_> {
     fn take(&self, c: usize, free: &mut Free, taken: &mut Vec<usize>) {
         taken.push(c);
         free.columns[c] = false;
-        for &r in self.part.columns.get(c) {
+        for &r in self.part.covers(c) {
             free.rows[r as usize] = false;
         }
     }
@@ -151,7 +142,7 @@ impl Search<'_> {
                 if !free.rows[r] {
                     continue;
                 }
-                let mut open = self.part.rows.get(r).iter().map(|&c| c as usize).filter(|&c| free.columns[c]);
+                let mut open = self.part.covered_by(r).iter().map(|&c| c as usize).filter(|&c| free.columns[c]);
                 let Some(first) = open.next() else { return false };
                 if open.next().is_none() {
                     self.take(first, free, taken);
@@ -163,7 +154,7 @@ impl Search<'_> {
             }
         }
         for c in 0..free.columns.len() {
-            if free.columns[c] && self.part.columns.get(c).iter().all(|&r| !free.rows[r as usize]) {
+            if free.columns[c] && self.part.covers(c).iter().all(|&r| !free.rows[r as usize]) {
                 free.columns[c] = false;
             }
         }
@@ -181,8 +172,8 @@ impl Search<'_> {
             if cover.len() + 1 >= self.best.len() {
                 return;
             }
-            let adds = |c: usize| self.part.columns.get(c).iter().filter(|&&r| free.rows[r as usize]).count() as f64;
-            let columns = self.part.rows.get(row).iter().map(|&c| c as usize).filter(|&c| free.columns[c]);
+            let adds = |c: usize| self.part.covers(c).iter().filter(|&&r| free.rows[r as usize]).count() as f64;
+            let columns = self.part.covered_by(row).iter().map(|&c| c as usize).filter(|&c| free.columns[c]);
             let score = |c: usize| dual.costs[c] - 0.05 * adds(c);
             let Some(c) = columns.min_by(|&a, &b| score(a).total_cmp(&score(b))) else { return };
             self.take(c, &mut free, &mut cover);
@@ -192,12 +183,12 @@ impl Search<'_> {
 }
 
 /// Leaves out columns whose cost lifts the bound over `most`; whether any was.
-fn fix(free: &mut Free, dual: &Dual, bound: f64, most: usize, part: &Subproblem) -> bool {
+fn fix(free: &mut Free, dual: &Dual, bound: f64, most: usize, part: &Coverage) -> bool {
     let mut changed = false;
     for c in 0..free.columns.len() {
         if free.columns[c] && dual.costs[c] > 0.0 && bound + dual.costs[c] > most as f64 + 1e-6 {
             free.columns[c] = false;
-            changed |= !part.columns.get(c).is_empty();
+            changed |= !part.covers(c).is_empty();
         }
     }
     changed

@@ -14,14 +14,12 @@ pub struct Goal {
     pub at_most: Option<usize>,
     /// Candidates that are chosen in any case, first and in this order.
     pub fixed: Vec<usize>,
-    /// Whether to drop redundant candidates and to replace two by one and three by two.
-    pub improve: bool,
 }
 
 impl Default for Goal {
     /// Everything, by any number of candidates.
     fn default() -> Self {
-        Self { target: 1.0, at_most: None, fixed: Vec::new(), improve: true }
+        Self { target: 1.0, at_most: None, fixed: Vec::new() }
     }
 }
 
@@ -36,16 +34,14 @@ pub struct Selection {
     pub covered: f64,
 }
 
-/// A greedy selection that is improved: within 1 + ln n of the fewest in theory (Chvátal 1979), mostly much nearer.
+/// A greedy selection that is improved (redundant candidates dropped, two replaced by one and three by two): within 1 + ln n
+/// of the fewest in theory (Chvátal 1979), mostly much nearer.
 ///
 /// Lazy (Minoux 1978): a candidate's gain only falls, so the top of a heap is looked at again until it stays on top.
 /// Ties go to the lower number; the result depends on nothing but the input.
 pub fn select(coverage: &Coverage, goal: &Goal) -> Selection {
     let needed = goal.target.clamp(0.0, 1.0) * coverage.coverable() * (1.0 - 1e-12);
     let first = greedy(coverage, goal, 0..coverage.candidates(), needed);
-    if !goal.improve {
-        return first;
-    }
     let better = improve(coverage, &first.chosen, goal.fixed.len(), needed);
     // order by usefulness again
     greedy(coverage, goal, better, needed)

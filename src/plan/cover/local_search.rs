@@ -1,6 +1,7 @@
 //! Fewer candidates that cover the same: redundant ones dropped, two replaced by one, three by two.
 
 use super::coverage::Coverage;
+use super::reduce::within;
 
 /// Looks at so many replacements in one call: keeps large problems quick, whatever the machine.
 const BUDGET: usize = 20_000_000;
@@ -154,7 +155,7 @@ impl Cover<'_> {
             self.work += needs.len();
             let has = coverage.covers(c as usize);
             if n == 1 {
-                if super::subproblem::within(needs, has) {
+                if within(needs, has) {
                     return Some(vec![c as usize]);
                 }
                 continue;

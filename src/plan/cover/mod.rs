@@ -12,6 +12,5 @@ mod local_search;
 pub(crate) mod overlap;
 pub(crate) mod partial_bound;
 pub mod reduce;
-pub(crate) mod subproblem;
 #[cfg(test)]
 mod tests;

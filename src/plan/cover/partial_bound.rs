@@ -173,7 +173,7 @@ mod tests {
         for _ in 0..60 {
             let weights: Vec<f64> = (0..30).map(|_| 0.5 + random(10) as f64 / 4.0).collect();
             let sets: Vec<Vec<u32>> = (0..11).map(|_| (0..30).filter(|_| random(4) == 0).collect()).collect();
-            let coverage = Coverage::new(weights, sets).unwrap();
+            let coverage = Coverage::new(weights, sets);
             let wanted = coverage.coverable() * (0.5 + random(50) as f64 / 100.0);
             let truth = fewest(&coverage, wanted);
             for upper in [truth, truth + 2] {

@@ -1,14 +1,12 @@
 //! Makes a set cover smaller without changing how many candidates it takes.
 
 use super::coverage::Coverage;
-use super::subproblem::Subproblem;
-use super::subproblem::within;
 use crate::lists::Lists;
 
 /// What is left of a problem: candidates that belong to some best cover, and independent parts.
 pub(crate) struct Reduced {
     pub(crate) forced: Vec<usize>,
-    pub(crate) parts: Vec<(Subproblem, Vec<usize>)>,
+    pub(crate) parts: Vec<(Coverage, Vec<usize>)>,
 }
 
 /// Takes what must be taken, drops candidates that cover no more than another, drops elements that are covered
@@ -55,6 +53,21 @@ pub fn maximal(coverage: &Coverage) -> Vec<usize> {
     let (columns, rows) = lists(coverage, &row_in, &column_in);
     drop_columns(&columns, &rows, &mut column_in);
     (0..column_in.len()).filter(|&c| column_in[c]).collect()
+}
+
+/// Whether a rising list lies within another.
+pub(crate) fn within(small: &[u32], large: &[u32]) -> bool {
+    if small.len() > large.len() {
+        return false;
+    }
+    let mut rest = large;
+    small.iter().all(|s| match rest.iter().position(|l| l >= s) {
+        Some(k) if rest[k] == *s => {
+            rest = &rest[k + 1..];
+            true
+        }
+        _ => false,
+    })
 }
 
 fn lists(coverage: &Coverage, row_in: &[bool], column_in: &[bool]) -> (Lists, Lists) {
@@ -126,7 +139,7 @@ fn drop_rows(columns: &Lists, rows: &Lists, row_in: &mut [bool]) -> bool {
     changed
 }
 
-fn parts(columns: &Lists, rows: &Lists, row_in: &[bool], column_in: &[bool]) -> Vec<(Subproblem, Vec<usize>)> {
+fn parts(columns: &Lists, rows: &Lists, row_in: &[bool], column_in: &[bool]) -> Vec<(Coverage, Vec<usize>)> {
     let mut of_row = vec![u32::MAX; row_in.len()];
     let mut result = Vec::new();
     for seed in 0..row_in.len() {
@@ -151,14 +164,8 @@ fn parts(columns: &Lists, rows: &Lists, row_in: &[bool], column_in: &[bool]) -> 
         }
         names.sort_unstable();
         names.dedup();
-        let mut local = Lists::default();
-        for &c in &names {
-            let mut list: Vec<u32> =
-                columns.get(c).iter().filter(|&&r| row_in[r as usize]).map(|&r| of_row[r as usize]).collect();
-            list.sort_unstable();
-            local.push(&list);
-        }
-        result.push((Subproblem::new(local, count as usize), names));
+        let own = |&c: &usize| columns.get(c).iter().filter(|&&r| row_in[r as usize]).map(|&r| of_row[r as usize]);
+        result.push((Coverage::new(vec![1.0; count as usize], names.iter().map(own)), names));
     }
     result
 }

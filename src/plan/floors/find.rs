@@ -11,6 +11,7 @@ use super::disconnected::disconnected_parts;
 use super::floor::Floor;
 use super::raster::{Grid, Map};
 use crate::plan::PlanError;
+use crate::plan::error::no_place;
 
 use super::heightfield::Heightfield;
 use super::levels::{Level, SPREAD_M, find_levels};
@@ -103,9 +104,9 @@ pub fn find_floors(scene: &Scene, plan: &Plan, all_parts: bool) -> Result<Found,
     }
     for floor in unfit.iter().filter(|f| f.walkable.area() > NOOK_M2) {
         found.warnings.push(format!(
-            "A level of {:.1} m² has no place for a tripod with {} m clearance and is left out.",
+            "A level of {:.1} m² has no place for a tripod and is left out: {}.",
             floor.walkable.area(),
-            plan.clearance_m
+            no_place(plan.clearance_m, floor.widest())
         ));
     }
     for (i, floor) in found.floors.iter_mut().enumerate() {

@@ -35,9 +35,11 @@ impl Floor {
         (if ground.is_finite() { ground } else { self.elevation }) + probe_height_m as f32
     }
 
-    /// The greatest distance to an obstacle anywhere on it, metres.
+    /// The greatest clearance anywhere on it, metres.
     pub(crate) fn widest(&self) -> f64 {
         let distance = self.walkable.inverted().distance();
-        f64::from(distance.into_iter().filter(|d| d.is_finite()).fold(0.0, f32::max))
+        let most = f64::from(distance.into_iter().filter(|d| d.is_finite()).fold(0.0, f32::max));
+        // to the obstacle cell's near side
+        (most - 0.5 * self.walkable.grid.cell_m).max(0.0)
     }
 }

@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
             let of = self.candidates.sees[c].iter().copied();
             of.filter(move |&w| (w as usize) < upto && !(strict && self.struck.contains(&(c as u32, w))))
         };
-        Coverage::new(vec![1.0; upto], among.iter().map(list)).unwrap_or_default()
+        Coverage::new(vec![1.0; upto], among.iter().map(list))
     }
 
     fn result(self) -> Guards {

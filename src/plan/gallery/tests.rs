@@ -3,7 +3,7 @@
 
 use super::arrangement::Candidates;
 use super::witness_region::WitnessRegion;
-use crate::plan::cover::subproblem::within;
+use crate::plan::cover::reduce::within;
 use crate::plan::free_space::open_space::OpenSpace;
 use crate::plan::free_space::polygon::Polygon;
 use glam::DVec2;

@@ -42,9 +42,11 @@ pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<Site
     let limits = &site.plan;
     let mut found = find_floors(scene, limits, options.all_parts)?;
     let mut warnings = std::mem::take(&mut found.warnings);
-    let mut floors = wanted(found.floors, &options.floors)?;
-    let present = present(site, scene, &floors, options.fresh, &mut warnings);
-    let fixed = fixed(site, scene, &floors, &present)?;
+    let wanted = wanted(&found.floors, &options.floors)?;
+    // a place belongs to its floor whether that is planned or not
+    let present = present(site, scene, &found.floors, options.fresh, &mut warnings);
+    let fixed = kept(fixed(site, scene, &found.floors, &present)?, &wanted);
+    let (mut floors, present) = (kept(found.floors, &wanted), kept(present, &wanted));
     let count: usize = fixed.iter().map(Vec::len).sum();
     if count > limits.max_probes as usize {
         return Err(PlanError::TooManyFixed { fixed: count, most: limits.max_probes });
@@ -99,8 +101,8 @@ pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<Site
     Ok(SitePlan { floors: plans, warnings, surface })
 }
 
-/// The floors of some names.
-fn wanted(floors: Vec<Floor>, names: &[String]) -> Result<Vec<Floor>, PlanError> {
+/// Which floors have one of some names: all, where there is none.
+fn wanted(floors: &[Floor], names: &[String]) -> Result<Vec<bool>, PlanError> {
     let is = |floor: &Floor, name: &str| {
         floor.slug.eq_ignore_ascii_case(name.trim()) || floor.name.eq_ignore_ascii_case(name.trim())
     };
@@ -108,7 +110,12 @@ fn wanted(floors: Vec<Floor>, names: &[String]) -> Result<Vec<Floor>, PlanError>
         let known: Vec<&str> = floors.iter().map(|f| f.slug.as_str()).collect();
         return Err(PlanError::UnknownFloor { name: name.clone(), known: known.join(", ") });
     }
-    Ok(floors.into_iter().filter(|f| names.is_empty() || names.iter().any(|n| is(f, n))).collect())
+    Ok(floors.iter().map(|f| names.is_empty() || names.iter().any(|n| is(f, n))).collect())
+}
+
+/// What belongs to the wanted floors.
+fn kept<T>(all: Vec<T>, wanted: &[bool]) -> Vec<T> {
+    all.into_iter().zip(wanted).filter(|(_, wanted)| **wanted).map(|(one, _)| one).collect()
 }
 
 /// The probes that stand on each floor, with local positions.
@@ -126,10 +133,8 @@ fn present(
         let on = (0..floors.len()).filter(|f| floors[*f].open.at(at.truncate()) && off(&floors[*f]) < 1.3);
         match on.min_by(|a, b| off(&floors[*a]).total_cmp(&off(&floors[*b]))) {
             Some(floor) => present[floor].push((probe.name.clone(), at)),
-            None => warnings.push(format!(
-                "Probe “{}” stands on none of the planned floors: what it sees is not counted.",
-                probe.name
-            )),
+            None => warnings
+                .push(format!("Probe “{}” stands on none of the floors: what it sees is not counted.", probe.name)),
         }
     }
     present

@@ -76,14 +76,9 @@ fn on_floor(
     at_most: Option<usize>,
     plan: &Plan,
 ) -> (SelectedStations, Selection) {
-    let Ok(coverage) = Coverage::new(problem.witnesses.weights(), sights(problem)) else { return Default::default() };
+    let coverage = Coverage::new(problem.witnesses.weights(), sights(problem));
     let there = problem.present.len();
-    let goal = Goal {
-        target: plan.target_coverage,
-        at_most: at_most.map(|n| n + there),
-        fixed: first(problem, fixed),
-        improve: true,
-    };
+    let goal = Goal { target: plan.target_coverage, at_most: at_most.map(|n| n + there), fixed: first(problem, fixed) };
     let new = |selection: &Selection| -> Vec<usize> {
         selection.chosen.iter().copied().filter(|c| *c < problem.candidates.len()).collect()
     };
@@ -106,7 +101,7 @@ fn bound(problem: &FloorProblem, coverage: &Coverage, plan: &Plan, upper: usize)
     }
     // a hair less, as the selection itself may stop there
     let wanted = wanted - 1e-9 * coverage.coverable();
-    Coverage::new(weights, problem.sights.iter().cloned()).map_or((0, Vec::new()), |c| partial_bound(&c, wanted, upper))
+    partial_bound(&Coverage::new(weights, problem.sights.iter().cloned()), wanted, upper)
 }
 
 /// Each floor's number of stations when there are `most` in all: always the next best one.
@@ -208,13 +203,12 @@ pub(crate) fn in_space(
         for (sight, more) in sights.iter_mut().zip(&seen) {
             sight.extend(more.iter().map(|i| offset + i));
         }
-        let Ok(coverage) = Coverage::new(weights, sights) else { return };
+        let coverage = Coverage::new(weights, sights);
         let allowed = (1.0 - plan.target_coverage) * 2.0 * flat;
         let goal = Goal {
             target: (1.0 - allowed / coverage.coverable().max(f64::MIN_POSITIVE)).max(0.0),
             at_most: Some(most + problem.present.len()),
             fixed: first(problem, 0).into_iter().chain(chosen.stations.iter().copied()).collect(),
-            improve: true,
         };
         let next = select(&coverage, &goal);
         let gain = |k: usize| next.curve[k] - if k == 0 { 0.0 } else { next.curve[k - 1] };
