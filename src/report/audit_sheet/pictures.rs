@@ -92,7 +92,7 @@ pub(in crate::report) fn reduced(picture: &Picture, most: usize) -> Picture {
 fn region(svg: &mut Svg, view: &AuditedView, frame: [f64; 4], verdict: Verdict) {
     let [w, h] = view.summary.size.map(|n| n as usize);
     let cells = Cells::of(w, h, CELLS, |i| view.verdicts[i] == verdict);
-    let rings = placed(&cells.rings(0.7), frame);
+    let rings = placed(&cells.rings(), frame);
     if let Some((wash, opacity, hatch)) = look(verdict) {
         svg.area(&rings, &Style::fill(wash).opacity(opacity));
         svg.area(&rings, &Style::hatch(hatch));
@@ -108,7 +108,7 @@ fn outlines(svg: &mut Svg, about: &AuditSheet, frame: [f64; 4]) {
     for (id, mask) in view.masks.iter().rev() {
         let Some(finding) = about.finding(id) else { continue };
         let cells = Cells::of(w, h, CELLS, |i| mask[i]);
-        let rings = placed(&cells.rings(0.9), frame);
+        let rings = placed(&cells.rings(), frame);
         let line = Style::line(look_of(finding), 0.5);
         svg.group("finding", "", |svg| {
             svg.area(&rings, &Style::line(WHITE, 1.1));
