@@ -229,6 +229,10 @@ fn not_finite_vertices_cost_only_their_triangles() {
     assert_eq!((health.triangles, health.not_finite), (2, 3));
     assert!(scene.mesh.positions.iter().all(|p| p.is_finite()));
     assert_eq!(health.size_m, [1.0, 1.0, 0.0]);
+    // among texture coordinates they cost no triangle
+    let (scene, _) =
+        load_obj(&format!("{SQUARE}vt -1.#IND 0\nvt 1 nan(ind)\nvt 1 1\nf 1/1 2/2 3/3\nf 1 3 4\n")).unwrap();
+    assert!(scene.mesh.triangles.len() == 2 && scene.mesh.uvs.iter().all(|uv| uv.is_finite()));
 }
 
 #[test]

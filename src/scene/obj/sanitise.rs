@@ -226,7 +226,7 @@ impl<R: Read> Sanitised<R> {
 
     /// `vt u`, `vt u v` or `vt u v w`.
     fn texture_coordinates(&mut self, rest: &str) -> Result<(), Fault> {
-        let mut words = rest.split_ascii_whitespace();
+        let mut words = rest.split_ascii_whitespace().map(known_number);
         let Some(u) = words.next() else {
             return Err(Fault::Line("expected vt and two numbers, found “vt”".to_owned()));
         };
@@ -317,7 +317,7 @@ fn uncommented(rest: &str) -> &str {
     rest.find(" #").or_else(|| rest.find("\t#")).map_or(rest, |i| &rest[..i])
 }
 
-/// Other spellings of NaN and infinity (`-1.#IND`, `nan(ind)`) as `nan`: their triangles are left out later.
+/// Other spellings of NaN and infinity (`-1.#IND`, `nan(ind)`) as `nan`: their triangles are left out later, or take no texture.
 fn known_number(word: &str) -> &str {
     if word.contains(['#', '(']) { "nan" } else { word }
 }
