@@ -214,9 +214,8 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
             all.told.push((f.score, right));
         }
         all.alarms.extend(f.false_alarms.filter(|_| case.is_none()));
-        let of_kind = case.is_some_and(|c| c.fault.is_texture() == (f.kind == Kind::Texture));
-        if let Some(candidates) = all.candidates.as_mut().filter(|_| !right || of_kind) {
-            candidates.push(Candidate::new(&format!("{site} {title}"), case.is_none(), right, f));
+        if let Some(candidates) = &mut all.candidates {
+            candidates.push(Candidate::new(site, case.is_none(), right, share(mask, &truths[v].changed), f));
         }
     }
     println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
@@ -224,8 +223,13 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
 
 /// Whether a tenth of a mask or more lies within another.
 fn touches(mask: &[bool], within: &[bool]) -> bool {
-    let on = mask.iter().zip(within).filter(|m| *m.0 && *m.1).count();
-    on > 0 && 10 * on >= mask.iter().filter(|m| **m).count()
+    share(mask, within) >= 0.1
+}
+
+/// The share of a mask that lies within another.
+fn share(mask: &[bool], within: &[bool]) -> f64 {
+    let both = mask.iter().zip(within).filter(|m| *m.0 && *m.1).count();
+    both as f64 / mask.iter().filter(|m| **m).count().max(1) as f64
 }
 
 /// How much each pixel is suspected: findings by their confidence, then doubts, then the rest.

@@ -1,60 +1,129 @@
 //! Fits the weights of the decision (`src/audit/decide/odds.rs`) to candidates whose truth is known: logistic regression with
-//! a Gaussian prior on the weights (Hosmer & Lemeshow, *Applied Logistic Regression*, 2013). How often right models give candidates of
-//! some odds, and how many of them are faults, is told by weights that a candidate's own site had no part in.
+//! a Gaussian prior around the weights as they are (Hosmer & Lemeshow, *Applied Logistic Regression*, 2013). How good they are is told by
+//! weights that a candidate's own site had no part in.
 
-use clerestory::audit::Finding;
+use clerestory::audit::{Evidence, Finding};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Candidates that are less likely than this, by the weights as they are, are not kept.
 pub const LEAST: f64 = 0.003;
 
-/// Precision of the prior on a weight, whose cue has a standard deviation of 1.
-const PRIOR: f64 = 5.0;
+/// Precision of the prior on the bias, and on a weight, whose cue has a standard deviation of 1.
+const PRIOR: [f64; 2] = [0.5, 5.0];
+
+/// What touches a fault and has a smaller share of itself in it than this is neither fault nor none.
+const WITHIN: f64 = 0.3;
 
 /// What was weighed, and whether it is a fault.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Candidate {
-    case: String,
+    site: String,
     of_right_model: bool,
     fault: bool,
-    /// Names and values of the cues, and where they speak neither way; the first name says what way it was found.
-    cues: Vec<(String, f64, f64)>,
+    /// Share of it that lies within the fault.
+    within: f64,
+    /// Logarithm of the odds where all cues speak neither way.
+    bias: f64,
+    /// The first one's name says what way it was found.
+    cues: Vec<Cue>,
+}
+
+/// A cue of a candidate, and what it says by the weights as they are.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Cue {
+    name: String,
+    value: f64,
+    even: f64,
+    log_odds: f64,
 }
 
 impl Candidate {
-    pub fn new(case: &str, of_right_model: bool, fault: bool, finding: &Finding) -> Self {
-        let cues = finding.evidence.iter().map(|e| (e.test.clone(), e.value, e.threshold)).collect();
-        Self { case: case.to_owned(), of_right_model, fault, cues }
-    }
-
-    fn site(&self) -> &str {
-        self.case.split(' ').next().unwrap_or_default()
+    pub fn new(site: &str, of_right_model: bool, fault: bool, within: f64, finding: &Finding) -> Self {
+        let cue = |e: &Evidence| Cue { name: e.test.clone(), value: e.value, even: e.threshold, log_odds: e.log_odds };
+        let cues: Vec<Cue> = finding.evidence.iter().map(cue).collect();
+        let told: f64 = cues.iter().map(|c| c.log_odds).sum();
+        let bias = (finding.score / (1.0 - finding.score).max(1e-12)).ln() - told;
+        Self { site: site.to_owned(), of_right_model, fault, within, bias, cues }
     }
 }
 
-/// A candidate's cues after a 1, and whether it is a fault.
-type Sample = (Vec<f64>, f64);
-
 /// Writes candidates, one a line, after the number of photographs of right models.
 pub fn write(file: &Path, photographs: usize, all: &[Candidate]) {
-    let line = |c: &Candidate| {
-        let cues: Vec<String> = c.cues.iter().map(|(name, value, even)| format!("{name}\t{value}\t{even}")).collect();
-        format!("{}\t{}\t{}\t{}\n", c.case, u8::from(c.of_right_model), u8::from(c.fault), cues.join("\t"))
-    };
-    std::fs::write(file, format!("{photographs}\n") + &all.iter().map(line).collect::<String>()).unwrap();
+    let lines: String = all.iter().map(|c| serde_json::to_string(c).unwrap() + "\n").collect();
+    std::fs::write(file, format!("{photographs}\n{lines}")).unwrap();
 }
 
 fn read(file: &str) -> (usize, Vec<Candidate>) {
     let text = std::fs::read_to_string(file).unwrap();
-    let of_line = |line: &str| {
-        let fields: Vec<&str> = line.split('\t').collect();
-        let cues = fields[3..].chunks(3);
-        let cues = cues.map(|c| (c[0].to_owned(), c[1].parse().unwrap(), c[2].parse().unwrap())).collect();
-        Candidate { case: fields[0].to_owned(), of_right_model: fields[1] == "1", fault: fields[2] == "1", cues }
-    };
     let mut lines = text.lines();
-    (lines.next().unwrap().parse().unwrap(), lines.map(of_line).collect())
+    let photographs = lines.next().unwrap().parse().unwrap();
+    (photographs, lines.map(|line| serde_json::from_str(line).unwrap()).collect())
+}
+
+/// The candidates of one way, as regression has them: a row each of 1 and the cues, whose standard deviation is 1.
+struct Samples {
+    names: Vec<String>,
+    even: Vec<f64>,
+    spread: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+    faults: Vec<f64>,
+    /// The weights as they are.
+    now: Vec<f64>,
+}
+
+impl Samples {
+    fn new(all: &[Candidate]) -> Self {
+        // what is added when all photographs are known stands behind the cues that are fitted
+        let n = all.iter().map(|c| c.cues.len()).min().unwrap_or(0);
+        let off = |c: &Candidate, k: usize| c.cues[k].value - c.cues[k].even;
+        let squares = |k: usize| all.iter().map(|c| off(c, k).powi(2)).sum::<f64>() / all.len() as f64;
+        let spread: Vec<f64> = (0..n).map(|k| squares(k).sqrt().max(1e-6)).collect();
+        let weight = |k: usize| {
+            let telling = all.iter().filter(|c| off(c, k).abs() > 1e-3);
+            middle(telling.map(|c| c.cues[k].log_odds / off(c, k) * spread[k]).collect())
+        };
+        let row = |c: &Candidate| std::iter::once(1.0).chain((0..n).map(|k| off(c, k) / spread[k])).collect();
+        Self {
+            names: all[0].cues[..n].iter().map(|c| c.name.clone()).collect(),
+            even: all[0].cues[..n].iter().map(|c| c.even).collect(),
+            rows: all.iter().map(row).collect(),
+            faults: all.iter().map(|c| f64::from(u8::from(c.fault))).collect(),
+            now: std::iter::once(middle(all.iter().map(|c| c.bias).collect())).chain((0..n).map(weight)).collect(),
+            spread,
+        }
+    }
+
+    /// Weights by Newton's method, from those candidates that count.
+    fn fit(&self, counts: impl Fn(usize) -> bool) -> Vec<f64> {
+        let n = self.now.len();
+        let prior = |k: usize| PRIOR[usize::from(k > 0)];
+        let mut weights = self.now.clone();
+        for _ in 0..30 {
+            let mut gradient: Vec<f64> = (0..n).map(|k| prior(k) * (self.now[k] - weights[k])).collect();
+            let mut hessian = vec![vec![0.0; n]; n];
+            (0..n).for_each(|k| hessian[k][k] = prior(k));
+            for (row, t) in self.rows.iter().zip(&self.faults).enumerate().filter(|(i, _)| counts(*i)).map(|(_, s)| s) {
+                let p = 1.0 / (1.0 + (-dot(row, &weights)).exp());
+                for a in 0..n {
+                    gradient[a] += (t - p) * row[a];
+                    for b in 0..n {
+                        hessian[a][b] += p * (1.0 - p) * row[a] * row[b];
+                    }
+                }
+            }
+            let step = solved(hessian, gradient);
+            weights.iter_mut().zip(&step).for_each(|(w, s)| *w += s);
+        }
+        weights
+    }
+
+    /// Mean logarithmic loss of some logarithms of odds.
+    fn loss(&self, odds: &[f64]) -> f64 {
+        let of = |(z, t): (&f64, &f64)| z.exp().ln_1p() - t * z;
+        odds.iter().zip(&self.faults).map(of).sum::<f64>() / odds.len() as f64
+    }
 }
 
 /// Prints the weights that suit the candidates of these files best.
@@ -64,43 +133,35 @@ pub fn fit(files: &[String]) {
     for file in files {
         let (right, all) = read(file);
         photographs += right;
-        for c in all {
-            ways.entry(c.cues[0].0.clone()).or_default().push(c);
+        for c in all.into_iter().filter(|c| !c.fault || c.within >= WITHIN) {
+            ways.entry(c.cues[0].name.clone()).or_default().push(c);
         }
     }
     // logarithms of odds of candidates, by weights that their site had no part in, with what they are
     let mut weighed: Vec<(f64, bool, bool)> = vec![];
     for (way, all) in &ways {
-        let names: Vec<&str> = all[0].cues.iter().map(|c| c.0.as_str()).collect();
-        let n = names.len();
-        let off = |c: &Candidate, k: usize| c.cues[k].1 - c.cues[k].2;
-        let spread: Vec<f64> = (0..n)
-            .map(|k| (all.iter().map(|c| off(c, k).powi(2)).sum::<f64>() / all.len() as f64).sqrt().max(1e-6))
-            .collect();
-        let sample = |c: &Candidate| -> Sample {
-            (std::iter::once(1.0).chain((0..n).map(|k| off(c, k) / spread[k])).collect(), f64::from(u8::from(c.fault)))
-        };
-        let samples: Vec<Sample> = all.iter().map(sample).collect();
-        let weights = regression(&samples.iter().collect::<Vec<_>>());
-        // what is said of a site's candidates by the others'
-        for site in all.iter().map(Candidate::site).collect::<BTreeSet<_>>() {
-            let (own, others): (Vec<usize>, Vec<usize>) = (0..all.len()).partition(|i| all[*i].site() == site);
-            if others.is_empty() {
-                continue;
-            }
-            let without = regression(&others.into_iter().map(|i| &samples[i]).collect::<Vec<_>>());
-            weighed
-                .extend(own.into_iter().map(|i| (dot(&samples[i].0, &without), all[i].of_right_model, all[i].fault)));
+        let samples = Samples::new(all);
+        let mut odds = vec![0.0; all.len()];
+        for site in all.iter().map(|c| &c.site).collect::<BTreeSet<_>>() {
+            let weights = samples.fit(|i| all[i].site != *site);
+            let own = (0..all.len()).filter(|i| all[*i].site == *site);
+            own.for_each(|i| odds[i] = dot(&samples.rows[i], &weights));
         }
-        let faults = all.iter().filter(|c| c.fault).count();
-        println!("{way}: {} candidates, {faults} faults; bias {:.2}", all.len(), weights[0]);
-        for k in 0..n {
-            let even = all[0].cues[k].2;
-            let mut values: Vec<f64> = all.iter().map(|c| c.cues[k].1).collect();
-            values.sort_by(f64::total_cmp);
-            let (low, high) = (values[0], values[values.len() - 1]);
-            let weight = weights[k + 1] / spread[k];
-            println!("    {:46} even {even:6.2}  weight {weight:7.3}  seen: {low:.2} to {high:.2}", names[k]);
+        weighed.extend(odds.iter().zip(all).map(|(z, c)| (*z, c.of_right_model, c.fault)));
+        let now: Vec<f64> = samples.rows.iter().map(|row| dot(row, &samples.now)).collect();
+        let weights = samples.fit(|_| true);
+        println!(
+            "{way}: {} candidates, {} faults; loss now {:.4}, by others' weights {:.4}; bias {:.2}, now {:.2}",
+            all.len(),
+            samples.faults.iter().sum::<f64>(),
+            samples.loss(&now),
+            samples.loss(&odds),
+            weights[0],
+            samples.now[0]
+        );
+        for (k, name) in samples.names.iter().enumerate() {
+            let [new, now] = [weights[k + 1], samples.now[k + 1]].map(|w| w / samples.spread[k]);
+            println!("    {name:46} even {:6.2}  weight {new:7.3}, now {now:7.3}", samples.even[k]);
         }
     }
     report(&weighed, photographs);
@@ -125,31 +186,9 @@ fn report(weighed: &[(f64, bool, bool)], photographs: usize) {
     }
 }
 
-/// Weights of a logistic regression, by Newton's method; the first column is 1. The prior on that is one fault and one that is none
-/// where all cues speak neither way (Laplace's rule of succession).
-fn regression(samples: &[&Sample]) -> Vec<f64> {
-    let n = samples[0].0.len();
-    let even = [1.0, 0.0].map(|t| ((0..n).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect(), t));
-    let mut weights = vec![0.0; n];
-    for _ in 0..30 {
-        let mut gradient: Vec<f64> = (0..n).map(|k| if k == 0 { 0.0 } else { -PRIOR * weights[k] }).collect();
-        let mut hessian = vec![vec![0.0; n]; n];
-        for (k, row) in hessian.iter_mut().enumerate() {
-            row[k] = if k == 0 { 1e-9 } else { PRIOR };
-        }
-        for (row, t) in samples.iter().copied().chain(&even) {
-            let p = 1.0 / (1.0 + (-dot(row, &weights)).exp());
-            for a in 0..n {
-                gradient[a] += (t - p) * row[a];
-                for b in 0..n {
-                    hessian[a][b] += p * (1.0 - p) * row[a] * row[b];
-                }
-            }
-        }
-        let step = solved(hessian, gradient);
-        weights.iter_mut().zip(&step).for_each(|(w, s)| *w += s);
-    }
-    weights
+fn middle(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -32,9 +32,6 @@ const CONTINUED: f32 = 0.4;
 /// A region is a whole surface, and not a part of one, if it has more than this share of its pieces.
 const WHOLE: f64 = 0.6;
 
-/// A region that is unlike the model is off its place from this mean score of the geometry test on.
-const OF_SHAPE: f32 = 0.55;
-
 /// Odds from which on a region's structure is another than the model's, and the share of the usual structure that it has less of.
 const REGION_ODDS: f32 = 6.0;
 const OTHER: f32 = 0.5;
@@ -145,6 +142,8 @@ pub(crate) fn shape(
         share(region, |i| !inside[i]),
         other,
         goes_on,
+        // what is wrong with a surface ends where that does
+        observed.surfaces.segments.overlap(&region.pixels),
     ]);
     Some(Judged {
         displacement: (moved && !gone)
@@ -197,8 +196,8 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     Judged::new(Kind::Texture, what, log_odds, evidence, region)
 }
 
-/// A region that shows little of what the model makes there, if it may be a fault: of its shape where photograph and probes do not
-/// agree either, of its picture where they do.
+/// A region that shows little of what the model makes there, if it may be a fault: of its shape or of its picture, whichever its own
+/// measures make likelier.
 pub(crate) fn unlike(
     prepared: &AuditScene,
     observed: &Observations,
@@ -209,13 +208,12 @@ pub(crate) fn unlike(
 ) -> Option<Judged> {
     let over = |values: &[f32], most: f32| mean(&region, |i| Some(values[i].min(most)));
     let [_, middle, coarse] = &observed.unlike;
-    let of_shape = over(&scores.geometry, 3.0);
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         over(coarse, f32::MAX),
         size(observed, region.pixels.len()),
         thickness(&region, observed.surfaces.width).ln(),
-        of_shape,
+        over(&scores.geometry, 3.0),
         over(&scores.texture, 3.0),
         mirrored(observed, &region),
         over(&observed.texture.structure.odds, f32::MAX),
@@ -223,9 +221,9 @@ pub(crate) fn unlike(
     if !odds::may_reach(log_odds, observed.settings.least_probability) {
         return None;
     }
-    let of_shape = of_shape >= OF_SHAPE;
-    let judged = of_shape.then(|| shape(prepared, observed, shares, inside, &region)).flatten();
-    let judged = judged.unwrap_or_else(|| picture(prepared, observed, region));
+    let of_shape = shape(prepared, observed, shares, inside, &region);
+    let of_picture = picture(prepared, observed, region);
+    let judged = of_shape.filter(|s| s.log_odds > of_picture.log_odds).unwrap_or(of_picture);
     Some(Judged { log_odds, evidence, ..judged })
 }
 

@@ -1,5 +1,7 @@
 //! From maps of scores to regions.
 
+use std::collections::BTreeMap;
+
 use crate::components::{components as connected, members};
 use crate::edge_aware::EdgeAware;
 
@@ -106,6 +108,15 @@ impl Segments {
             self.pixels.iter().map(|p| (p.len() as u32, p.iter().filter(|i| mask[**i]).count() as u32)).collect();
         self.of.iter().map(|k| of_piece[*k as usize]).collect()
     }
+
+    /// Intersection over union of some pixels and the piece that they fit best, 0..=1.
+    pub(crate) fn overlap(&self, pixels: &[usize]) -> f32 {
+        let mut within: BTreeMap<u32, usize> = BTreeMap::new();
+        pixels.iter().for_each(|i| *within.entry(self.of[*i]).or_default() += 1);
+        let of =
+            |(piece, n): (&u32, &usize)| *n as f32 / (pixels.len() + self.pixels[*piece as usize].len() - n) as f32;
+        within.iter().map(of).fold(0.0, f32::max)
+    }
 }
 
 #[cfg(test)]
@@ -157,5 +168,14 @@ mod tests {
         let filter = EdgeAware::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
         let shares = Segments::new(&filter).shares(&mask(&["#...", "...."]));
         assert_eq!((shares[0], shares[7]), ((4, 1), (4, 0)));
+    }
+
+    #[test]
+    fn pixels_fit_the_piece_whose_outline_they_have() {
+        // two pieces, side by side
+        let filter = EdgeAware::new(4, 2, |i, j| (i % 4 < 2) == (j % 4 < 2));
+        let pieces = Segments::new(&filter);
+        let overlaps = [&[0, 1, 4, 5][..], &[0, 1], &[0, 1, 2, 4, 5], &[1, 2]].map(|pixels| pieces.overlap(pixels));
+        assert_eq!(overlaps, [1.0, 0.5, 0.8, 0.2]);
     }
 }
