@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         println!("{:.4},mean,{:.4},{:.4},,", plain.radius_m(), flip / photos, relmse / photos);
         let bytes = plain.record_bytes() as f64 / plain.record_count() as f64;
-        println!("# {} records of {bytes:.1} bytes, {:.2?}", plain.record_count(), plain.seconds());
+        println!("# {} records of {bytes:.1} bytes, {:.2?}", plain.record_count(), plain.timings());
     }
     Ok(())
 }

@@ -144,66 +144,17 @@ fn put(path: &Path, bytes: &[u8]) -> Result<(), AuditError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::audit::finding::{AuditedView, Displacement, Kind, PoseCorrection, Shares, What};
+    use crate::audit::finding::{AuditedView, Shares, What};
+    use crate::audit::testing;
     use crate::audit::verdict::Verdict;
-    use crate::panorama::Picture;
-
-    fn finding(id: &str) -> Finding {
-        Finding {
-            id: id.to_owned(),
-            view: "nave".to_owned(),
-            also_in: vec!["aisle".to_owned()],
-            kind: Kind::Geometry,
-            what: What::Moved,
-            score: 0.93,
-            bbox: [0, 1, 3, 3],
-            area_px: 2,
-            mask: format!("mask-nave-{id}.png"),
-            masks: BTreeMap::from([("nave".to_owned(), format!("mask-nave-{id}.png"))]),
-            false_alarms: Some(0.01),
-            position: [1.0, 2.5, -3.0],
-            size_m: 0.5,
-            area_cm2: 120.0,
-            material: "stone, grey".to_owned(),
-            displacement: Some(Displacement { metres: -0.05, uncertainty_m: 0.01 }),
-            shift: None,
-            reason: Reason::None,
-            evidence: vec![],
-            note: "the \"wall\" stands 5 cm back".to_owned(),
-        }
-    }
 
     fn audit() -> Audit {
-        let summary = ViewSummary {
-            view: "nave".to_owned(),
-            photo: "photos/nave.exr".to_owned(),
-            size: [3, 3],
-            reduced_by: 1,
-            exposure_ev: 0.0,
-            white_balance: [1.0; 3],
-            vignetting_ev: 0.0,
-            noise: 0.01,
-            pose: PoseCorrection::default(),
-            probes: vec![],
-            shares: Shares::of(&[Verdict::Ok, Verdict::Geometry, Verdict::Untestable, Verdict::Ok]),
-            reasons: BTreeMap::from([("unseen".to_owned(), 0.25)]),
-            warnings: vec![],
-        };
-        let mut mask = vec![false; 9];
-        mask[4] = true;
-        let view = AuditedView {
-            summary,
-            photograph: Picture::new(3, 3),
-            render: Picture::new(3, 3),
-            neutral: Picture::new(3, 3),
-            verdicts: vec![Verdict::Ok; 9],
-            reasons: vec![Reason::None; 9],
-            suspicion: vec![],
-            masks: vec![("F1".to_owned(), mask)],
-        };
-        let method = Method { version: "0".to_owned(), lighting: String::new(), thresholds: BTreeMap::new() };
-        let findings = vec![finding("F1")];
-        Audit { findings, doubts: vec![], views: vec![view], method, warnings: vec![] }
+        let (material, note) = ("stone, grey".to_owned(), "the \"wall\" stands 5 cm back".to_owned());
+        let moved = Finding { material, note, ..testing::finding("F1", "nave") };
+        let shares = Shares::of(&[Verdict::Ok, Verdict::Geometry, Verdict::Untestable, Verdict::Ok]);
+        let view = testing::view(ViewSummary { shares, ..testing::summary("nave", [3, 3]) });
+        let masks = vec![("F1".to_owned(), (0..9).map(|i| i == 4).collect())];
+        testing::audit(AuditedView { masks, ..view }, vec![moved])
     }
 
     #[test]
@@ -214,7 +165,7 @@ mod tests {
             assert!(!f[name].is_null(), "{name} is absent");
         }
         assert_eq!((f["kind"].as_str(), f["what"].as_str()), (Some("geometry"), Some("moved")));
-        assert_eq!(f["displacement"]["metres"].as_f64(), Some(-0.05));
+        assert_eq!(f["displacement"]["metres"].as_f64(), Some(-0.102));
         assert_eq!(value["views"][0]["shares"]["untestable"].as_f64(), Some(0.25));
         assert!(value["doubts"].as_array().unwrap().is_empty());
     }

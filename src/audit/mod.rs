@@ -24,6 +24,8 @@ mod decide;
 
 mod export;
 mod run;
+#[cfg(test)]
+pub(crate) mod testing;
 
 pub use decide::judged::Judged;
 pub use error::AuditError;

@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use smallvec::SmallVec;
 
+use crate::components::components;
 use crate::lists::Lists;
-use crate::scene::{Mesh, Scene};
+use crate::scene::Scene;
 
 /// No sample, no patch.
 pub(super) const NONE: u32 = u32::MAX;
@@ -49,7 +50,7 @@ pub(super) struct Sample {
 
 /// The surface as it stands.
 pub(super) struct Surface {
-    /// Local metres; corners at the same place count as one.
+    /// Local metres; of corners at the same place only the first counts.
     pub(super) places: Vec<Vec3>,
     pub(super) pieces: Vec<Piece>,
     pub(super) samples: Vec<Sample>,
@@ -101,7 +102,7 @@ impl Surface {
     /// The given sides of a scene's triangles. Neighbours whose normals are closer than `smooth` (a cosine) are one patch.
     pub(super) fn new(scene: &Scene, inner: &[bool], smooth: f32, pull_m: f32, coarse_samples: usize) -> Self {
         let mesh = &scene.mesh;
-        let (places, place_of) = welded(mesh);
+        let place_of = mesh.welded();
         let mut pieces: Vec<Piece> = Vec::new();
         for side in (0..inner.len()).filter(|s| inner[*s]) {
             let triangle = (side / 2) as u32;
@@ -113,6 +114,7 @@ impl Surface {
             }
             pieces.push(Piece { corners, samples: [NONE; 3], at, triangle, patch: 0, middles: [Middle::Unasked; 3] });
         }
+        let places = mesh.positions.clone();
         let mut surface = Self { places, pieces, samples: Vec::new(), coarse: Vec::new(), coarse_samples, pull_m };
         surface.find_patches(smooth);
         surface.sample_corners();
@@ -134,31 +136,22 @@ impl Surface {
     fn find_patches(&mut self, smooth: f32) {
         let normals: Vec<Vec3> = self.pieces.par_iter().map(|p| self.normal(p)).collect();
         let edges = self.edges();
-        let mut parent: Vec<u32> = (0..self.pieces.len() as u32).collect();
-        fn root(parent: &mut [u32], mut i: u32) -> u32 {
-            while parent[i as usize] != i {
-                parent[i as usize] = parent[parent[i as usize] as usize];
-                i = parent[i as usize];
+        let neighbours = |piece: usize| {
+            let mut found = SmallVec::<[usize; 8]>::new();
+            for one in (3 * piece as u32..).take(3) {
+                let [from, to] = self.ends(one);
+                // all are of one patch yet: a run is an edge
+                let run = &edges.runs[edges.run_of[one as usize] as usize];
+                // wound alike, they run along their edge in opposite ways
+                let opposite = edges.of(run).iter().filter(|&&other| self.ends(other) == [to, from]);
+                let smoothly = |other: &usize| normals[piece].dot(normals[*other]) > smooth;
+                found.extend(opposite.map(|other| *other as usize / 3).filter(smoothly));
             }
-            i
-        }
-        // all are of one patch yet: a run is an edge
-        for run in edges.runs.iter().map(|run| edges.of(run)) {
-            for (i, &one) in run.iter().enumerate() {
-                for &other in &run[..i] {
-                    let (p, q) = (one / 3, other / 3);
-                    let (mine, theirs) = (self.ends(one), self.ends(other));
-                    // wound alike, they run along their edge in opposite ways
-                    let opposite = mine[0] == theirs[1] && mine[1] == theirs[0];
-                    if opposite && normals[p as usize].dot(normals[q as usize]) > smooth {
-                        let (p, q) = (root(&mut parent, p), root(&mut parent, q));
-                        parent[p.max(q) as usize] = p.min(q);
-                    }
-                }
-            }
-        }
-        for i in 0..self.pieces.len() as u32 {
-            self.pieces[i as usize].patch = root(&mut parent, i);
+            found
+        };
+        let patches = components(self.pieces.len(), |_| true, neighbours);
+        for (piece, patch) in self.pieces.iter_mut().zip(patches) {
+            piece.patch = patch;
         }
     }
 
@@ -308,22 +301,6 @@ pub(super) fn longest(places: &[Vec3], corners: &[u32; 3], wanted: impl Fn(usize
         let (p, q) = (key(*p), key(*q));
         p.0.total_cmp(&q.0).then(p.1.cmp(&q.1))
     })
-}
-
-/// A mesh's places, each once, and for each vertex its place.
-fn welded(mesh: &Mesh) -> (Vec<Vec3>, Vec<u32>) {
-    let mut known: HashMap<[u32; 3], u32> = HashMap::new();
-    let mut places = Vec::new();
-    let place_of = mesh.positions.iter().map(|p| {
-        // no two zeros
-        let key = (*p + 0.0).to_array().map(f32::to_bits);
-        *known.entry(key).or_insert_with(|| {
-            places.push(*p);
-            places.len() as u32 - 1
-        })
-    });
-    let place_of = place_of.collect();
-    (places, place_of)
 }
 
 /// Which of 1024³ cells of a cube around a box (least and greatest corner) a point lies in, cells close together mostly having

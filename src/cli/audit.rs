@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use clap::{Args, ValueHint};
 use clerestory::audit::{self, Audit, Finding, Settings};
-use clerestory::report::{markers, write_audit_sheets, write_markers};
+use clerestory::report::{write_audit_sheets, write_markers};
 use clerestory::scene::Scene;
 use clerestory::site::Site;
 use std::io::{self, Write};
@@ -105,7 +105,7 @@ pub(super) fn audited(
     audit.warnings.extend(said);
     audit.write(folder)?;
     write_audit_sheets(site, scene, &audit, &super::terminal::command::own_command(), folder)?;
-    write_markers(&markers(&audit, site), folder)?;
+    write_markers(&audit, site, folder)?;
     Ok(audit)
 }
 

@@ -375,10 +375,10 @@ fn plain(
     let mut all = Vec::new();
     for lighting in &options.lightings {
         let plain = Plain::of_probes(scene, probes, lighting, settings)?;
-        let seconds = plain.seconds();
-        timings.shoot_s += seconds.shoot;
-        timings.index_s += seconds.index;
-        timings.volume_s += seconds.volume;
+        let Timings { shoot_s, index_s, volume_s, .. } = plain.timings();
+        timings.shoot_s += shoot_s;
+        timings.index_s += index_s;
+        timings.volume_s += volume_s;
         (setup.records, setup.record_bytes) = (plain.record_count(), plain.record_bytes());
         all.push(plain);
     }

@@ -45,7 +45,7 @@ use mean::Mean;
 use shoot::Shot;
 
 use crate::panorama::PanoramaError;
-use crate::render::Source;
+use crate::render::{Source, Timings};
 use crate::scene::Scene;
 use crate::shoot::{KdTree, read_light};
 use crate::site::Probe;
@@ -74,23 +74,12 @@ impl Default for PaperSettings {
     }
 }
 
-/// What each stage took, seconds.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Seconds {
-    /// Casting rays and making records.
-    pub shoot: f64,
-    /// Building the k-d tree.
-    pub index: f64,
-    /// Building the irradiance volume.
-    pub volume: f64,
-}
-
 /// A site lit the paper's way.
 pub struct Plain {
     records: KdTree<Record>,
     radius_m: f32,
     volume: Volume,
-    seconds: Seconds,
+    timings: Timings,
 }
 
 impl Plain {
@@ -110,8 +99,8 @@ impl Plain {
         let volume = Volume::build(grid, shots.iter().map(|s| (s.position, s.record.irradiance)));
         let built = start.elapsed().as_secs_f64();
 
-        let seconds = Seconds { shoot: shot, index: indexed - shot, volume: built - indexed };
-        Self { records, radius_m, volume, seconds }
+        let timings = Timings { load_s: 0.0, shoot_s: shot, index_s: indexed - shot, volume_s: built - indexed };
+        Self { records, radius_m, volume, timings }
     }
 
     /// The same from a site's probes, as far as they have a picture of a lighting.
@@ -170,9 +159,9 @@ impl Plain {
         self.records.bytes()
     }
 
-    /// What each stage took.
-    pub fn seconds(&self) -> Seconds {
-        self.seconds
+    /// What each stage took; nothing is loaded.
+    pub fn timings(&self) -> Timings {
+        self.timings
     }
 }
 

@@ -1,6 +1,6 @@
 //! A picture that is still being measured: running sums of two independent halves, and the noise they tell.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::Serialize;
 
 use crate::panorama::Picture;
@@ -23,27 +23,8 @@ pub struct Estimate {
     pub samples_per_half: u32,
     /// Rays cast so far, shadow rays included.
     pub rays: u64,
-    pub(super) pixels: Vec<Sums>,
-}
-
-/// What is kept of one pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Sums {
-    /// Σ radiance, of each half.
-    pub(super) half: [DVec3; 2],
-}
-
-impl Sums {
-    /// Counts one sample in.
-    pub(super) fn add(&mut self, half: usize, radiance: Vec3) {
-        self.half[half] += radiance.as_dvec3();
-    }
-
-    /// Counts the samples of `other` in.
-    pub(super) fn merge(&mut self, other: &Self) {
-        self.half[0] += other.half[0];
-        self.half[1] += other.half[1];
-    }
+    /// Per pixel Σ radiance of each half.
+    pub(super) pixels: Vec<[DVec3; 2]>,
 }
 
 /// How noisy an estimate is: standard errors of the luminance, as a share of the luminance.
@@ -63,7 +44,7 @@ pub struct Noise {
 impl Estimate {
     /// Nothing measured yet.
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, samples_per_half: 0, rays: 0, pixels: vec![Sums::default(); width * height] }
+        Self { width, height, samples_per_half: 0, rays: 0, pixels: vec![[DVec3::ZERO; 2]; width * height] }
     }
 
     /// Samples a pixel, both halves together.
@@ -74,13 +55,13 @@ impl Estimate {
     /// The picture: mean radiance over all samples. Black where nothing has been sampled.
     pub fn mean(&self) -> Picture {
         let n = f64::from(self.samples().max(1));
-        self.picture(|p| (p.half[0] + p.half[1]) / n)
+        self.picture(|[a, b]| (a + b) / n)
     }
 
     /// One of the two independent halves: 0 or 1.
     pub fn half(&self, index: usize) -> Picture {
         let n = f64::from(self.samples_per_half.max(1));
-        self.picture(|p| p.half[index & 1] / n)
+        self.picture(|halves| halves[index & 1] / n)
     }
 
     /// Noise as the two halves tell it: half their difference is an unbiased draw of the mean's error, pooled over
@@ -94,7 +75,7 @@ impl Estimate {
                 let (mut squares, mut light, mut count) = (0.0, 0.0, 0.0);
                 for y in y0..(y0 + BLOCK).min(self.height) {
                     for p in &self.pixels[y * self.width..][x0..(x0 + BLOCK).min(self.width)] {
-                        let [a, b] = p.half.map(|h| h.dot(LUMINANCE) / n);
+                        let [a, b] = p.map(|h| h.dot(LUMINANCE) / n);
                         squares += (0.5 * (a - b)).powi(2);
                         light += 0.5 * (a + b);
                         count += 1.0;
@@ -119,11 +100,11 @@ impl Estimate {
         }
     }
 
-    fn picture(&self, value: impl Fn(&Sums) -> DVec3) -> Picture {
+    fn picture(&self, value: impl Fn([DVec3; 2]) -> DVec3) -> Picture {
         Picture {
             width: self.width,
             height: self.height,
-            pixels: self.pixels.iter().map(|p| value(p).as_vec3()).collect(),
+            pixels: self.pixels.iter().map(|p| value(*p).as_vec3()).collect(),
         }
     }
 }
@@ -143,6 +124,7 @@ impl std::fmt::Display for Noise {
 mod tests {
     use super::*;
     use crate::reference::random::Sampler;
+    use glam::Vec3;
 
     /// Samples of mean 2 and variance 1/3 (uniform on 1..3), independent.
     fn noisy(samples_per_half: u32) -> Estimate {
@@ -151,7 +133,7 @@ mod tests {
         for (i, p) in e.pixels.iter_mut().enumerate() {
             for s in 0..2 * samples_per_half {
                 let v = 1.0 + 2.0 * Sampler::new(7, i as u64, s, 1).single(0);
-                p.add((s & 1) as usize, Vec3::splat(v));
+                p[(s & 1) as usize] += Vec3::splat(v).as_dvec3();
             }
         }
         e

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::estimate::{Estimate, Sums};
+use super::estimate::Estimate;
 use super::lights::Lights;
 use super::path::{Paths, Strategy};
 use super::random::Sampler;
@@ -147,19 +147,19 @@ pub fn add_samples(
         (0..height).step_by(TILE).flat_map(|y| (0..width).step_by(TILE).map(move |x| (x, y))).collect();
     let done = AtomicU64::new(0);
 
-    let traced: Result<Vec<(Vec<Sums>, u64)>, Stopped> = tiles
+    let traced: Result<Vec<(Vec<_>, u64)>, Stopped> = tiles
         .par_iter()
         .map(|&(x0, y0)| {
             let mut rays = 0;
             let mut sums = Vec::with_capacity(TILE * TILE);
             for (x, y) in tile(x0, y0, width, height) {
-                let mut pixel = Sums::default();
-                for half in 0..2 {
+                let mut pixel = [DVec3::ZERO; 2];
+                for (half, sum) in pixel.iter_mut().enumerate() {
                     let seed = 2 * settings.seed + half as u64;
                     for index in indices.clone() {
                         let sampler = Sampler::new(seed, (y * width + x) as u64, index, block);
                         let ray = Ray { origin, direction: eye.direction(x, y, sampler.pair(0)) };
-                        pixel.add(half, paths.radiance(ray, &sampler, &mut rays));
+                        *sum += paths.radiance(ray, &sampler, &mut rays).as_dvec3();
                     }
                 }
                 sums.push(pixel);
@@ -174,7 +174,7 @@ pub fn add_samples(
     for (&(x0, y0), (sums, rays)) in tiles.iter().zip(&traced?) {
         estimate.rays += rays;
         for ((x, y), pixel) in tile(x0, y0, width, height).zip(sums) {
-            estimate.pixels[y * width + x].merge(pixel);
+            estimate.pixels[y * width + x].iter_mut().zip(pixel).for_each(|(sum, more)| *sum += *more);
         }
     }
     estimate.samples_per_half += samples;

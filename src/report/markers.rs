@@ -9,53 +9,28 @@ use crate::audit::{Audit, Finding};
 use crate::site::Site;
 use crate::site::edit::number;
 
-/// A place to show.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Marker {
-    /// Short and unique, such as `F1`.
-    pub name: String,
-    /// What it is, such as `geometry moved`.
-    pub kind: String,
-    /// In the model's own axes and units.
-    pub position: [f64; 3],
-    /// About how large it is, in the model's units.
-    pub size: f64,
-    /// A sentence.
-    pub note: String,
-}
-
-/// An audit's findings, then its doubts, as points.
-pub fn markers(audit: &Audit, site: &Site) -> Vec<Marker> {
-    let marker = |f: &Finding| Marker {
-        name: f.id.clone(),
-        kind: format!("{} {}", f.kind.name(), f.what.name()),
-        position: f.position,
-        size: f.size_m / site.frame.metres_per_unit,
-        note: f.note.clone(),
-    };
-    audit.findings.iter().chain(&audit.doubts).map(marker).collect()
-}
-
-/// Writes `findings.ma` and `findings-cloudcompare.txt` into a folder; what cannot be placed is left out.
+/// Writes an audit's findings, then its doubts, into a folder as `findings.ma` and `findings-cloudcompare.txt`; what cannot
+/// be placed is left out.
 ///
 /// # Errors
 /// If the file system refuses.
-pub fn write_markers(markers: &[Marker], folder: &Path) -> Result<(), ReportError> {
-    write_file(&folder.join("findings.ma"), maya(markers).as_bytes())?;
-    write_file(&folder.join("findings-cloudcompare.txt"), cloud_compare(markers).as_bytes())
+pub fn write_markers(audit: &Audit, site: &Site, folder: &Path) -> Result<(), ReportError> {
+    write_file(&folder.join("findings.ma"), maya(audit, site.frame.metres_per_unit).as_bytes())?;
+    write_file(&folder.join("findings-cloudcompare.txt"), cloud_compare(audit).as_bytes())
 }
 
-/// A Maya ASCII scene with a locator a marker under one group, to import beside the model: its numbers are the model's,
+/// A Maya ASCII scene with a locator a finding under one group, to import beside the model: its numbers are the model's,
 /// as Maya takes those of an OBJ file. Each locator has the sentence as its attribute `note`, for scripts, and among its notes, which the attribute editor shows.
-pub fn maya(markers: &[Marker]) -> String {
+fn maya(audit: &Audit, metres_per_unit: f64) -> String {
     let mut text = "//Maya ASCII 2018 scene\n//Codeset: UTF-8\nrequires maya \"2018\";\ncurrentUnit -l centimeter -a degree -t film;\n\
                     createNode transform -n \"clerestory_findings\";\n"
         .to_owned();
-    for m in placed(markers) {
-        let name = node_name(&format!("{} {}", m.name, m.kind));
-        let [x, y, z] = m.position.map(|v| number(v, 6));
-        let size = number(if m.size > 0.0 && m.size.is_finite() { 0.5 * m.size } else { 1.0 }, 6);
-        let note = quoted(&m.note);
+    for f in placed(audit) {
+        let name = node_name(&label(f));
+        let [x, y, z] = f.position.map(|v| number(v, 6));
+        let size = f.size_m / metres_per_unit;
+        let size = number(if size > 0.0 && size.is_finite() { 0.5 * size } else { 1.0 }, 6);
+        let note = quoted(&f.note);
         // writing to a String cannot fail
         let _ = write!(
             text,
@@ -74,21 +49,23 @@ pub fn maya(markers: &[Marker]) -> String {
 
 /// A table of points with semicolons between, which CloudCompare opens as a cloud: take the columns as X, Y, Z and Label,
 /// and skip the first line.
-pub fn cloud_compare(markers: &[Marker]) -> String {
+fn cloud_compare(audit: &Audit) -> String {
     let mut text = "//X;Y;Z;Label\n".to_owned();
-    for m in placed(markers) {
-        let [x, y, z] = m.position.map(|v| number(v, 6));
-        let label: String = format!("{} {}", m.name, m.kind)
-            .chars()
-            .map(|c| if c == ';' || c.is_control() { ' ' } else { c })
-            .collect();
+    for f in placed(audit) {
+        let [x, y, z] = f.position.map(|v| number(v, 6));
+        let label: String = label(f).chars().map(|c| if c == ';' || c.is_control() { ' ' } else { c }).collect();
         let _ = writeln!(text, "{x};{y};{z};{label}");
     }
     text
 }
 
-fn placed(markers: &[Marker]) -> impl Iterator<Item = &Marker> {
-    markers.iter().filter(|m| m.position.iter().all(|v| v.is_finite()))
+fn placed(audit: &Audit) -> impl Iterator<Item = &Finding> {
+    audit.findings.iter().chain(&audit.doubts).filter(|f| f.position.iter().all(|v| v.is_finite()))
+}
+
+/// What it is, such as `F1 geometry moved`.
+fn label(f: &Finding) -> String {
+    format!("{} {} {}", f.id, f.kind.name(), f.what.name())
 }
 
 /// A name that Maya takes: letters, digits and underscores, no digit first.
@@ -113,25 +90,26 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::audit::testing;
 
-    fn markers() -> Vec<Marker> {
-        let marker = |name: &str, position| Marker {
-            name: name.into(),
-            kind: "geometry moved".into(),
-            position,
-            size: 0.4,
-            note: "5 cm; \"out\"\\\nsystem(\"x\")".into(),
+    fn audit() -> Audit {
+        let finding = |id: &str, position| {
+            let note = "5 cm; \"out\"\\\nsystem(\"x\")".into();
+            Finding { position, note, ..testing::finding(id, "v") }
         };
-        vec![marker("F1", [1.5, -2.25, 3.0]), marker("1;x", [0.0, 0.0, 0.5]), marker("F3", [f64::NAN, 0.0, 0.0])]
+        let view = testing::view(testing::summary("v", [1, 1]));
+        let findings = vec![finding("F1", [1.5, -2.25, 3.0]), finding("F3", [f64::NAN, 0.0, 0.0])];
+        Audit { doubts: vec![finding("1;x", [0.0, 0.0, 0.5])], ..testing::audit(view, findings) }
     }
 
     #[test]
     fn each_finding_is_a_locator_where_it_is() {
-        let text = maya(&markers());
+        let text = maya(&audit(), 0.01);
         assert!(text.starts_with("//Maya ASCII 2018 scene\n//Codeset: UTF-8\n"));
         assert_eq!(text.matches("createNode locator").count(), 2, "a place that is not finite is left out");
         assert!(text.contains("createNode transform -n \"F1_geometry_moved\" -p \"clerestory_findings\";"));
         assert!(text.contains("setAttr \".t\" -type \"double3\" 1.5 -2.25 3.0 ;"));
+        assert!(text.contains("setAttr \".los\" -type \"double3\" 20.0 20.0 20.0 ;"), "half of 40 cm");
         assert!(text.contains("-n \"_1_x_geometry_moved\""));
         // nothing in a sentence ends its string
         assert!(text.contains(r#""5 cm; \"out\"\\ system(\"x\")";"#), "{text}");
@@ -139,7 +117,7 @@ mod tests {
 
     #[test]
     fn cloud_compare_gets_three_numbers_and_a_label_a_line() {
-        let text = cloud_compare(&markers());
+        let text = cloud_compare(&audit());
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines, ["//X;Y;Z;Label", "1.5;-2.25;3.0;F1 geometry moved", "0.0;0.0;0.5;1 x geometry moved"]);
     }

@@ -36,7 +36,7 @@ pub use error::ReportError;
 pub use files::{DPI, write_file, write_json, write_sheet};
 pub use floors::{coverage_sheet, gallery_sheet, plan_dxf, plan_sheet, write_plan};
 pub use manifest::{Fingerprint, Manifest, Run, fingerprints};
-pub use markers::{Marker, cloud_compare, markers, maya, write_markers};
+pub use markers::write_markers;
 pub use overview::{Overview, overview, overview_csv, overview_page};
 pub use register_sheet::{RegisterSheet, register_sheet, register_stem, register_words};
 pub use rendered::{BakedFrames, NotDone, Rendered, RenderedView, VideoTimes};

@@ -24,12 +24,12 @@ struct Sphere {
 
 /// Bright things in a scene.
 #[derive(Clone, Debug, Default)]
-pub struct Guide {
+pub(super) struct Guide {
     spheres: Vec<Sphere>,
 }
 
 /// A guide as seen from one point.
-pub struct Lobes {
+pub(super) struct Lobes {
     normal: Vec3,
     lobes: Vec<Lobe>,
     fours: Vec<Four>,
@@ -54,12 +54,9 @@ struct Four {
 /// Share of rays that follow the guide.
 const GUIDED: f32 = 0.5;
 
-/// A point follows at most so many of the guide's spheres.
-const MOST_LOBES: usize = 48;
-
 impl Guide {
     /// From bright pieces (position, radiance × area), one sphere per grid cell.
-    pub fn new(grid: &Grid, pieces: impl Iterator<Item = (Vec3, f32)>) -> Self {
+    pub(super) fn new(grid: &Grid, pieces: impl Iterator<Item = (Vec3, f32)>) -> Self {
         #[derive(Default)]
         struct Sum {
             power: f64,
@@ -86,16 +83,6 @@ impl Guide {
             })
             .collect();
         Self { spheres }
-    }
-
-    /// The guide from a point on a surface.
-    pub fn from(&self, point: Vec3, normal: Vec3) -> Lobes {
-        self.strongest(point, normal, MOST_LOBES)
-    }
-
-    /// The guide from a point on a surface, at most so many spheres.
-    pub(super) fn strongest(&self, point: Vec3, normal: Vec3, most: usize) -> Lobes {
-        self.lobes(point, normal, self.best(point, normal, most, (0..self.spheres.len() as u32).map(|i| (i, 1.0))))
     }
 
     /// The spheres that matter most to the surfaces around a point, each with how much it counts: those that nothing
@@ -195,7 +182,7 @@ impl Four {
 impl Lobes {
     /// A direction and the probability density of it per steradian; `None` where it falls below the horizon. `pick`
     /// chooses the kind of ray, `at` the direction, both evenly spread over 0..1.
-    pub fn sample(&self, pick: f32, at: Vec2) -> Option<(Vec3, f32)> {
+    pub(super) fn sample(&self, pick: f32, at: Vec2) -> Option<(Vec3, f32)> {
         let guided = if self.lobes.is_empty() { 0.0 } else { GUIDED };
         let direction = if pick < guided {
             let k = self.running.partition_point(|&r| r < pick / guided).min(self.lobes.len() - 1);

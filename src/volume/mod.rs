@@ -47,7 +47,6 @@ mod transport;
 pub use cache_points::{CachePoint, CachePoints, Weighted};
 pub use filled::Filled;
 pub use grid::Grid;
-pub use guide::{Guide, Lobes};
 pub use nearby::Nearby;
 pub use transfer::VolumeTransfer;
 pub(crate) use transfer::of_place;
@@ -62,6 +61,7 @@ use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
 use filled::irradiance;
 use gathered::Gathered;
+use guide::Guide;
 use nearby::VisiblePoints;
 use smooth::evened;
 
@@ -183,7 +183,7 @@ impl<'a> Volume<'a> {
             return known;
         }
         let origin = point + normal * self.cache_points.lift();
-        let lobes = Guide::default().from(origin, normal);
+        let lobes = Guide::default().of(origin, normal, &[]);
         let (mut sum, mut untold) = (Vec3::ZERO, 0);
         for k in 0..RAYS {
             let Some((direction, _)) = lobes.sample(0.5, cache_points::plastic(u64::from(k))) else { continue };

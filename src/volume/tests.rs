@@ -1,5 +1,6 @@
 //! Grid, cache points, guided rays, and the fill in a furnace.
 
+use super::guide::Lobes;
 use super::{CachePoints, Grid, Guide, Nearby, Transport, Volume, VolumeSettings};
 use crate::panorama::{Picture, Radiometry};
 use crate::scene::testing::{grey, parallelograms};
@@ -74,6 +75,12 @@ fn guides() -> Vec<Guide> {
     ]
 }
 
+/// A guide from a point that nothing hides a sphere from, of at most 48 spheres.
+fn in_the_open(guide: &Guide, point: Vec3, normal: Vec3) -> Lobes {
+    let far_off = grey(parallelograms(&[(Vec3::splat(-100.0), Vec3::X, Vec3::Y)]), 0.5);
+    guide.of(point, normal, &guide.clear(&far_off, point, normal, 48))
+}
+
 /// Veach's two tests of a sampler: Σ f/pdf finds integrals over the hemisphere whatever the guide, and directions fall
 /// into bins as often as the density says.
 #[test]
@@ -82,7 +89,7 @@ fn guided_rays_have_the_density_they_claim() {
     const ROWS: usize = 8;
     const COLUMNS: usize = 16;
     for (g, guide) in guides().iter().enumerate() {
-        let lobes = guide.from(Vec3::ZERO, Vec3::Z);
+        let lobes = in_the_open(guide, Vec3::ZERO, Vec3::Z);
         let (mut area, mut cosine) = (0.0f64, 0.0f64);
         // per bin how many fell in, and 1/pdf summed: an estimate of the bin's solid angle
         let mut bins = vec![(0u32, 0.0f64); ROWS * COLUMNS];
@@ -129,7 +136,7 @@ fn rays_from_an_upright_wall_hang_on_no_last_digit() {
     });
     let guide = Guide::new(&grid, pieces);
     let cast = |off: f32| {
-        let lobes = guide.from(Vec3::new(off, -off, off), Vec3::new(1.0, 0.0, off).normalize());
+        let lobes = in_the_open(&guide, Vec3::new(off, -off, off), Vec3::new(1.0, 0.0, off).normalize());
         let ray = |k: u32| lobes.sample((k as f32 + 0.5) / RAYS as f32, super::cache_points::plastic(u64::from(k)));
         (0..RAYS).filter_map(ray).map(|r| r.0).collect::<Vec<_>>()
     };

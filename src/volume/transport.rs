@@ -295,7 +295,7 @@ fn scout(scene: &Scene, cache_points: &CachePoints, wanted: &[u32], light: &Ligh
     let look = |index: u32| -> Vec<(Vec3, f32)> {
         let cache_point = cache_points.list[index as usize];
         let origin = cache_point.position + cache_point.normal * cache_points.lift();
-        let lobes = Guide::default().from(origin, cache_point.normal);
+        let lobes = Guide::default().of(origin, cache_point.normal, &[]);
         let turn = plastic(cache_points.seed(index) * 104_729 + 1);
         let seen: Vec<Sighting> = (0..RAYS)
             .filter_map(|k| {

@@ -3,7 +3,6 @@
 use glam::{DVec2, DVec3};
 
 use super::distortion::{Distortion, Lens};
-use super::pinhole;
 
 /// A calibrated lens before its picture. Directions are in the camera's axes (+x right, +y forward, +z up); pixel (0, 0)
 /// is the top-left pixel's top-left corner.
@@ -86,7 +85,7 @@ impl CameraModel {
         if self.is_pinhole() {
             let x = |x: f64| (x - self.centre.x) / self.focal.x;
             let y = |y: f64| (y - self.centre.y) / self.focal.y;
-            return pinhole::rectangle(x(low.x), x(high.x), y(low.y), y(high.y));
+            return rectangle(x(low.x), x(high.x), y(low.y), y(high.y));
         }
         let at = |i: usize, j: usize| {
             let p = low + (high - low) * DVec2::new(i as f64, j as f64) * 0.5;
@@ -105,6 +104,13 @@ impl CameraModel {
         let up = (self.centre.y - y) / self.focal.y;
         DVec2::new((x - self.centre.x + self.skew * up) / self.focal.x, up)
     }
+}
+
+/// Solid angle in steradians of the rectangle [x0, x1] × [y0, y1] in the plane at distance 1: the corners' signed sum of
+/// atan(xy / √(1 + x² + y²)).
+pub(crate) fn rectangle(x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
+    let corner = |x: f64, y: f64| (x * y).atan2((1.0 + x * x + y * y).sqrt());
+    corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
 }
 
 /// The solid angle of a triangle of unit vectors (Van Oosterom and Strackee, *The Solid Angle of a Plane Triangle*,

@@ -2,5 +2,4 @@
 
 pub(crate) mod camera_model;
 pub(crate) mod distortion;
-pub(crate) mod pinhole;
 pub(crate) mod undistort;

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::panorama::lens::pinhole::rectangle;
+use crate::panorama::lens::camera_model::rectangle;
 
 /// One face as it lies in the cross, seen from inside.
 struct Face {

@@ -7,7 +7,6 @@ pub(crate) mod latlong;
 mod radial;
 
 use super::lens::camera_model::CameraModel;
-use super::lens::pinhole;
 use radial::Radial;
 
 /// How a picture's pixels map to directions in the camera's axes (+x right, +y forward, +z up).
@@ -51,7 +50,7 @@ impl Projection {
             Self::MirrorBall => Radial::MIRROR_BALL.direction(width, height, x, y),
             Self::Fisheye => Radial::FISHEYE.direction(width, height, x, y),
             Self::CubeCross => cube::direction(width, height, x, y),
-            Self::Perspective { fov_y } => Some(pinhole::direction(*fov_y, width, height, x, y)),
+            Self::Perspective { fov_y } => camera(*fov_y, width, height).direction(width, height, x, y),
             Self::Camera(model) => {
                 let at = DVec2::new(x, y) / stretch(model, width, height);
                 model.shows(at.x, at.y).then(|| model.direction(at.x, at.y))
@@ -68,7 +67,7 @@ impl Projection {
             Self::MirrorBall => Radial::MIRROR_BALL.pixel(width, height, direction),
             Self::Fisheye => Radial::FISHEYE.pixel(width, height, direction),
             Self::CubeCross => Some(cube::pixel(width, height, direction)),
-            Self::Perspective { fov_y } => pinhole::pixel(*fov_y, width, height, direction),
+            Self::Perspective { fov_y } => camera(*fov_y, width, height).pixel(width, height, direction),
             Self::Camera(model) => {
                 let p = model.pixel(direction)? * stretch(model, width, height);
                 let inside = (0.0..=width as f64).contains(&p.x) && (0.0..=height as f64).contains(&p.y);
@@ -87,7 +86,7 @@ impl Projection {
             Self::MirrorBall => Radial::MIRROR_BALL.solid_angle(width, height, x, y),
             Self::Fisheye => Radial::FISHEYE.solid_angle(width, height, x, y),
             Self::CubeCross => cube::solid_angle(width, height, x, y),
-            Self::Perspective { fov_y } => pinhole::solid_angle(*fov_y, width, height, x, y),
+            Self::Perspective { fov_y } => camera(*fov_y, width, height).solid_angle(width, height, x, y),
             Self::Camera(model) => {
                 let by = stretch(model, width, height);
                 let [low, middle, high] = [0.0, 0.5, 1.0].map(|d| DVec2::new(x as f64 + d, y as f64 + d) / by);
@@ -100,6 +99,11 @@ impl Projection {
     pub fn is_photograph(&self) -> bool {
         matches!(self, Self::Perspective { .. } | Self::Camera(_))
     }
+}
+
+/// A perspective picture of this size as one through a lens.
+fn camera(fov_y: f64, width: usize, height: usize) -> Projection {
+    Projection::Camera(CameraModel::with_fov([width as u32, height as u32], fov_y.to_degrees()))
 }
 
 /// Pixels of a picture of this size per pixel that a lens was calibrated in.

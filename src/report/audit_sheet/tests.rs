@@ -1,14 +1,11 @@
 use super::subject::AuditSheet;
 use super::{audit_sheet, write_audit_sheets};
 use crate::audit::{
-    Audit, AuditedView, Displacement, Finding, Kind, Method, PoseCorrection, ProbeGain, Reason, Shares, Verdict,
-    ViewSummary, What,
+    Audit, AuditedView, Finding, Kind, PoseCorrection, ProbeGain, Reason, Shares, Verdict, ViewSummary, What, testing,
 };
-use crate::panorama::Picture;
 use crate::report::Fingerprint;
 use crate::scene::{self, Health, Scene};
 use crate::site::Site;
-use glam::Vec3;
 use sha2::Digest;
 use std::collections::BTreeMap;
 use std::fs;
@@ -32,28 +29,10 @@ fn room() -> (TempDir, Site, Scene) {
 }
 
 fn finding(id: &str, kind: Kind, what: What, bbox: [u32; 4]) -> Finding {
-    Finding {
-        id: id.into(),
-        view: "v".into(),
-        also_in: vec![],
-        kind,
-        what,
-        score: 0.9,
-        bbox,
-        area_px: 100,
-        mask: format!("mask-v-{id}.png"),
-        masks: std::collections::BTreeMap::from([("v".to_owned(), format!("mask-v-{id}.png"))]),
-        false_alarms: None,
-        position: [5.0, 4.0, 1.0],
-        size_m: 0.4,
-        area_cm2: 900.0,
-        material: "stone & lime".into(),
-        displacement: (kind == Kind::Geometry).then_some(Displacement { metres: -0.102, uncertainty_m: 0.011 }),
-        shift: None,
-        reason: if id.starts_with('D') { Reason::Usual } else { Reason::None },
-        evidence: vec![],
-        note: "the surface is off its place".into(),
-    }
+    let moved = testing::finding(id, "v");
+    let displacement = moved.displacement.filter(|_| kind == Kind::Geometry);
+    let reason = if id.starts_with('D') { Reason::Usual } else { Reason::None };
+    Finding { kind, what, bbox, displacement, reason, ..moved }
 }
 
 /// An audit of the room whose view has so many faults and doubts, a block of pixels each.
@@ -87,37 +66,16 @@ fn audit(faults: usize, doubts: usize) -> Audit {
         finding(&id, Kind::Texture, What::Changed, bbox)
     });
     let doubts = doubts.collect();
-    let mut photograph = Picture::new(w, h);
-    photograph.pixels.fill(Vec3::splat(0.3));
     let summary = ViewSummary {
-        view: "v".into(),
-        photo: "v.jpg".into(),
-        size: [60, 40],
-        reduced_by: 1,
-        exposure_ev: 0.5,
-        white_balance: [1.0, 1.0, 1.0],
-        vignetting_ev: 0.1,
-        noise: 0.012,
         pose: PoseCorrection { refined: true, mean_px: 1.25, residual_px: 0.2, ..PoseCorrection::default() },
         probes: vec![ProbeGain { probe: "middle".into(), gain_ev: 0.0, sees: 0.8, difference: None, warning: None }],
         shares: Shares::of(&verdicts),
         reasons: BTreeMap::from([("unseen".to_owned(), 0.2)]),
         warnings: vec!["the light changed".into()],
+        ..testing::summary("v", [60, 40])
     };
-    let (render, neutral) = (photograph.clone(), photograph.clone());
-    let view = AuditedView {
-        summary,
-        photograph,
-        render,
-        neutral,
-        reasons: vec![Reason::None; w * h],
-        suspicion: vec![],
-        verdicts,
-        masks,
-    };
-    let thresholds = BTreeMap::from([("geometry_mismatch".to_owned(), 4.0)]);
-    let method = Method { version: "0".into(), lighting: "10:00".into(), thresholds };
-    Audit { findings, doubts, views: vec![view], method, warnings: vec![] }
+    let view = AuditedView { verdicts, masks, ..testing::view(summary) };
+    Audit { doubts, ..testing::audit(view, findings) }
 }
 
 fn drawn(audit: &Audit) -> String {

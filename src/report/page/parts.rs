@@ -1,6 +1,7 @@
 //! What several sections of the page are made of.
 
 use maud::{Markup, html};
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
 /// How a page of ours looks.
 pub(in crate::report) const STYLE: &str = include_str!("page.css");
@@ -74,13 +75,6 @@ pub(super) fn percent(share: f64) -> String {
 
 /// A file's name as a relative address: what a URL keeps for itself is percent-encoded.
 pub fn file(name: &str) -> String {
-    let mut out = String::new();
-    for byte in name.bytes() {
-        if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
-            out.push(char::from(byte));
-        } else {
-            out += &format!("%{byte:02X}");
-        }
-    }
-    out
+    const ENCODED: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'~').remove(b'/');
+    utf8_percent_encode(name, ENCODED).to_string()
 }

@@ -1,72 +1,19 @@
 use super::*;
-use crate::audit::{
-    Audit, AuditedView, Displacement, Finding, Kind, Method, PoseCorrection, Reason, Shares, ViewSummary, What,
-};
-use crate::panorama::Picture;
+use crate::audit::{Audit, Finding, Kind, ViewSummary, testing};
 use crate::plan::export::tables::{FloorJson, PlanJson, StationJson};
 use crate::report::manifest::{Fingerprint, Run};
 
 const VIEW: &str = "apse <1>";
 
 fn finding(id: &str, kind: Kind) -> Finding {
-    Finding {
-        id: id.into(),
-        view: VIEW.into(),
-        also_in: vec![],
-        kind,
-        what: What::Moved,
-        score: 0.9,
-        bbox: [1, 2, 30, 40],
-        area_px: 9,
-        mask: "m.png".into(),
-        masks: [].into(),
-        false_alarms: None,
-        position: [1.0, -2.5, 3.0],
-        size_m: 0.2,
-        area_cm2: 10.0,
-        material: "<stone>".into(),
-        displacement: Some(Displacement { metres: -0.051, uncertainty_m: 0.004 }),
-        shift: None,
-        reason: Reason::None,
-        evidence: vec![],
-        note: "5 cm & more".into(),
-    }
+    Finding { kind, material: "<stone>".into(), note: "5 cm & more".into(), ..testing::finding(id, VIEW) }
 }
 
 fn audit() -> Audit {
-    let summary = ViewSummary {
-        view: VIEW.into(),
-        photo: "apse.exr".into(),
-        size: [64, 48],
-        reduced_by: 1,
-        exposure_ev: 0.0,
-        white_balance: [1.0; 3],
-        vignetting_ev: 0.0,
-        noise: 0.01,
-        pose: PoseCorrection::default(),
-        probes: vec![],
-        shares: Shares::of(&[]),
-        reasons: [].into(),
-        warnings: vec!["Dark <corner>".into()],
-    };
-    let none = || Picture::new(1, 1);
-    let view = AuditedView {
-        summary,
-        photograph: none(),
-        render: none(),
-        neutral: none(),
-        verdicts: vec![],
-        reasons: vec![],
-        suspicion: vec![],
-        masks: vec![],
-    };
-    Audit {
-        findings: vec![finding("F1", Kind::Geometry), finding("F2", Kind::Texture)],
-        doubts: vec![finding("D1", Kind::Texture)],
-        views: vec![view],
-        method: Method { version: String::new(), lighting: String::new(), thresholds: [].into() },
-        warnings: vec![],
-    }
+    let warnings = vec!["Dark <corner>".into()];
+    let view = testing::view(ViewSummary { warnings, ..testing::summary(VIEW, [64, 48]) });
+    let findings = vec![finding("F1", Kind::Geometry), finding("F2", Kind::Texture)];
+    Audit { doubts: vec![finding("D1", Kind::Texture)], ..testing::audit(view, findings) }
 }
 
 fn plan() -> PlanJson {
