@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::shown_points;
 use crate::panorama::{self, PanoramaError, Picture, Radiometry};
 use crate::scene::Scene;
-use crate::shoot::{Hits, Light, Outside, Records, charted};
+use crate::shoot::{Hits, Light, Outside, charted};
 use crate::site::{Camera, Probe, Site};
 use crate::volume::{self, Transport, Volume};
 
@@ -221,14 +221,10 @@ impl Setup {
     }
 }
 
-/// Whether the records of two lightings lie in the same cells: a transport names a record by its probe's place in the list and its
-/// cell.
+/// Whether a transport of one lighting serves another: it names a record by its probe's place in the list and its cell, and takes for
+/// seen what has light.
 fn same_cells(a: &Light, b: &Light) -> bool {
-    let same = |(a, b): (&Records, &Records)| {
-        let (a, b) = (a.hits(), b.hits());
-        a.origin == b.origin && a.to_probe == b.to_probe && a.chart == b.chart
-    };
-    a.records.len() == b.records.len() && a.records.iter().zip(&b.records).all(same)
+    a.records.len() == b.records.len() && a.records.iter().zip(&b.records).all(|(a, b)| a.lies_like(b))
 }
 
 /// The pictures of a lighting, in the projection that their records lie in, each with its radiometry: what a

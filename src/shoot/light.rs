@@ -145,9 +145,20 @@ impl Light {
         })
     }
 
-    /// Irradiance of the nearest record of the probe that sees a point of a surface most sharply.
+    /// The same of the probes whose picture shows light there: what is not light is no black surface.
+    pub fn finest_known(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<(u32, u32)> {
+        self.sharpest_first(point, normal, |_, i| {
+            let records = &self.records[i];
+            match records.hits().find(scene, point, normal).filter(|cell| records.knows(*cell)) {
+                Some(cell) => ControlFlow::Break((i as u32, cell)),
+                None => ControlFlow::Continue(()),
+            }
+        })
+    }
+
+    /// Irradiance of the nearest record of the probe that sees a point of a surface most sharply and has light there.
     pub fn nearest(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<Vec3> {
-        self.finest(scene, point, normal).map(|(probe, cell)| self.records[probe as usize].light(cell))
+        self.finest_known(scene, point, normal).map(|(probe, cell)| self.records[probe as usize].light(cell))
     }
 
     /// Irradiance by whatever records there are, however little they can be trusted: better than nothing where there is

@@ -165,6 +165,21 @@ impl Records {
         (mean.weight > 0.0).then(|| (mean.value(), clipped))
     }
 
+    /// Whether any pixel that a cell's record is made of measures light.
+    pub fn knows(&self, cell: u32) -> bool {
+        let record = &self.records[cell as usize];
+        record.trust > 0 || record.light != [0.0; 3]
+    }
+
+    /// Whether its records lie in the same cells as another's, and the same ones have light.
+    pub fn lies_like(&self, other: &Self) -> bool {
+        let (a, b) = (&self.hits, &other.hits);
+        a.origin == b.origin
+            && a.to_probe == b.to_probe
+            && a.chart == b.chart
+            && (0..self.records.len() as u32).all(|cell| self.knows(cell) == other.knows(cell))
+    }
+
     /// Whether a cell's light is no more than a lower bound.
     pub fn is_clipped(&self, cell: u32) -> bool {
         self.records[cell as usize].clipped

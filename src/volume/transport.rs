@@ -174,7 +174,7 @@ impl Caster<'_> {
         let face = self.scene.face(hit.triangle);
         let s = face.surface(ray, hit.t);
         let rho = self.scene.paint(&face, true).rough_albedo(s.barycentric, hit.t * spread) / PI;
-        if let Some((probe, cell)) = self.light.finest(self.scene, s.position, s.normal) {
+        if let Some((probe, cell)) = self.light.finest_known(self.scene, s.position, s.normal) {
             all.seen.push(SeenRay { weight, rho, probe, cell });
             return;
         }

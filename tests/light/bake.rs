@@ -134,10 +134,16 @@ fn a_sparse_product_relights_as_shooting_anew_does() {
     }
 }
 
-/// A volume that lightings share names their records by cells, so lightings whose pictures differ in size have one each: all
-/// are lit as each is alone, in any order.
+/// A volume that lightings share names their records by cells, and takes for seen what has light there: lightings whose pictures
+/// differ in size, or in where they show light, have one each. All are lit as each is alone, in any order.
 #[test]
-fn lightings_whose_pictures_differ_in_size_are_lit_as_each_alone() {
+fn lightings_whose_pictures_differ_are_lit_as_each_alone() {
+    lit_as_each_alone(32, 0);
+    lit_as_each_alone(64, 24);
+}
+
+/// With a second lighting whose pictures are so wide, and show no light in so many columns.
+fn lit_as_each_alone(width: usize, covered: usize) {
     let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
     quads.extend(closed(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), 0));
     let plan = Plan::new(quads, &[grey(0.6)]).probe(v(0.9, 1.4, 1.0), 64).probe(v(1.1, 0.6, 0.7), 64);
@@ -145,8 +151,12 @@ fn lightings_whose_pictures_differ_in_size_are_lit_as_each_alone() {
     let (folder, scene) = (built.folder.path(), &built.scene);
     let mut text = fs::read_to_string(folder.join("site.toml")).unwrap();
     for i in 0..2 {
-        for (lighting, width) in [("large", 64), ("small", 32)] {
-            let picture = built.look(i, width, |s| s.map_or(Vec3::ZERO, |s| Vec3::splat(s.position.x.exp())));
+        for (lighting, width) in [("large", 64), ("small", width)] {
+            let mut picture = built.look(i, width, |s| s.map_or(Vec3::ZERO, |s| Vec3::splat(s.position.x.exp())));
+            if lighting == "small" {
+                let hidden = picture.pixels.iter_mut().enumerate().filter(|(k, _)| k % width < covered);
+                hidden.for_each(|(_, p)| *p = Vec3::NAN);
+            }
             let file = folder.join(format!("{lighting}{i}.exr"));
             write_exr(&file, picture.width, picture.height, &[Layer::rgb("", &picture)], None).unwrap();
         }

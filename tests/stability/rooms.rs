@@ -82,6 +82,14 @@ fn extremes() -> Vec<Row> {
     spoilt.pixels.iter_mut().enumerate().filter(|(i, _)| i * 31 % 7 == 0).for_each(|(i, p)| *p = bad[i % 5]);
     built.put(0, &spoilt);
     let (ill, of_ill) = picture(&built);
+
+    // a third of the panorama shows no light at all: a tripod, a person, a lens cap
+    let plan = room_with_panel(1.0);
+    let built = plan.build();
+    let mut covered = built.look(0, 64, |_| Vec3::splat(2.0));
+    covered.pixels.iter_mut().enumerate().filter(|(i, _)| i % 64 < 21).for_each(|(_, p)| *p = Vec3::NAN);
+    built.put(0, &covered);
+    let (hidden, of_hidden) = picture(&built);
     vec![
         Row::new(
             "albedo 0 under light",
@@ -108,6 +116,14 @@ fn extremes() -> Vec<Row> {
             0.05,
         )
         .amplified(of_ill),
+        Row::new(
+            "a third of a panorama is no light",
+            "radiance of a furnace behind a panel",
+            "L",
+            worst(hidden, 2.0),
+            0.02,
+        )
+        .amplified(of_hidden),
     ]
 }
 
