@@ -454,3 +454,91 @@ fn a_model_without_a_library_line_takes_the_file_beside_it() {
     assert!((scene.albedo(0, Vec2::ZERO).x - 0.7).abs() < 1e-6);
     assert!(health.warnings[0].contains("names no material file"));
 }
+
+#[test]
+fn pictures_of_one_name_in_two_folders_stay_apart() {
+    let obj = format!(
+        "mtllib a/a.mtl\nmtllib b/b.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 3/2 4/3\n"
+    );
+    let dir = folder(METRES_Z, &[("m.obj", obj.as_bytes())]);
+    for (name, grey) in [("a", 255), ("b", 188)] {
+        let sub = dir.path().join(name);
+        fs::create_dir(&sub).unwrap();
+        fs::write(sub.join(format!("{name}.mtl")), format!("newmtl {name}\nmap_Kd diffuse.png\n")).unwrap();
+        fs::write(sub.join("diffuse.png"), png(4, 4, [grey; 3])).unwrap();
+    }
+    let (scene, health) = load(dir.path()).unwrap();
+    assert_eq!(health.warnings, Vec::<String>::new());
+    let [a, b] = [0, 1].map(|t| scene.albedo(t, Vec2::splat(0.3)).x);
+    assert!((a - 1.0).abs() < 1e-4 && (b - 0.502_886_5).abs() < 1e-4, "{a} {b}");
+}
+
+#[test]
+fn text_may_be_latin_1_begin_with_a_mark_and_end_lines_in_cr() {
+    let obj = format!("mtllib m.mtl\n{SQUARE}usemtl T\u{fc}r\nf 1 2 3\nusemtl T\u{f6}r\nf 1 3 4\n");
+    let mtl = "newmtl T\u{fc}r\nKd .1 .1 .1\nnewmtl T\u{f6}r\nKd .9 .9 .9\n";
+    let latin_1 = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
+    let marked = format!("\u{feff}{mtl}").into_bytes();
+    let only_cr = format!("# made by hand\n{mtl}").replace('\n', "\r").into_bytes();
+    let cases = [
+        (latin_1(&obj), latin_1(mtl)),
+        (latin_1(&obj), mtl.as_bytes().to_vec()),
+        (obj.clone().into_bytes(), marked),
+        (obj.clone().into_bytes(), only_cr),
+    ];
+    for (obj, mtl) in cases {
+        let (scene, health) = load(folder(METRES_Z, &[("m.obj", &obj), ("m.mtl", &mtl)]).path()).unwrap();
+        assert_eq!(health.warnings, Vec::<String>::new());
+        assert_eq!([0, 1].map(|t| scene.albedo(t, Vec2::ZERO).x), [0.1, 0.9]);
+    }
+}
+
+#[test]
+fn only_alpha_cuts_holes_where_one_picture_paints_and_masks() {
+    let count = |mtl: &str, picture: &[u8]| {
+        let mask = png(4, 4, [0; 3]);
+        let files =
+            [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl.as_bytes()), ("w.png", picture), ("d.png", &mask[..])];
+        load(folder(METRES_Z, &files).path()).map_or(0, |(scene, _)| scene.mesh.triangles.len())
+    };
+    let both = "newmtl a b\nmap_d w.png\nmap_Kd w.png\n";
+    assert_eq!(count(both, &png(4, 4, [40; 3])), 2);
+    // its alpha, and a dark mask of its own, hide all
+    let mut clear = std::io::Cursor::new(Vec::new());
+    let picture = image::RgbaImage::from_pixel(4, 4, image::Rgba([200, 200, 200, 0]));
+    picture.write_to(&mut clear, image::ImageFormat::Png).unwrap();
+    assert_eq!(count(both, clear.get_ref()), 0);
+    assert_eq!(count("newmtl a b\nmap_Kd w.png\nmap_d d.png\n", &png(4, 4, [200; 3])), 0);
+}
+
+#[test]
+fn a_colour_a_little_above_1_does_not_darken_all() {
+    let obj = "v 0 0 0 0.5 0.5 0.5\nv 1 0 0 1.02 0.5 0.5\nv 1 1 0 0.5 0.5 0.5\nf 1 2 3\n";
+    let (scene, health) = load_obj(obj).unwrap();
+    assert_eq!(health.warnings, Vec::<String>::new());
+    let has = |wanted: Vec3| scene.mesh.colours.iter().any(|c| c.distance(wanted) < 1e-6);
+    assert!(has(Vec3::splat(0.5)) && has(Vec3::new(1.0, 0.5, 0.5)), "{:?}", scene.mesh.colours);
+}
+
+#[test]
+fn material_files_of_another_machine_and_in_quotes_are_found() {
+    for (library, told) in [("C:\\Users\\me\\m.mtl", 1), ("\"m.mtl\"", 0), ("C:\\My Models\\m.mtl", 1)] {
+        let obj = format!("mtllib {library}\n{SQUARE}usemtl a\nf 1 2 3\n");
+        let (scene, health) = load_with_mtl(&obj, "newmtl a\nKd 0.1 0.1 0.1\n");
+        assert_eq!(scene.albedo(0, Vec2::ZERO).x, 0.1, "{library}");
+        assert_eq!(health.warnings.len(), told, "{:?}", health.warnings);
+    }
+}
+
+#[test]
+fn colours_beside_a_picture_are_told() {
+    let white = TEXTURED.replace(" 0\nv", " 0 1 1 1\nv");
+    let grey = white.replace(" 1 1 1\n", " 0.5 0.5 0.5\n");
+    for (obj, told) in [(TEXTURED, false), (white.as_str(), false), (grey.as_str(), true)] {
+        let mtl = "newmtl a b\nmap_Kd w.png\n";
+        let files = [("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), ("w.png", &png(4, 4, [188; 3])[..])];
+        let (_, health) = load(folder(METRES_Z, &files).path()).unwrap();
+        let said = health.warnings.iter().any(|w| w.contains("multiplied with pictures, on material “a b”"));
+        assert_eq!(said, told, "{obj}: {:?}", health.warnings);
+    }
+}

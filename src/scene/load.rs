@@ -11,7 +11,7 @@ use super::health::{self, Health};
 use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO};
 use super::pictures::{self, Decoded, Spared};
 use super::texture::cutout::{self, Mask};
-use super::{Material, Mesh, Scene, Tracer, e57, gltf, mtl, obj, ply};
+use super::{Material, Mesh, Scene, Tracer, e57, gltf, mtl, obj, ply, text};
 use crate::panorama::srgb_to_linear;
 use crate::site::files::{find_loosely, foreign_model};
 use crate::site::{Frame, Site, Up, VertexColours};
@@ -55,6 +55,9 @@ pub fn load_without(
         triangles: model.triangles,
         materials: model.materials,
     };
+    if !matches!(ModelFormat::of(&site.model), Some(ModelFormat::Gltf | ModelFormat::E57)) {
+        warn_of_paint_twice(&mesh, &materials, &maps, health);
+    }
     let told = std::mem::take(&mut health.warnings);
     health::clean(&mut mesh, health);
     cut_out(&mut mesh, &model.material_names, &used, &library, folder, health);
@@ -179,8 +182,31 @@ fn warn_of_oddities(model: &ImportedModel, health: &mut Health) {
         warn(o.vertices - o.coloured, "Vertices without a colour, taken as white, while others have one");
     }
     if o.byte_colours {
-        health.warnings.push("Vertex colours are above 1: they are taken as 0 to 255.".to_owned());
+        health.warnings.push("Vertex colours are above 2: they are taken as 0 to 255.".to_owned());
     }
+}
+
+/// Tells of materials that have a picture and, at their corners, colours: glTF says what both give, other formats do not.
+fn warn_of_paint_twice(mesh: &Mesh, materials: &[Material], maps: &[Option<Map>], health: &mut Health) {
+    let coloured =
+        |triangle: &[u32; 3]| triangle.iter().any(|i| mesh.colours.get(*i as usize).is_some_and(|c| *c != Vec3::ONE));
+    let mut both = vec![false; materials.len()];
+    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
+        let material = material as usize;
+        if maps.get(material).is_some_and(Option::is_some) && !both[material] && coloured(triangle) {
+            both[material] = true;
+        }
+    }
+    let mut names = materials.iter().zip(&both).filter(|(_, both)| **both).map(|(m, _)| m.name.as_str());
+    let Some(first) = names.next() else { return };
+    let others = match names.count() {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    health.warnings.push(format!(
+        "Vertex colours are multiplied with pictures, on material “{first}”{others}. If both show the same paint, \
+         surfaces are too dark: export the model with one of them."
+    ));
 }
 
 /// All materials of all MTL files the model names, by name.
@@ -195,7 +221,7 @@ fn library(
         match std::fs::read(&path) {
             Ok(bytes) => {
                 health.files.push(path.clone());
-                for material in mtl::read(&path, &String::from_utf8_lossy(&bytes), &mut health.warnings) {
+                for material in mtl::read(&path, &text::lines(&bytes), &mut health.warnings) {
                     let name = material.name.clone();
                     if all.insert(name.clone(), material).is_some() {
                         health
@@ -214,7 +240,7 @@ fn library(
 fn library_files(model_file: &Path, folder: &Path, model: &ImportedModel, health: &mut Health) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for names in &model.libraries {
-        let (found, missing) = split_names(folder, names);
+        let (found, missing) = split_names(folder, names, &mut health.warnings);
         for name in missing {
             health.warnings.push(format!("There is no material file “{}”.", folder.join(name).display()));
         }
@@ -237,8 +263,8 @@ fn library_files(model_file: &Path, folder: &Path, model: &ImportedModel, health
 }
 
 /// The files in a list of names that are separated by blanks and may hold blanks themselves: at each place the longest
-/// name that exists. Second, what is missing; the whole text where nothing exists.
-fn split_names(folder: &Path, names: &str) -> (Vec<PathBuf>, Vec<String>) {
+/// name that exists, quotes taken off; else a path's last name. Second, what is missing; the whole text where nothing exists.
+fn split_names(folder: &Path, names: &str, warnings: &mut Vec<String>) -> (Vec<PathBuf>, Vec<String>) {
     let unescaped = names.replace("\\ ", " ");
     let words: Vec<&str> = unescaped.split_whitespace().collect();
     let (mut found, mut missing) = (Vec::new(), Vec::new());
@@ -246,8 +272,21 @@ fn split_names(folder: &Path, names: &str) -> (Vec<PathBuf>, Vec<String>) {
     while from < words.len() {
         // a name of more than a few words is a mistake, and trying all would be slow
         let longest = words.len().min(from + 16);
-        let hit =
-            (from + 1..=longest).rev().find_map(|to| Some((to, find_loosely(folder, &words[from..to].join(" "))?)));
+        let name = |to: usize| words[from..to].join(" ").trim_matches('"').to_owned();
+        let hit = (from + 1..=longest).rev().find_map(|to| Some((to, find_loosely(folder, &name(to))?)));
+        // another machine's path; the shortest, lest it swallow the next
+        let elsewhere = || {
+            (from + 1..=longest).find_map(|to| {
+                let name = name(to);
+                let (_, last) = name.rsplit_once(['/', '\\']).filter(|(_, last)| !last.is_empty())?;
+                Some((to, find_loosely(folder, last)?, name.clone()))
+            })
+        };
+        let hit = hit.or_else(|| {
+            let (to, path, name) = elsewhere()?;
+            warnings.push(format!("There is no material file “{name}”: “{}” is taken.", path.display()));
+            Some((to, path))
+        });
         match hit {
             Some((to, path)) => {
                 found.push(path);

@@ -33,6 +33,7 @@ mod polygon;
 mod scene;
 #[cfg(test)]
 pub(crate) mod testing;
+mod text;
 mod texture;
 mod tracer;
 

@@ -130,9 +130,10 @@ impl ImportedModel {
         }
     }
 
-    /// Scales colours that some scanners' programs write as 0..=255, and gives white to vertices without one.
+    /// Scales colours that some scanners' programs write as 0..=255, and gives white to vertices without one. What is only a
+    /// little above 1 was sharpened or rounded, and is clamped.
     pub(super) fn settle_colours(&mut self) {
-        if self.colours.iter().any(|c| c.max_element() > 1.0) {
+        if self.colours.iter().any(|c| c.max_element() > 2.0) {
             self.oddities.byte_colours = true;
             self.colours.iter_mut().for_each(|c| *c /= 255.0);
         }

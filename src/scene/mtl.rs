@@ -68,6 +68,13 @@ impl Reader<'_> {
         let Some(material) = material else { return };
         let Some(map) = &mut material.map else { return };
         map.plain_albedo = material.albedo;
+        // the picture that paints has holes only by its alpha: dark paint is none
+        if let Some(cutout) = &mut material.cutout
+            && cutout.channel == Channel::Either
+            && cutout.map.as_ref().is_some_and(|own| own.name == map.name)
+        {
+            cutout.channel = Channel::Alpha;
+        }
         if !self.kd_given {
             material.albedo = Vec3::ONE;
         } else if material.albedo == Vec3::ZERO {

@@ -15,7 +15,7 @@ use crate::site::files::find_loosely;
 /// Pictures, which of them a name became, and what was not decoded.
 pub(super) struct Decoded {
     pub(super) textures: Vec<Texture>,
-    /// By name and how they go on.
+    /// By the file that names them, their name, and how they go on.
     pub(super) indices: BTreeMap<Key, u32>,
     pub(super) spared: Spared,
 }
@@ -39,12 +39,13 @@ impl Picture {
     }
 }
 
-/// What tells textures apart: a picture's name, and how it goes on, as glTF numbers it.
-type Key = (String, [u32; 2]);
+/// What tells textures apart: the file that names a picture, since it is looked for beside that; its name; and how it goes on,
+/// as glTF numbers it.
+type Key = (PathBuf, String, [u32; 2]);
 
 /// The key of a material's picture.
 pub(super) fn key(map: &Map) -> Key {
-    (map.name.clone(), map.wrap.map(Wrap::code))
+    (map.file.clone(), map.name.clone(), map.wrap.map(Wrap::code))
 }
 
 /// One picture alone, decoded; `None` where it is not there or cannot be used.

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::error::SceneError;
 use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO, centre};
-use super::polygon;
+use super::{polygon, text};
 use crate::memory::{self, OverLimit};
 use crate::site::Frame;
 
@@ -199,8 +199,7 @@ fn decoded(mut file: BufReader<File>) -> io::Result<Text> {
             break;
         }
     }
-    let head = String::from_utf8(head).unwrap_or_else(|e| e.into_bytes().into_iter().map(char::from).collect());
-    Ok(Cursor::new(head.into_bytes()).chain(file))
+    Ok(Cursor::new(text::of(&head).into_owned().into_bytes()).chain(file))
 }
 
 type Text = Chain<Cursor<Vec<u8>>, BufReader<File>>;

@@ -84,14 +84,66 @@ pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     Ok(picture)
 }
 
-/// The first layer with R, G and B; those without a layer's name first; else the first with luminance.
+/// What may be a picture's light.
+struct Candidate {
+    /// The layer's name, or the part's; empty without one.
+    name: String,
+    colour: Colour,
+}
+
+impl Candidate {
+    /// Least is best: what is surely not light last, then R, G and B before chroma and luminance, then by its name.
+    fn order(&self) -> (bool, u8, u8) {
+        let kind = match self.colour.channels {
+            Channels::Rgb(_) => 0,
+            Channels::Chroma(_) => 1,
+            Channels::Luminance(_) => 2,
+        };
+        let rank = rank(&self.name);
+        (rank == NOT_LIGHT, kind, rank)
+    }
+}
+
+/// The rank of passes that hold no light, or a part of it.
+const NOT_LIGHT: u8 = 4;
+
+/// How surely a layer of this name is the light of all passes: by its last word, which in stereo comes before the eye's.
+fn rank(name: &str) -> u8 {
+    let name = name.to_lowercase();
+    match name.rsplit('.').find(|word| !matches!(*word, "left" | "right")).unwrap_or("") {
+        // as `render --layers` names it
+        "radiance" => 0,
+        "" => 1,
+        "combined" | "beauty" | "rgba" | "rgb" | "c" | "color" | "composite" => 2,
+        "ao" | "albedo" | "diffcol" | "glosscol" | "transcol" | "normal" | "n" | "position" | "depth" | "shadow"
+        | "emit" => NOT_LIGHT,
+        word if word.starts_with("crypto") || word.starts_with("denoising") => NOT_LIGHT,
+        _ => 3,
+    }
+}
+
+/// Of all layers and parts with colour the one that is light, as far as names tell; the file's first of those alike.
 fn find_colour(path: &Path, meta: &MetaData) -> Result<Colour> {
     let flat = || meta.headers.iter().enumerate().filter(|(_, h)| !h.deep);
-    let choices: [fn(&Header) -> Option<Channels>; 4] = [plain_rgb, named_rgb, chroma, luminance];
-    for choice in choices {
-        if let Some((layer, channels)) = flat().find_map(|(i, h)| Some((i, choice(h)?))) {
-            return Ok(Colour { layer, channels });
+    let candidates: Vec<Candidate> = flat()
+        .flat_map(|(layer, header)| {
+            let part = header.own_attributes.layer_name.as_ref().map_or_else(String::new, |name| name.to_string());
+            let plain = [plain_rgb(header), chroma(header), luminance(header)].into_iter().flatten();
+            let plain = plain.map(move |channels| (part.clone(), channels));
+            plain
+                .chain(named_rgb(header))
+                .map(move |(name, channels)| Candidate { name, colour: Colour { layer, channels } })
+        })
+        .collect();
+    let names: Vec<_> = candidates.iter().map(|c| c.name.clone()).collect();
+    match candidates.into_iter().min_by_key(Candidate::order) {
+        Some(best) if rank(&best.name) < NOT_LIGHT => return Ok(best.colour),
+        Some(_) => {
+            let what = format!("no light among its layers of colour ({})", names.join(", "));
+            let cure = "export it with the combined picture, as channels R, G and B";
+            return Err(PanoramaError::unsupported(path, what, cure));
         }
+        None => {}
     }
     if meta.headers.iter().all(|h| h.deep) {
         return Err(deep(path));
@@ -109,15 +161,14 @@ fn plain_rgb(header: &Header) -> Option<Channels> {
     Some(Channels::Rgb([find(header, "R")?, find(header, "G")?, find(header, "B")?]))
 }
 
-/// Of several named layers of colour the one that is light, as `render --layers` names it; else the first.
-fn named_rgb(header: &Header) -> Option<Channels> {
-    let rgb = |prefix: &str| {
+/// The named layers of colour within a part.
+fn named_rgb(header: &Header) -> impl Iterator<Item = (String, Channels)> + '_ {
+    header.channels.list.iter().filter_map(move |channel| {
+        let name = channel.name.to_string();
+        let prefix = name.strip_suffix(".R").or_else(|| name.strip_suffix(".r"))?;
         let of = |letter| find(header, &format!("{prefix}.{letter}"));
-        Some(Channels::Rgb([of("R")?, of("G")?, of("B")?]))
-    };
-    let names = || header.channels.list.iter().map(|c| c.name.to_string());
-    let prefixed = |name: String| name.strip_suffix(".R").or_else(|| name.strip_suffix(".r")).and_then(rgb);
-    rgb("radiance").or_else(|| names().find_map(prefixed))
+        Some((prefix.to_owned(), Channels::Rgb([of("R")?, of("G")?, of("B")?])))
+    })
 }
 
 fn chroma(header: &Header) -> Option<Channels> {
@@ -326,6 +377,34 @@ mod tests {
         let (_folder, path) = written("none.exr", bounds(0, 0, 2, 2), vec![none]);
         let error = read(&path).unwrap_err();
         assert!(matches!(&error, PanoramaError::Unsupported { what, .. } if what.contains('Z')), "{error}");
+    }
+
+    #[test]
+    fn of_several_passes_the_one_that_is_light_is_taken() {
+        let channels = |prefixes: &[(&str, f32)]| -> Vec<(String, FlatSamples)> {
+            let of = |&(prefix, scale): &(&str, f32)| ["R", "G", "B"].map(|c| (format!("{prefix}{c}"), ramp(4, scale)));
+            prefixes.iter().flat_map(of).collect()
+        };
+        let part = |name: Option<&str>, prefixes: &[(&str, f32)]| {
+            let attributes = name.map_or_else(LayerAttributes::default, |n| LayerAttributes::named(Text::from(n)));
+            let all = channels(prefixes);
+            let all = all.iter().map(|(name, samples)| (name.as_str(), samples.clone())).collect();
+            layer((2, 2), attributes, Encoding::FAST_LOSSLESS, all)
+        };
+        let cases = [
+            vec![part(None, &[("ViewLayer.AO.", 7.0), ("ViewLayer.Combined.", 1.0)])],
+            vec![part(None, &[("Albedo.", 7.0), ("C.", 1.0)])],
+            vec![part(Some("albedo"), &[("", 7.0)]), part(Some("beauty"), &[("", 1.0)])],
+            vec![part(None, &[("V.AO.left.", 7.0), ("V.Combined.left.", 1.0)])],
+        ];
+        for (i, layers) in cases.into_iter().enumerate() {
+            let (_folder, path) = written("passes.exr", bounds(0, 0, 2, 2), layers);
+            assert_eq!(read(&path).unwrap().pixels[3], Vec3::splat(3.0), "case {i}");
+        }
+        let layers = vec![part(None, &[("AO.", 1.0), ("Denoising Albedo.", 1.0)])];
+        let (_folder, path) = written("none.exr", bounds(0, 0, 2, 2), layers);
+        let error = read(&path).unwrap_err().to_string();
+        assert!(error.contains("AO, Denoising Albedo"), "{error}");
     }
 
     #[test]

@@ -63,7 +63,23 @@ impl File<'_> {
         material: &str,
         warnings: &mut Vec<String>,
     ) -> Option<(String, Option<Arc<[u8]>>)> {
-        let name = || image.name().map_or_else(|| format!("image {}", image.index()), str::to_owned);
+        let name = || {
+            let images = &self.document.as_json().images;
+            let own = |index: usize| match images.get(index).and_then(|i| i.name.as_deref()) {
+                Some(name) if !name.is_empty() => name.to_owned(),
+                _ => format!("image {index}"),
+            };
+            let (index, name) = (image.index(), own(image.index()));
+            // names need not differ, neither from each other nor from those of files
+            let is_file = || {
+                images
+                    .iter()
+                    .filter_map(|i| i.uri.as_deref())
+                    .any(|uri| !uri.starts_with("data:") && unescaped(uri) == name)
+            };
+            let taken = (0..index).any(|other| own(other) == name) || is_file();
+            if taken { format!("{name} ({index})") } else { name }
+        };
         match image.source() {
             gltf::image::Source::View { view, .. } => {
                 let bytes = self.buffers.get(view.buffer().index());

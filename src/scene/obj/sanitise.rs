@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use std::io::{self, BufRead, BufReader, Read};
 
 use super::super::model::Oddities;
+use super::super::text;
 
 /// Longer lines are not text.
 const LONGEST_LINE: usize = 64 << 20;
@@ -117,7 +118,7 @@ impl<R: Read> Sanitised<R> {
             self.look_at_first_line()?;
         }
         loop {
-            let line = String::from_utf8_lossy(&self.lines.line);
+            let line = text::of(&self.lines.line);
             let continued = line.trim_end().strip_suffix('\\');
             self.text.push_str(continued.unwrap_or(&line));
             if continued.is_none() || !self.lines.next()? {

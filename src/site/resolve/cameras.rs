@@ -32,6 +32,12 @@ struct PoseUse {
     is_probe: bool,
 }
 
+impl PoseUse {
+    fn is_used(self) -> bool {
+        self.is_view || self.is_probe
+    }
+}
+
 impl Resolver<'_> {
     /// Adds the views and probes of a pose file; gives its path.
     pub(super) fn cameras(
@@ -57,10 +63,8 @@ impl Resolver<'_> {
             ));
         }
         let parts = self.parts(t, &file.cameras)?;
-        let mut wanted = parts.iter().map(|part| part.is_view || part.is_probe);
-        file.cameras.retain(|_| wanted.next().unwrap_or(false));
-        let parts: Vec<PoseUse> = parts.into_iter().filter(|part| part.is_view || part.is_probe).collect();
-        if file.cameras.is_empty() {
+        let wanted = parts.iter().filter(|part| part.is_used()).count();
+        if wanted == 0 {
             return Err(fault(
                 "the pose file holds no solved camera".to_owned(),
                 "Align the photographs and export again",
@@ -69,12 +73,14 @@ impl Resolver<'_> {
         let beside = if path.is_dir() { path.clone() } else { path.parent().unwrap_or(Path::new("")).to_owned() };
         let folder = t.photos.as_ref().map_or(Ok(beside), |key| self.there(key, "the photographs' folder"))?;
         let masks = t.masks.as_ref().map(|key| self.there(key, "the masks' folder")).transpose()?;
-        let (photos, masks) = (Pool::of(&folder), masks.map(|m| Pool::of(&m)));
+        let found = self.photographs(t, &file.cameras, &parts, &Pool::of(&folder))?;
+        let mut masks = masks.map(Masks::of);
         let mut missing = Vec::new();
         let before = views.len() + probes.len();
         let lighting = t.lighting.as_ref().map_or("", |l| l.get_ref().as_str());
-        for (solved, part) in file.cameras.iter().zip(parts) {
-            let photo = match photos.find(&folder, &solved.photo) {
+        for ((solved, part), photo) in file.cameras.iter().zip(parts).zip(found).filter(|((_, part), _)| part.is_used())
+        {
+            let photo = match photo {
                 Some(photo) => Some(photo),
                 None if self.pictures == Pictures::MayBeMissing && solved.intrinsics.size.is_some() => None,
                 None => {
@@ -115,7 +121,7 @@ impl Resolver<'_> {
                 if views.iter().any(|v| v.name.eq_ignore_ascii_case(&name)) {
                     return Err(twice("view"));
                 }
-                let mask = masks.as_ref().and_then(|m| m.find(&m.folder, &solved.photo));
+                let mask = masks.as_mut().and_then(|m| m.find(&solved.photo, &photo));
                 let source = CameraSource::PoseFile(path.clone());
                 views.push(View { name, camera, photo: Some(photo), mask, matches: Vec::new(), source });
             }
@@ -126,11 +132,28 @@ impl Resolver<'_> {
                 "Set cameras.photos to the folder that holds them",
             ));
         }
+        if let (Some(key), Some(masks)) = (&t.masks, &masks) {
+            if masks.found == 0 && !masks.without.is_empty() {
+                return Err(self.source.fault(
+                    key.span(),
+                    format!("none of {} photographs has a mask in it: {}", masks.without.len(), listed(&masks.without)),
+                    "Name the mask of a.jpg a.png, a.jpg.png, a_mask.png or a.jpg.mask.png, or leave masks out",
+                ));
+            }
+            if !masks.without.is_empty() {
+                warnings.push(format!(
+                    "{} photographs have no mask in “{}”, and they are compared as a whole: {}.",
+                    masks.without.len(),
+                    masks.folder.display(),
+                    listed(&masks.without)
+                ));
+            }
+        }
         if !missing.is_empty() {
             warnings.push(format!(
                 "{} of {} photographs that “{}” names are not in “{}”, and they are left out: {}.",
                 missing.len(),
-                file.cameras.len(),
+                wanted,
                 path.display(),
                 folder.display(),
                 listed(&missing)
@@ -138,6 +161,48 @@ impl Resolver<'_> {
         }
         warnings.append(&mut file.warnings);
         Ok(path)
+    }
+
+    /// The photograph of each camera. One that several would get, by their bare names, goes to the camera whose path agrees
+    /// most with its own.
+    fn photographs(
+        &self,
+        t: &CamerasTable,
+        cameras: &[SolvedCamera],
+        parts: &[PoseUse],
+        photos: &Pool,
+    ) -> Result<Vec<Option<PathBuf>>, SiteError> {
+        let mut found: Vec<_> = cameras.iter().map(|c| photos.find(&photos.folder, &c.photo)).collect();
+        let mut takers: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
+        for (i, path) in found.iter().enumerate() {
+            if let Some(path) = path {
+                takers.entry(path.clone()).or_default().push(i);
+            }
+        }
+        for (path, takers) in takers.iter().filter(|(_, takers)| takers.len() > 1) {
+            let agreements: Vec<_> = takers.iter().map(|i| agreement(path, &cameras[*i].photo)).collect();
+            let best = agreements.iter().max();
+            let mut first: Option<&str> = None;
+            for (&i, agreement) in takers.iter().zip(&agreements) {
+                let photo = cameras[i].photo.as_str();
+                match first {
+                    _ if Some(agreement) < best => found[i] = None,
+                    _ if !parts[i].is_used() => {}
+                    // one name twice is told as that
+                    Some(other) if other != photo => {
+                        let at = t.photos.as_ref().map_or_else(|| t.path.span(), Spanned::span);
+                        return Err(self.source.fault(
+                            at,
+                            format!("“{other}” and “{photo}” of the pose file would both be “{}”", path.display()),
+                            "Set cameras.photos to the folder above, from which the pose file's paths lead to the \
+                             photographs",
+                        ));
+                    }
+                    _ => first = Some(photo),
+                }
+            }
+        }
+        Ok(found)
     }
 
     /// A file or folder that exists.
@@ -291,6 +356,79 @@ fn is_picture(ending: &str) -> bool {
     ["jpg", "jpeg", "png", "tif", "tiff", "exr", "hdr"].iter().any(|e| ending.eq_ignore_ascii_case(e))
 }
 
+/// A picture's name without its ending.
+fn stem(name: &str) -> &str {
+    match name.rsplit_once('.') {
+        Some((stem, ending)) if is_picture(ending) => stem,
+        _ => name,
+    }
+}
+
+/// How many last parts of a file's path a pose file's path has, too, leaving the ending aside; and whether that is the same.
+fn agreement(file: &Path, photo: &str) -> (usize, bool) {
+    let parts = |path: &str| -> Vec<String> {
+        path.to_lowercase().replace('\\', "/").split('/').rev().map(str::to_owned).collect()
+    };
+    // so that “.” has a name, too
+    let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    let (file, photo) = (parts(&file.to_string_lossy()), parts(photo));
+    let pairs = || file.iter().zip(&photo);
+    let alike = pairs().enumerate().take_while(|(i, (a, b))| if *i == 0 { stem(a) == stem(b) } else { a == b });
+    (alike.count(), pairs().next().is_some_and(|(a, b)| a == b))
+}
+
+/// A folder of masks.
+struct Masks {
+    folder: PathBuf,
+    /// It and the folders in it that were looked into.
+    pools: BTreeMap<PathBuf, Pool>,
+    /// Photographs with one.
+    found: usize,
+    /// Photographs without one.
+    without: Vec<String>,
+}
+
+impl Masks {
+    fn of(folder: PathBuf) -> Self {
+        Self { folder, pools: BTreeMap::new(), found: 0, without: Vec::new() }
+    }
+
+    /// The mask of what the pose file calls `photo` and what lies at `path`, by that path or by its name, as `a.*`,
+    /// `a.jpg.png`, `a_mask.*` or `a.jpg.mask.png`. Notes whether there is one.
+    fn find(&mut self, photo: &str, path: &Path) -> Option<PathBuf> {
+        let mask = self.of_photo(&photo.replace('\\', "/"), path);
+        match mask {
+            Some(_) => self.found += 1,
+            // where pictures may be missing
+            None if !path.is_file() => {}
+            None => self.without.push(photo.to_owned()),
+        }
+        mask
+    }
+
+    fn of_photo(&mut self, photo: &str, path: &Path) -> Option<PathBuf> {
+        let exact = self.folder.join(photo);
+        if exact.is_file() && exact != path {
+            return Some(exact);
+        }
+        let (parent, name) = photo.rsplit_once('/').unwrap_or(("", photo));
+        // the pose file may leave the ending out
+        let full =
+            if stem(name) == name { path.file_name().unwrap_or_default().to_string_lossy() } else { name.into() };
+        let stem = stem(name);
+        let names = [stem.to_owned(), full.to_string(), format!("{stem}_mask"), format!("{full}.mask")];
+        let names = names.map(|name| name.to_lowercase());
+        for place in [self.folder.join(parent), self.folder.clone()] {
+            let pool = self.pools.entry(place).or_insert_with_key(|place| Pool::of(place));
+            let mut masks = names.iter().filter_map(|name| pool.by_stem.get(name)).filter(|mask| *mask != path);
+            if let Some(mask) = masks.next() {
+                return Some(mask.clone());
+            }
+        }
+        None
+    }
+}
+
 /// The pictures of a folder, by their names without ending in small letters.
 struct Pool {
     folder: PathBuf,
@@ -319,10 +457,67 @@ impl Pool {
             return Some(exact);
         }
         let name = photo.rsplit('/').next().unwrap_or(&photo);
-        let stem = match name.rsplit_once('.') {
-            Some((stem, ending)) if is_picture(ending) => stem,
-            _ => name,
-        };
-        self.by_stem.get(&stem.to_lowercase()).cloned()
+        self.by_stem.get(&stem(name).to_lowercase()).cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::site::Site;
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    /// A site with COLMAP's cameras of these photographs and pictures at these places.
+    fn folder(photographs: &[&str], pictures: &[&str]) -> tempfile::TempDir {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("m.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        fs::create_dir(dir.path().join("sparse")).unwrap();
+        fs::write(dir.path().join("sparse/cameras.txt"), "1 PINHOLE 4 3 4 4 2 1.5\n").unwrap();
+        let line = |(i, name): (usize, &&str)| format!("{} 1 0 0 0 {i} 0 0 1 {name}\n\n", i + 1);
+        let images: String = photographs.iter().enumerate().map(line).collect();
+        fs::write(dir.path().join("sparse/images.txt"), images).unwrap();
+        for name in pictures {
+            let path = dir.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            image::GrayImage::new(4, 3).save(path).unwrap();
+        }
+        dir
+    }
+
+    fn site(dir: &Path, keys: &str) -> Result<Site, String> {
+        let head = "[site]\nname = \"t\"\nunits = \"m\"\nup = \"z\"\n[model]\npath = \"m.obj\"\n";
+        fs::write(dir.join("site.toml"), format!("{head}[cameras]\npath = \"sparse\"\n{keys}")).unwrap();
+        Site::load(dir).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn cameras_of_one_name_in_two_folders_do_not_share_a_photograph() {
+        let names = ["cam2/0001.png", "cam1/0001.png"];
+        let dir = folder(&names, &["images/cam1/0001.png", "images/cam2/0001.png", "flat/0001.png"]);
+        assert_eq!(site(dir.path(), "photos = \"images\"\n").unwrap().views.len(), 2);
+        let one = site(dir.path(), "photos = \"images/cam1\"\n").unwrap();
+        assert_eq!(one.views.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["cam1_0001"]);
+        assert!(one.warnings.iter().any(|w| w.contains("cam2/0001.png")), "{:?}", one.warnings);
+        // also where only the other is asked for
+        assert!(site(dir.path(), "photos = \"images/cam1\"\nonly = [\"cam2/0001.png\"]\n").is_err());
+        let tied = site(dir.path(), "photos = \"flat\"\n").unwrap_err();
+        assert!(tied.contains("“cam2/0001.png” and “cam1/0001.png”") && tied.contains("the folder above"), "{tied}");
+        assert_eq!(site(dir.path(), "photos = \"flat\"\nonly = [\"cam2/0001.png\"]\n").unwrap().views.len(), 1);
+    }
+
+    #[test]
+    fn masks_are_found_by_the_names_that_programs_give_them() {
+        let keys = "photos = \"p\"\nmasks = \"masks\"\n";
+        for name in ["c/a.png", "c/a.jpg.png", "c/a_mask.png", "c/a.jpg.mask.png", "a.png", "a.jpg.png", "a_mask.tif"] {
+            let dir = folder(&["c/a.jpg", "c/b.jpg"], &["p/c/a.jpg", "p/c/b.jpg", &format!("masks/{name}")]);
+            let site = site(dir.path(), keys).unwrap();
+            let masks: Vec<Option<PathBuf>> = site.views.iter().map(|v| v.mask.clone()).collect();
+            assert!(masks[0].as_ref().is_some_and(|m| m.ends_with(name)) && masks[1].is_none(), "{name}: {masks:?}");
+            let told = site.warnings.iter().any(|w| w.contains("no mask") && w.contains("c/b.jpg"));
+            assert!(told, "{name}: {:?}", site.warnings);
+        }
+        let dir = folder(&["c/a.jpg"], &["p/c/a.jpg", "masks/other.png"]);
+        let none = site(dir.path(), keys).unwrap_err();
+        assert!(none.contains("cameras.masks") && none.contains("c/a.jpg"), "{none}");
     }
 }
