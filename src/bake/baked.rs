@@ -89,7 +89,7 @@ pub struct Vertex {
     pub source: Source,
     /// How far probes agree, 0..=1.
     pub agreement: f32,
-    /// The probe that sees it most sharply.
+    /// The probe that sees it most sharply of those with a picture of the first lighting: its place in the site's list.
     pub probe: Option<u32>,
     /// Number of probes that see it.
     pub seen_by: u8,

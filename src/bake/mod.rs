@@ -30,7 +30,7 @@ use crate::panorama::{Exposure, Picture, Projection};
 use crate::render::{self, Options, Relit, Setup, SetupError, exposure_of, shown_points};
 use crate::scene::Scene;
 use crate::shoot::Light;
-use crate::site::{Camera, Site};
+use crate::site::{Camera, Probe, Site};
 use refine::Lit;
 
 /// Why a baked model cannot be written.
@@ -122,7 +122,11 @@ pub fn bake(
     if !is_scan {
         refine::refine(&mut surface, &mut lit, &lights, settings, [coarse, finest], &eyes, progress);
     }
-    let mut baked = gathered(scene, &surface, &lit, &setup, &inner);
+    // records tell only of probes with a picture of the lighting
+    let shot = |p: &Probe| setup.lights.first().is_some_and(|(lighting, _)| p.picture(lighting).is_some());
+    let probes = (0..).zip(site.probes.iter().take(options.probes)).filter(|&(_, p)| shot(p)).map(|(i, _)| i);
+    let probes: Vec<u32> = probes.collect();
+    let mut baked = gathered(scene, &surface, &lit, (&setup, &probes), &inner);
     if settings.views {
         baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
         // as people see the place, rather than with all its dark corners
@@ -233,8 +237,15 @@ impl Gather<'_> {
     }
 }
 
-/// Vertices and triangles, sorted by material and place in the model.
-fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, inner: &[bool]) -> Baked {
+/// Vertices and triangles, sorted by material and place in the model; `probes` are the places in the site of the first
+/// lighting's.
+fn gathered(
+    scene: &Scene,
+    surface: &mesh::Surface,
+    lit: &Lit,
+    (setup, probes): (&Setup, &[u32]),
+    inner: &[bool],
+) -> Baked {
     let last = vec![mesh::NONE; surface.samples.len()];
     let mut gather = Gather { scene, surface, corners: Vec::new(), last, before: Vec::new() };
     let (triangles, origins, materials) = gather.triangles(&surface.pieces);
@@ -255,7 +266,7 @@ fn gathered(scene: &Scene, surface: &mesh::Surface, lit: &Lit, setup: &Setup, in
             colour,
             source: lit.source[sample],
             agreement: lit.agreement[sample],
-            probe: finest.map(|(probe, _)| probe),
+            probe: finest.and_then(|(record, _)| probes.get(record as usize).copied()),
             seen_by,
         }
     };

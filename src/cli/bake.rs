@@ -157,15 +157,21 @@ pub(super) fn baked(
     Ok(made)
 }
 
-/// The lightings that were asked for, or all; a site without names for them has one.
+/// The lightings that were asked for, each once, or all; a site without names for them has one.
 pub(super) fn lightings(site: &Site, asked: &[String]) -> anyhow::Result<Vec<String>> {
     let known = site.lightings();
     if asked.is_empty() && !known.is_empty() {
         return Ok(known);
     }
-    asked.iter().try_for_each(|name| super::register::lighting(site, Some(name)).map(drop))?;
+    let mut once: Vec<String> = Vec::new();
+    for name in asked {
+        let name = super::register::lighting(site, Some(name))?;
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
     // a site without probes is told so later
-    Ok(if asked.is_empty() { vec![String::new()] } else { asked.to_vec() })
+    Ok(if once.is_empty() { vec![String::new()] } else { once })
 }
 
 /// The site's name as a file may have it.
@@ -179,23 +185,25 @@ pub(super) fn stem(site: &Site) -> String {
     }
 }
 
-/// What the files of each lighting are called, each in its own way, letter case aside: “10:00” and “1000” are two.
-fn stems(site: &str, lightings: &[String]) -> Vec<String> {
+/// What the files of some of a site's lightings are called, whichever are baked with them: each in its own way, letter case
+/// aside: “10:00” and “1000” are two.
+fn stems(site: &str, all: &[String], baked: &[String]) -> Vec<String> {
     let mut stems: Vec<String> = Vec::new();
-    for lighting in lightings {
+    for lighting in all {
         let plain = lighting.replace(|c: char| !c.is_alphanumeric() && c != '-', "");
-        let stem = if lightings.len() > 1 { format!("{site}-{plain}") } else { site.to_owned() };
+        let stem = if all.len() > 1 { format!("{site}-{plain}") } else { site.to_owned() };
         let taken = |name: &String| stems.iter().any(|s| s.to_lowercase() == name.to_lowercase());
         let mut names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
         stems.extend(names.find(|name| !taken(name)));
     }
-    stems
+    let stem = |lighting: &String| all.iter().position(|l| l == lighting).and_then(|i| stems.get(i).cloned());
+    baked.iter().map(|lighting| stem(lighting).unwrap_or_else(|| site.to_owned())).collect()
 }
 
 fn write(folder: &Path, site: &Site, scene: &Scene, baked: &Baked) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let command = super::terminal::command::own_command();
-    for (l, stem) in stems(&stem(site), &baked.lightings).iter().enumerate() {
+    for (l, stem) in stems(&stem(site), &site.lightings(), &baked.lightings).iter().enumerate() {
         let mut notes = Map::new();
         notes.insert("site".into(), Value::from(site.name.as_str()));
         notes.insert("command".into(), Value::from(command.as_str()));
@@ -243,12 +251,16 @@ mod tests {
 
     #[test]
     fn no_lighting_s_files_take_the_place_of_another_s() {
-        let of = |names: &[&str]| stems("nave", &names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
-        assert_eq!(of(&["10:00"]), ["nave"]);
-        assert_eq!(of(&["10:00", "14:30"]), ["nave-1000", "nave-1430"]);
-        assert_eq!(
-            of(&["10:00", "1000", "Day", "day", "?", "!"]),
-            ["nave-1000", "nave-1000-2", "nave-Day", "nave-day-2", "nave-", "nave--2"]
-        );
+        let owned = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+        let of = |all: &[&str], baked: &[&str]| stems("nave", &owned(all), &owned(baked));
+        assert_eq!(of(&[""], &[""]), ["nave"]);
+        assert_eq!(of(&["10:00"], &["10:00"]), ["nave"]);
+        let two = ["10:00", "14:30"];
+        assert_eq!(of(&two, &two), ["nave-1000", "nave-1430"]);
+        assert_eq!(of(&two, &["10:00"]), ["nave-1000"]);
+        assert_eq!(of(&two, &["14:30", "10:00"]), ["nave-1430", "nave-1000"]);
+        let many = ["10:00", "1000", "Day", "day", "?", "!"];
+        assert_eq!(of(&many, &many), ["nave-1000", "nave-1000-2", "nave-Day", "nave-day-2", "nave-", "nave--2"]);
+        assert_eq!(of(&many, &["day"]), ["nave-day-2"]);
     }
 }

@@ -16,7 +16,7 @@ use clerestory::bake;
 use clerestory::check;
 use clerestory::panorama::Exposure;
 use clerestory::paper::{PaperSettings, Plain};
-use clerestory::render::{Frame, Options, Relit, Setup, Timings, exposure_of, prepare, shoot_probes};
+use clerestory::render::{Frame, Options, Relit, Setup, Timings, prepare, shoot_probes};
 use clerestory::report::{BakedFrames, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::site::{Site, View};
@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use video::Video;
 use view_light::{Sky, ViewLight};
-use walk_exposure::walk_exposure;
+use walk_exposure::steady_exposures;
 
 use super::bake::BakeHow;
 use super::register::lighting;
@@ -156,6 +156,9 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     if args.gpu {
         return gpu(&site, args, out);
     }
+    if args.compare {
+        comparable(&mut site, args)?;
+    }
     let model = args.register.then(|| Model::of(&site, &args.output.folder(&site)?)).transpose()?;
     if let Some(Model { scene, .. }) = &model {
         let (found, lines) =
@@ -165,6 +168,21 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     }
     let outcome = rendered(site, model, args)?;
     args.output.told.tell(&outcome, out, |out| print(&outcome, out))
+}
+
+/// Refuses to compare photographs, which show one light, with numbered pictures; warns where there are none.
+fn comparable(site: &mut Site, args: &RenderArgs) -> anyhow::Result<()> {
+    let probes = args.probes.map_or(site.probes.len(), |n| n as usize);
+    if video::length(site, &lightings(site, args)?, probes).is_some() {
+        bail!(
+            "{}: probes have numbered pictures, but a photograph shows one light. Leave out --compare",
+            site.file.display()
+        );
+    }
+    if chosen(site, &args.view)?.iter().all(|view| view.photo.is_none()) {
+        site.warnings.push("no view has a photo: there is nothing to compare with".to_owned());
+    }
+    Ok(())
 }
 
 /// Has a graphics card draw the views.
@@ -201,11 +219,15 @@ impl RenderArgs {
 /// Renders views of a site, and writes them; without its model, reads what of it probes and views can reach.
 pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) -> anyhow::Result<Rendered> {
     let start = Instant::now();
+    site.probes.truncate(args.probes.map_or(usize::MAX, |n| n as usize));
     let views = chosen(&site, &args.view)?;
+    if args.method == Method::Paper && args.volume_only {
+        bail!("--volume-only: the paper's method does not take all light from a volume. Leave one of the two out");
+    }
     let lightings = lightings(&site, args)?;
     let mut options = Options {
         lightings,
-        probes: args.probes.map_or(site.probes.len(), |n| n as usize),
+        probes: site.probes.len(),
         sun: !args.no_sun,
         volume: volume::VolumeSettings {
             cells: args.cells,
@@ -215,7 +237,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         all_stages: args.all_stages || args.volume_only,
         volume_for_all: args.volume_only,
     };
-    let video = video::length(&site, &options);
+    let video = video::length(&site, &options.lightings, options.probes);
     if video.is_some() && (args.method == Method::Paper || args.volume_only || args.all_stages) {
         bail!(
             "{}: probes have numbered pictures, whose light goes to the model's vertices first. Leave out --method, --volume-only and --all-stages",
@@ -275,11 +297,12 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
     bar.set_length(shots.iter().map(|s| u64::from(s.0.camera.height)).sum::<u64>() * setup.lights.len() as u64);
     let mut done = Vec::new();
     // frames of a walk, or of one view's video, must not flicker
-    let steady = match args.path {
-        Some(_) => Some(walk_exposure(&cameras, |camera| Ok(exposure_of(&scene, light.of(0), camera)))?),
-        None => None,
+    let together = if args.path.is_some() { 1 } else { views.len() };
+    let frames: Vec<_> = shots.chunks(together).collect();
+    let mut steady = match args.path.is_some() || video.is_some() {
+        true => steady_exposures(&scene, &light, &mut filmed, &frames, args.share)?,
+        false => Vec::new(),
     };
-    let mut steady: Vec<Exposure> = steady.into_iter().collect();
     let mut relighting: Option<(usize, Vec<video::Relighting>)> = None;
     for (n, (view, picture)) in shots.iter().enumerate() {
         if let Some(video) = &mut filmed
@@ -293,7 +316,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         let Compared { error, fit, error_after_fit } = photos
             .get(&view.name)
             .map_or_else(Compared::default, |photo| compared(&scene, &probes, &view.camera, &frame, photo));
-        let number = if args.path.is_some() { 0 } else { n % views.len() };
+        let number = n % together;
         if steady.len() <= number {
             steady.push(Exposure::of(&frame.radiance));
         }

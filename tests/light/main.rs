@@ -14,6 +14,7 @@ mod radiometry;
 mod reference_closed_forms;
 mod reference_room;
 mod reference_simulate;
+mod render_verb;
 mod same_bytes;
 mod stage_plan;
 mod study;

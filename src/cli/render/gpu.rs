@@ -49,7 +49,7 @@ mod with_card {
     use crate::cli::bake::baked;
     use crate::cli::render::gpu::Asked;
     use crate::cli::render::pictures::write;
-    use crate::cli::render::walk_exposure::walk_exposure;
+    use crate::cli::render::walk_exposure::walk_exposures;
     use crate::cli::terminal::model::Model;
     use crate::cli::terminal::output::Output;
     use crate::cli::terminal::{peak_memory::peak_bytes, visible::visible};
@@ -110,7 +110,7 @@ mod with_card {
         let upload_s = start.elapsed().as_secs_f64();
         let cameras: Vec<_> = views.iter().map(|v| v.camera).collect();
         let steady = match *walk {
-            true => Some(walk_exposure(&cameras, |c| Ok(Exposure::of(&drawer.draw(c, *samples)?)))?),
+            true => walk_exposures(&cameras, |c| Ok(vec![Exposure::of(&drawer.draw(c, *samples)?)]))?.pop(),
             false => None,
         };
         let bar = output.told.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");

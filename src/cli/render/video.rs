@@ -9,10 +9,10 @@ use clerestory::site::{LitPicture, Site, View};
 use clerestory::transfer::{Point, Transfer};
 use std::time::Instant;
 
-/// How many frames the numbered pictures of some lightings have, if there are such: the longest's.
-pub(super) fn length(site: &Site, options: &Options) -> Option<usize> {
-    let asked = |p: &&LitPicture| options.lightings.contains(&p.lighting);
-    let all = site.probes.iter().take(options.probes).flat_map(|p| &p.pictures).filter(asked);
+/// How many frames the numbered pictures of some lightings have in the first probes, if there are such: the longest's.
+pub(super) fn length(site: &Site, lightings: &[String], probes: usize) -> Option<usize> {
+    let asked = |p: &&LitPicture| lightings.contains(&p.lighting);
+    let all = site.probes.iter().take(probes).flat_map(|p| &p.pictures).filter(asked);
     all.map(|p| p.frames.len()).max().filter(|n| *n > 0)
 }
 
