@@ -108,12 +108,16 @@ fn the_kept_report_is_what_the_program_makes() {
 #[test]
 fn a_manifest_names_every_file_and_the_page_shows_only_what_is_there() {
     let made = tempfile::tempdir().unwrap();
+    for earlier in ["report.pdf", "view-apse-findings.png"] {
+        fs::write(made.path().join(earlier), "").unwrap();
+    }
     let out = report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,audit", "--json"]).success();
     let manifest: Value = serde_json::from_slice(&out.get_output().stdout).unwrap();
     let listed: BTreeSet<String> =
         manifest["outputs"].as_array().unwrap().iter().map(|f| f["file"].as_str().unwrap().into()).collect();
     let mut there = names(made.path());
     assert!(there.remove("manifest.json"));
+    assert!(!there.contains("report.pdf") && !there.contains("view-apse-findings.png"), "an earlier run's: {there:?}");
     assert_eq!(listed, there);
     let inputs: Vec<&str> =
         manifest["inputs"].as_array().unwrap().iter().map(|f| f["file"].as_str().unwrap()).collect();
@@ -125,6 +129,25 @@ fn a_manifest_names_every_file_and_the_page_shows_only_what_is_there() {
         assert!(there.contains(part), "the page shows {part}");
     }
     assert!(page.contains("not asked for"));
+}
+
+#[test]
+fn a_report_that_came_to_no_end_has_no_manifest() {
+    let made = tempfile::tempdir().unwrap();
+    fs::write(made.path().join("manifest.json"), "{}").unwrap();
+    // the page cannot take its place
+    fs::create_dir(made.path().join("index.html")).unwrap();
+    report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,audit,render", "-q"]).code(1);
+    assert!(made.path().join("check.json").is_file() && !made.path().join("manifest.json").exists());
+}
+
+#[test]
+fn an_audit_without_rendering_binds_its_sheets() {
+    let made = tempfile::tempdir().unwrap();
+    report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,render", "-q"]).success();
+    let page = fs::read_to_string(made.path().join("index.html")).unwrap();
+    assert!(page.contains("was compared with") && page.contains("href=\"report.pdf\""));
+    assert!(made.path().join("report.pdf").is_file());
 }
 
 #[test]

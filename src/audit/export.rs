@@ -79,14 +79,15 @@ impl Audit {
     }
 
     /// Writes `findings.json`, `findings.csv` and the masks into a folder that exists. Each file appears whole or not at
-    /// all. Masks of an earlier audit there that this one has no finding for are removed.
+    /// all. Masks of an earlier audit there that this one has no finding for are removed, and sheets of views that are not in
+    /// this one: findings are numbered anew.
     ///
     /// # Errors
     ///
     /// [`AuditError::Unwritable`] names the file that could not be written.
     pub fn write(&self, folder: &Path) -> Result<(), AuditError> {
         let all: Vec<&Finding> = self.findings.iter().chain(&self.doubts).collect();
-        let mut stale = masks_named(&folder.join("findings.json"));
+        let mut stale = files_named(&folder.join("findings.json"));
         for view in &self.views {
             for (id, mask) in &view.masks {
                 let Some(finding) = all.iter().find(|f| f.id == *id) else { continue };
@@ -99,7 +100,9 @@ impl Audit {
         put(&folder.join("findings.csv"), self.csv().as_bytes())?;
         put(&folder.join("findings.json"), self.json()?.as_bytes())?;
         // a view's name may differ in letter case alone, which some file systems do not tell apart
-        let now: BTreeSet<String> = all.iter().flat_map(|f| f.masks.values()).map(|own| own.to_lowercase()).collect();
+        let masks = all.iter().flat_map(|f| f.masks.values()).map(|own| own.to_lowercase());
+        let sheets = self.views.iter().flat_map(|v| sheets(&v.summary.view)).map(|own| own.to_lowercase());
+        let now: BTreeSet<String> = masks.chain(sheets).collect();
         stale.retain(|file| !now.contains(&file.to_lowercase()));
         for path in stale.iter().map(|file| folder.join(file)).filter(|p| p.is_file()) {
             fs::remove_file(&path).map_err(|e| AuditError::Unwritable { path, why: e.to_string() })?;
@@ -108,12 +111,23 @@ impl Audit {
     }
 }
 
-/// The masks that an earlier `findings.json` names, if there is one: files in its own folder.
-fn masks_named(file: &Path) -> BTreeSet<String> {
+/// The files of a view's sheet.
+fn sheets(view: &str) -> [String; 3] {
+    ["svg", "png", "pdf"].map(|kind| format!("audit-{view}.{kind}"))
+}
+
+/// The masks that an earlier `findings.json` names, if there is one, and its views' sheets: files in its own folder.
+fn files_named(file: &Path) -> BTreeSet<String> {
     #[derive(Deserialize)]
     struct Earlier {
         findings: Vec<Masked>,
         doubts: Vec<Masked>,
+        #[serde(default)]
+        views: Vec<Seen>,
+    }
+    #[derive(Deserialize)]
+    struct Seen {
+        view: String,
     }
     #[derive(Deserialize)]
     struct Masked {
@@ -122,8 +136,10 @@ fn masks_named(file: &Path) -> BTreeSet<String> {
     let Some(earlier) = fs::read(file).ok().and_then(|text| serde_json::from_slice::<Earlier>(&text).ok()) else {
         return BTreeSet::new();
     };
-    let all = earlier.findings.into_iter().chain(earlier.doubts).flat_map(|f| f.masks.into_values());
-    all.filter(|name| name.starts_with("mask-") && name.ends_with(".png") && !name.contains(['/', '\\'])).collect()
+    let masks = earlier.findings.into_iter().chain(earlier.doubts).flat_map(|f| f.masks.into_values());
+    let masks = masks.filter(|name| name.starts_with("mask-") && name.ends_with(".png"));
+    let all = masks.chain(earlier.views.iter().flat_map(|v| sheets(&v.view)));
+    all.filter(|name| !name.contains(['/', '\\'])).collect()
 }
 
 /// An 8-bit grey PNG, 255 where the mask is set.
@@ -218,6 +234,31 @@ mod tests {
         let mut names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["findings.csv", "findings.json", "mask-by-hand.png"]);
+    }
+
+    #[test]
+    fn sheets_of_views_that_are_no_longer_audited_are_removed_and_no_other_file() {
+        let dir = tempfile::tempdir().unwrap();
+        audit().write(dir.path()).unwrap();
+        let files = ["audit-by-hand.svg", "audit-nave.pdf", "audit-nave.png", "audit-nave.svg"];
+        files.iter().for_each(|name| fs::write(dir.path().join(name), "").unwrap());
+        let there = || files.iter().filter(|name| dir.path().join(name).is_file()).count();
+        let of = |view: &str| testing::audit(testing::view(testing::summary(view, [3, 3])), vec![]);
+        // on some file systems this is the same file
+        of("Nave").write(dir.path()).unwrap();
+        assert_eq!(there(), 4);
+        audit().write(dir.path()).unwrap();
+        of("choir").write(dir.path()).unwrap();
+        assert_eq!(there(), 1);
+        assert!(dir.path().join(files[0]).is_file());
+        // a name that leads elsewhere is no file of this folder
+        let inner = dir.path().join("audit-x");
+        fs::create_dir(&inner).unwrap();
+        fs::write(inner.join("y.svg"), "").unwrap();
+        let earlier = r#"{"findings": [], "doubts": [], "views": [{"view": "x/y"}]}"#;
+        fs::write(dir.path().join("findings.json"), earlier).unwrap();
+        of("choir").write(dir.path()).unwrap();
+        assert!(inner.join("y.svg").is_file());
     }
 
     #[test]

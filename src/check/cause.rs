@@ -29,6 +29,20 @@ pub struct Cause {
     pub sentence: String,
 }
 
+impl Cause {
+    /// A cause in the `what` (probe, view) of this name, of which a sentence on “it” tells.
+    pub(super) fn of(kind: CauseKind, what: &str, name: &str, sentence: &str) -> Self {
+        let [mut title, mut rest] = [what, sentence].map(str::chars);
+        let title: String = title.next().into_iter().flat_map(char::to_uppercase).chain(title).collect();
+        let first: String = rest.next().into_iter().flat_map(char::to_lowercase).collect();
+        Self {
+            kind,
+            subject: format!("{what}.{name}"),
+            sentence: format!("{title} “{name}”: {first}{}", rest.as_str()),
+        }
+    }
+}
+
 /// Causes in the order in which they explain each other, those of one kind as they come. Where units or axes are wrong,
 /// no place is asked about: it would be wrong for that alone.
 pub(super) fn ordered(mut causes: Vec<Cause>) -> Vec<Cause> {
@@ -42,6 +56,13 @@ pub(super) fn ordered(mut causes: Vec<Cause>) -> Vec<Cause> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sentence_names_what_it_is_about() {
+        let cause = Cause::of(CauseKind::Pose, "probe", "west", "Its picture is turned. Correct its heading.");
+        assert_eq!(cause.subject, "probe.west");
+        assert_eq!(cause.sentence, "Probe “west”: its picture is turned. Correct its heading.");
+    }
 
     #[test]
     fn what_explains_the_rest_comes_first_and_alone() {

@@ -19,13 +19,14 @@ pub(super) fn causes(site: &Site, scene: &Scene, known: &[Cause]) -> Result<Vec<
     let misfits = register::misfits(site, scene, &settings)?;
     Ok(misfits
         .into_iter()
-        .map(|(subject, misfit)| Cause {
-            kind: match misfit {
+        // a view may share a probe's name
+        .filter(|(subject, _)| placed(subject))
+        .map(|(subject, misfit)| {
+            let kind = match misfit {
                 Misfit::Mirrored | Misfit::UpsideDown | Misfit::TakenAt(_) => CauseKind::Picture,
                 Misfit::Turned(_) | Misfit::Displaced(..) | Misfit::Nowhere => CauseKind::Pose,
-            },
-            subject: subject.key(site),
-            sentence: misfit.sentence(),
+            };
+            Cause::of(kind, subject.kind(), subject.name(site), &misfit.sentence())
         })
         .collect())
 }

@@ -38,14 +38,7 @@ pub(super) struct PlaceFault {
 impl PlaceFault {
     /// The cause that it is, of the `what` (probe, view) with this name; `None` where it is merely odd.
     pub(super) fn cause(&self, what: &str, name: &str) -> Option<Cause> {
-        let mut rest = self.sentence.chars();
-        let first = rest.next()?.to_lowercase();
-        let title: String = what.chars().take(1).flat_map(char::to_uppercase).chain(what.chars().skip(1)).collect();
-        self.is_impossible.then(|| Cause {
-            kind: CauseKind::Place,
-            subject: format!("{what}.{name}"),
-            sentence: format!("{title} “{name}”: {first}{}", rest.as_str()),
-        })
+        self.is_impossible.then(|| Cause::of(CauseKind::Place, what, name, &self.sentence))
     }
 }
 

@@ -61,12 +61,21 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     if let Some(view) = views.iter().find(|v| v.photo.is_none() && args.view.contains(&v.name)) {
         bail!("{file}: the view “{}” has no photo to compare with", view.name);
     }
+    let lighting = super::register::lighting(&site, args.lighting.as_deref())?;
+    let lit = |n: usize| site.probes.iter().take(n).any(|p| p.picture(&lighting).is_some());
+    if let Some(n) = args.probes
+        && !lit(n as usize)
+        && lit(usize::MAX)
+    {
+        let what = if lighting.is_empty() { String::new() } else { format!(" for the lighting “{lighting}”") };
+        bail!("{file}: none of the first {n} probes has a picture{what}: give more with --probes");
+    }
     let folder = args.output.folder(&site)?;
     let Model { scene, health, .. } = Model::of(&site, &folder)?;
     let mut found = Vec::new();
     if args.register {
         (site, found) =
-            super::register::in_passing(&site, &scene, args.lighting.as_deref(), &args.view, args.output.told.talks())?;
+            super::register::in_passing(&site, &scene, Some(&lighting), &args.view, args.output.told.talks())?;
     }
     let settings = Settings {
         longest_px: args.longest,
@@ -76,8 +85,8 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         ..Settings::default()
     };
     let said = health.warnings.into_iter().chain(found).collect();
-    let lighting = args.lighting.as_deref();
-    let audit = audited(&site, &scene, said, lighting, &args.view, &settings, &folder, args.output.told.talks())?;
+    let audit =
+        audited(&site, &scene, said, Some(&lighting), &args.view, &settings, &folder, args.output.told.talks())?;
     if args.output.told.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if args.output.told.talks() {

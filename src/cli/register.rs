@@ -39,8 +39,9 @@ pub(crate) struct RegisterArgs {
     /// Search so many metres around the place in the site file
     #[arg(long, value_name = "METRES", default_value_t = RegisterSettings::default().within_m, value_parser = between(0.0..=5.0_f32, "metres, from 0 to 5"))]
     within: f32,
-    /// Search on all floors, wherever the site file has it; so it is anyway for a probe without a position
-    #[arg(long, conflicts_with = "within")]
+    /// Search on all floors, wherever the site file has it; so it is anyway for a probe without a position. Pictures without a
+    /// place are taken to stand as upright as the site file has them
+    #[arg(long, conflicts_with_all = ["within", "tilt"])]
     anywhere: bool,
     /// Search so many degrees of tilt around the one in the site file; headings are searched all round
     #[arg(long, value_name = "DEGREES", default_value_t = RegisterSettings::default().tilt_deg, value_parser = between(0.0..=45.0_f32, "degrees, from 0 to 45"))]
@@ -110,6 +111,9 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
     let lighting = lighting(&site, args.lighting.as_deref())?;
     let folder = args.output.folder(&site)?;
     let Model { scene, health, .. } = Model::of(&site, &folder)?;
+    if let Some(target) = &target {
+        spared(target, &health.files)?;
+    }
     let settings = RegisterSettings {
         within_m: args.within,
         tilt_deg: args.tilt,
@@ -209,12 +213,23 @@ fn writable(file: &Path, site: &Site, overwrite: bool) -> anyhow::Result<PathBuf
             folder_of(&site.file).display()
         );
     }
+    let others: Vec<PathBuf> = site.files().into_iter().filter(|f| *f != site.file).collect();
+    spared(file, &others)?;
     if file.exists() && !overwrite {
         let own = file.canonicalize().ok() == site.file.canonicalize().ok();
         let what = if own { "this is the site file itself" } else { "the file is there already" };
         bail!("{}: {what}. Give another name, or --overwrite to take its place", file.display());
     }
     Ok(file.to_owned())
+}
+
+/// Refuses a file that is one of those that the site is made of.
+fn spared(file: &Path, others: &[PathBuf]) -> anyhow::Result<()> {
+    let Ok(known) = file.canonicalize() else { return Ok(()) };
+    if others.iter().any(|f| f.canonicalize().is_ok_and(|f| f == known)) {
+        bail!("{}: the site's own model or picture. Give another name", file.display());
+    }
+    Ok(())
 }
 
 /// Writes the copy of the site file with the poses found, and notes which could not be written.

@@ -194,6 +194,8 @@ impl Report<'_> {
             Part::Check => {
                 let check = check(site)?;
                 apart(folder, &check.model.files)?;
+                // it is there only where all else is, and of one run
+                cleared(&folder.join("manifest.json"))?;
                 write_json(&folder.join("check.json"), &check)?;
                 archive.check = Some(check);
             }
@@ -301,7 +303,25 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
         pictures.sheet = audited.then(|| format!("audit-{name}"));
         all.push(pictures);
     }
+    // an earlier report may have had more; names may differ in letter case alone, which some file systems do not tell apart
+    let now: Vec<String> = all.iter().filter_map(|v| v.findings.as_ref()).map(|f| f.to_lowercase()).collect();
+    for file in site.views.iter().map(|v| marked_file(&v.name)).filter(|f| !now.contains(&f.to_lowercase())) {
+        cleared(&folder.join(file))?;
+    }
     Ok(all)
+}
+
+/// The file of a view's photograph with its findings marked.
+fn marked_file(view: &str) -> String {
+    format!("view-{view}-findings.png")
+}
+
+/// Removes a file of an earlier report, if it is there.
+fn cleared(file: &Path) -> anyhow::Result<()> {
+    if file.is_file() {
+        std::fs::remove_file(file).with_context(|| file.display().to_string())?;
+    }
+    Ok(())
 }
 
 /// The photograph with this view's findings marked; `None` where there are none, or the view was not audited.
@@ -324,15 +344,10 @@ fn findings(
         Some(Mark { id: finding.id.clone(), kind: kind.to_owned(), mask, bbox: finding.bbox.map(f64::from) })
     };
     let marks: Vec<Mark> = found.chain(doubted).filter(|(f, _)| f.view == view.name).filter_map(mark).collect();
-    let file = format!("view-{}-findings.png", view.name);
     if marks.is_empty() {
-        // an earlier report may have had some
-        let earlier = folder.join(&file);
-        if earlier.is_file() {
-            std::fs::remove_file(&earlier).with_context(|| earlier.display().to_string())?;
-        }
         return Ok(None);
     }
+    let file = marked_file(&view.name);
     let shown = |x: u32, y: u32| {
         let p = exposure.show(photo.pixels[y as usize * photo.width + x as usize]);
         image::Rgb((p * 255.0 + 0.5).to_array().map(|v| v as u8))
@@ -343,21 +358,23 @@ fn findings(
 }
 
 /// Writes all sheets of a report as one PDF file for archives, `report.pdf`: floors, views, the study; gives whether there
-/// are any.
+/// are any. Where there are none, that of an earlier report is removed.
 fn sheets_together(archive: &Archive, made: &str, folder: &Path) -> anyhow::Result<bool> {
     let floors = archive.plan.iter().flat_map(|p| &p.floors).flat_map(|f| f.sheets.iter().cloned());
-    let views = archive.views.iter().filter_map(|v| v.sheet.clone());
+    let views = archive.audit.iter().flat_map(|a| &a.views).map(|v| format!("audit-{}", v.summary.view));
     let study = archive.study.iter().map(|_| "study".to_owned());
     let mut texts = Vec::new();
     for stem in floors.chain(views).chain(study) {
         let file = folder.join(stem + ".svg");
         texts.push(std::fs::read_to_string(&file).with_context(|| file.display().to_string())?);
     }
+    let file = folder.join("report.pdf");
     if texts.is_empty() {
+        cleared(&file)?;
         return Ok(false);
     }
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    write_file(&folder.join("report.pdf"), &pdf(&archive.site, &texts, Some(made))?)?;
+    write_file(&file, &pdf(&archive.site, &texts, Some(made))?)?;
     Ok(true)
 }
 
@@ -378,7 +395,16 @@ fn files_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
 
 #[cfg(test)]
 mod tests {
-    use super::files_in;
+    use super::{Archive, files_in, sheets_together};
+
+    #[test]
+    fn sheets_of_an_earlier_report_are_not_this_ones() {
+        let folder = tempfile::tempdir().unwrap();
+        let together = folder.path().join("report.pdf");
+        std::fs::write(&together, "an earlier report's").unwrap();
+        assert!(!sheets_together(&Archive::default(), "", folder.path()).unwrap());
+        assert!(!together.exists());
+    }
 
     #[test]
     fn what_a_crash_left_is_no_result() {

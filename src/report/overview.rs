@@ -58,12 +58,16 @@ pub fn overview(folder: &Path) -> Result<Overview, ReportError> {
         );
         return Err(ReportError::NotAReport { path: folder.to_owned(), what });
     };
-    let [audit, render, plan, check] = [
-        read(folder, "findings.json")?,
-        read(folder, "render.json")?,
-        read(folder, "plan.json")?,
-        read(folder, "check.json")?,
-    ];
+    // a part that was left out or came to no end may have left an earlier run's file there
+    let of = |verb: &str, name: &str| {
+        let mut runs = list(&made["runs"]);
+        let done = runs.any(|r| r["verb"] == verb && r["seconds"].is_number() && text(&r["note"]).is_empty());
+        if done { read(folder, name) } else { Ok(None) }
+    };
+    let audit = of("audit", "findings.json")?;
+    let render = of("render", "render.json")?;
+    let plan = of("plan", "plan.json")?;
+    let check = of("check", "check.json")?;
     let kind = |kind: &str| audit.as_ref().map(|a| list(&a["findings"]).filter(|f| f["kind"] == kind).count());
     let views = || render.iter().flat_map(|r| list(&r["views"]));
     let error = |measure: &str| mean(views().filter_map(|v| v["error"]["all"][measure].as_f64()));
@@ -77,7 +81,7 @@ pub fn overview(folder: &Path) -> Result<Overview, ReportError> {
         warnings: check.map(|c| {
             let of = |v: &Value| list(&v["warnings"]).count();
             let whole = list(&c["causes"]).count() + of(&c) + of(&c["model"]) + list(&c["edge_warnings"]).count();
-            whole + list(&c["probes"]).map(of).sum::<usize>()
+            whole + list(&c["probes"]).chain(list(&c["views"])).map(of).sum::<usize>()
         }),
         findings_geometry: kind("geometry"),
         findings_texture: kind("texture"),
@@ -225,8 +229,26 @@ mod tests {
         );
         let page = overview_page(&[row], &["a%20b/index.html".to_owned()]);
         assert!(page.contains("<a href=\"a%20b/index.html\">=St &lt;Ann&gt;</a>"));
-        put("plan.json", "{");
+        put("findings.json", "{");
         let error = overview(dir.path()).unwrap_err().to_string();
-        assert!(error.contains("plan.json") && error.contains("Make the report again"), "{error}");
+        assert!(error.contains("findings.json") && error.contains("Make the report again"), "{error}");
+    }
+
+    #[test]
+    fn what_an_earlier_run_left_is_not_this_ones() {
+        let dir = tempfile::tempdir().unwrap();
+        let put = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+        put(
+            "manifest.json",
+            r#"{"runs": [{"verb": "check", "seconds": 1.0, "note": ""}, {"verb": "plan", "seconds": 1.5, "note": "no floor"},
+            {"verb": "render", "seconds": null, "note": "not asked for"}, {"verb": "audit", "seconds": null, "note": "not asked for"}]}"#,
+        );
+        put("findings.json", r#"{"findings": [{"kind": "geometry"}], "doubts": [], "views": []}"#);
+        put("render.json", r#"{"views": [{"covered_fraction": 0.5, "error": {"all": {"flip": 0.1, "median": 0.1}}}]}"#);
+        put("plan.json", r#"{"floors": [{"stations": [{}], "lower_bound": 1}]}"#);
+        put("check.json", r#"{"probes": [{"warnings": ["a"]}], "views": [{"warnings": ["b", "c"]}]}"#);
+        let row = overview(dir.path()).unwrap();
+        assert_eq!((row.findings_geometry, row.doubts, row.stations), (None, None, None));
+        assert_eq!((row.flip, row.covered_share, row.warnings), (None, None, Some(3)));
     }
 }

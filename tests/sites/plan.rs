@@ -495,6 +495,7 @@ fn the_verb_writes_its_files_and_prints_blocks_that_paste() {
     let again: serde_json::Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
     assert_eq!(again["floors"].as_array().unwrap().len(), 1);
     assert_eq!(again["floors"][0]["existing"].as_array().unwrap().len(), 3);
+    assert!(!folder.path().join("coverage.ply").exists(), "the earlier plan's");
     let wrong = run(&["--floor", "attic"]).assert().code(1);
     let line = String::from_utf8(wrong.get_output().stderr.clone()).unwrap();
     assert!(line.contains("attic") && line.contains("ground, first"), "{line}");

@@ -128,6 +128,40 @@ fn files_that_must_not_be_written_are_told_before_the_work() {
 }
 
 #[test]
+fn a_copy_never_takes_the_place_of_the_sites_own_files() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path().join("site");
+    let text = disturbed(&folder).replace("model/chapel.obj", "chapel.obj");
+    let mut own = Vec::new();
+    for entry in fs::read_dir(folder.join("model")).unwrap() {
+        let path = entry.unwrap().path();
+        let beside = folder.join(path.file_name().unwrap());
+        own.push((beside.clone(), fs::read(&path).unwrap()));
+        fs::rename(&path, &beside).unwrap();
+    }
+    fs::write(folder.join("site.toml"), text).unwrap();
+    let out = temporary.path().join("out");
+    // the site file names the model, the model names the rest
+    for name in ["chapel.obj", "chapel.mtl", "brick.jpg"] {
+        let target = folder.join(name);
+        let [site, target, out] = [&folder, &target, &out].map(|p| p.to_str().unwrap());
+        let line = ["register", site, "--only", "west", "--write", target, "--overwrite", "--out", out];
+        let said = run(&line).unwrap_err();
+        assert!(said.contains("own model or picture") && said.contains(name) && said.lines().count() == 1, "{said}");
+    }
+    for (path, before) in own {
+        assert!(fs::read(&path).unwrap() == before, "{} is as it was", path.display());
+    }
+}
+
+#[test]
+fn a_tilt_has_no_meaning_where_a_picture_has_no_place() {
+    let site = chapel();
+    let said = run(&["register", site.to_str().unwrap(), "--anywhere", "--tilt", "5"]).unwrap_err();
+    assert!(said.contains("--anywhere") && said.contains("--tilt") && said.contains("cannot be used"), "{said}");
+}
+
+#[test]
 fn a_preview_shows_a_rooms_corners_where_they_are() {
     let plan = Plan::new(sides(DVec3::ZERO, v(4.0, 4.0, 4.0), [0; 6]), &[grey(0.5)]).probe(v(2.0, 2.0, 2.0), 64);
     let built = plan.build();

@@ -16,8 +16,9 @@ fn chapel() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
 }
 
-/// The site file in a folder with texts replaced, each of which must be there; its files stay where they are.
-fn load(folder: &Path, changes: &[(&str, &str)]) -> Result<Site, String> {
+/// The site file in a folder with texts replaced, each of which must be there, in a folder of its own; its files stay where
+/// they are.
+fn changed(folder: &Path, changes: &[(&str, &str)]) -> tempfile::TempDir {
     let mut text = fs::read_to_string(folder.join("site.toml")).unwrap();
     for (old, new) in changes {
         assert!(text.contains(old), "{old:?} is not in {}", folder.display());
@@ -29,7 +30,11 @@ fn load(folder: &Path, changes: &[(&str, &str)]) -> Result<Site, String> {
     }
     let made = tempfile::tempdir().unwrap();
     fs::write(made.path().join("site.toml"), text).unwrap();
-    Site::load(made.path()).map_err(|e| e.to_string())
+    made
+}
+
+fn load(folder: &Path, changes: &[(&str, &str)]) -> Result<Site, String> {
+    Site::load(changed(folder, changes).path()).map_err(|e| e.to_string())
 }
 
 /// The first cause that `check` finds: its kind, subject and sentence.
@@ -227,6 +232,43 @@ fn pictures_that_do_not_fit_are_told_by_what_is_wrong_with_them() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_picture_that_does_not_fit_is_told_by_its_name() {
+    let causes = check(&turned(&two_probes(), 90.0)).unwrap().causes;
+    let told: Vec<&str> = causes.iter().map(|c| c.sentence.as_str()).collect();
+    assert!(told.first().is_some_and(|t| t.starts_with("Probe “west”: its picture is turned by 90°")), "{told:?}");
+}
+
+#[test]
+fn a_probe_in_a_wrong_place_is_not_compared_for_a_view_of_its_name() {
+    let west = "position = [3.6, 1.6, -0.3]";
+    let mut site = load(&chapel(), &[(west, "position = [3.6, -0.1, -0.3]")]).unwrap();
+    site.views.retain(|v| v.name == "apse");
+    site.views[0].name = "west".to_owned();
+    let causes = check(&site).unwrap().causes;
+    let kinds: Vec<CauseKind> = causes.iter().filter(|c| c.subject == "probe.west").map(|c| c.kind).collect();
+    assert!(!kinds.is_empty() && kinds.iter().all(|k| *k == CauseKind::Place), "{causes:?}");
+}
+
+#[test]
+fn an_audit_without_a_lit_probe_tells_why_before_it_makes_its_folder() {
+    let first = "image = { \"10:00\" = \"probes/west_1000.exr\" }";
+    let both = "image = { \"10:00\" = \"probes/west_1000.exr\", \"14:30\" = \"probes/west_1430.exr\" }";
+    let site = changed(&chapel(), &[(both, first)]);
+    let out = site.path().join("out");
+    let refused = |more: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
+        let failed = command.arg("audit").arg(site.path()).arg("--out").arg(&out).args(more).assert().code(1);
+        String::from_utf8(failed.get_output().stderr.clone()).unwrap()
+    };
+    let few = refused(&["--probes", "1", "--lighting", "14:30"]);
+    let why = "none of the first 1 probes has a picture for the lighting “14:30”: give more with --probes";
+    assert!(few.contains(why) && few.lines().count() == 1, "{few}");
+    let unknown = refused(&["--lighting", "noon"]);
+    assert!(unknown.contains("there is no lighting “noon”") && unknown.lines().count() == 1, "{unknown}");
+    assert!(!out.exists());
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::site::Site;
 
 /// Writes a plan's sheets and DXF drawings, `plan.json`, `plan.csv` and, where the surface was checked, `coverage.ply`;
-/// gives what `plan.json` holds and the files' names.
+/// where it was not, an earlier plan's is removed. Gives what `plan.json` holds and the files' names.
 ///
 /// # Errors
 /// If a sheet cannot be drawn, or the file system refuses.
@@ -49,12 +49,14 @@ pub fn write_plan(
     write_json(&folder.join("plan.json"), &json)?;
     write_file(&folder.join("plan.csv"), tables::csv(plan, outward).as_bytes())?;
     names.extend(["plan.json".to_owned(), "plan.csv".to_owned()]);
+    let path = folder.join("coverage.ply");
     if let Some(surface) = &plan.surface {
-        let path = folder.join("coverage.ply");
         let mut bytes = Vec::new();
         ply::write(surface, outward, &mut bytes).map_err(|source| ReportError::Io { path: path.clone(), source })?;
         write_file(&path, &bytes)?;
         names.push("coverage.ply".to_owned());
+    } else if path.is_file() {
+        std::fs::remove_file(&path).map_err(|source| ReportError::Io { path, source })?;
     }
     Ok((json, names))
 }

@@ -2,10 +2,12 @@
 
 use maud::{Markup, html};
 
+use super::archive::ViewPictures;
 use super::parts::{heads, percent, scroll, sortable, warnings};
 use crate::audit::{Audit, Finding};
 
-pub(super) fn findings(audit: &Audit) -> Markup {
+/// `shown` are the views whose pictures the page has.
+pub(super) fn findings(audit: &Audit, shown: &[ViewPictures]) -> Markup {
     let views = || audit.views.iter().map(|v| &v.summary);
     let mut said = audit.warnings.clone();
     said.extend(views().flat_map(|v| v.warnings.iter().map(|w| format!("{}: {w}", v.view))));
@@ -17,12 +19,12 @@ pub(super) fn findings(audit: &Audit) -> Markup {
                 "What the photographs say of the model. Each finding is a proposal for a surveyor to confirm; the audit \
                 sheets have a column for the verdict."
             }
-            (table("Findings", &audit.findings))
+            (table("Findings", &audit.findings, shown))
         }
         @if !audit.doubts.is_empty() {
             h3 { "Doubts" }
             p { "Something disagrees here, but these photographs and probes do not show what it is." }
-            (table("Doubts", &audit.doubts))
+            (table("Doubts", &audit.doubts, shown))
         }
         h3 { "What was tested" }
         p {
@@ -57,20 +59,20 @@ fn tested(audit: &Audit) -> Markup {
     sortable("What was tested", &columns, &rows)
 }
 
-fn table(title: &str, list: &[Finding]) -> Markup {
+fn table(title: &str, list: &[Finding], shown: &[ViewPictures]) -> Markup {
     let columns =
         [("Id", false), ("What is wrong", false), ("Sure", true), ("Size", true), ("Place", false), ("Note", false)];
     let rows = html! {
         table class="sortable findings" {
             caption { (title) span class="screen" { "; a column’s title sorts by it" } }
             (heads(&columns))
-            tbody { @for f in list { (row(f)) } }
+            tbody { @for f in list { (row(f, shown)) } }
         }
     };
     scroll(title, &rows)
 }
 
-fn row(f: &Finding) -> Markup {
+fn row(f: &Finding, shown: &[ViewPictures]) -> Markup {
     let kind = f.kind.name();
     html! {
         tr id={ "finding-" (f.id) } {
@@ -84,7 +86,7 @@ fn row(f: &Finding) -> Markup {
                 }
             }
             td {
-                a href={ "#view-" (f.view) } { (f.view) }
+                @if shown.iter().any(|v| v.name == f.view) { a href={ "#view-" (f.view) } { (f.view) } } @else { (f.view) }
                 @if !f.material.is_empty() { ", " (f.material) }
                 br; span class="place" { (f.position.map(|v| format!("{v:.2}")).join(", ")) }
             }

@@ -14,6 +14,9 @@ pub(super) fn health(check: &Check) -> Markup {
     for probe in &check.probes {
         said.extend(probe.warnings.iter().map(|w| format!("Probe {}: {w}", probe.name)));
     }
+    for view in &check.views {
+        said.extend(view.warnings.iter().map(|w| format!("View {}: {w}", view.name)));
+    }
     let metres = |d: Option<f32>| d.map_or_else(|| "–".into(), |d| format!("{d:.2}"));
     html! {
         @if said.is_empty() { p { "Nothing is wrong with the site’s files." } }

@@ -33,7 +33,7 @@ fn sections(archive: &Archive) -> Vec<Section> {
     let some = |id, title, html: Option<Markup>| html.map(|html| Section { id, title, html });
     let parts = [
         some("summary", "In short", Some(summary::summary(archive))),
-        some("findings", "Findings", archive.audit.as_ref().map(findings::findings)),
+        some("findings", "Findings", archive.audit.as_ref().map(|audit| findings::findings(audit, &archive.views))),
         some("pictures", "Pictures", (!archive.views.is_empty()).then(|| pictures::pictures(&archive.views))),
         some("plan", "Where to put the tripod", archive.plan.as_ref().map(floors::floors)),
         some("check", "The site’s health", archive.check.as_ref().map(health::health)),

@@ -41,12 +41,12 @@ fn what(archive: &Archive) -> String {
         format!(" of {x:.1} × {y:.1} × {z:.1}\u{a0}m")
     });
     let probes = archive.check.as_ref().map_or(0, |c| c.probes.len());
-    let photos = archive.views.iter().filter(|v| v.photo.is_some()).count();
+    let photos = archive.audit.as_ref().map_or(0, |a| a.views.len());
     let light =
         if probes == 0 { String::new() } else { format!(", lit by {} taken inside", counted(probes, "picture")) };
-    match (archive.audit.is_some(), photos) {
-        (true, n) if n > 0 => format!("The model{size}{light}, was compared with {}.", counted(n, "photograph")),
-        _ => format!("This is a model{size}{light}. It was not compared with photographs."),
+    match photos {
+        0 => format!("This is a model{size}{light}. It was not compared with photographs."),
+        n => format!("The model{size}{light}, was compared with {}.", counted(n, "photograph")),
     }
 }
 

@@ -1,7 +1,9 @@
 use super::*;
 use crate::audit::{Audit, Finding, Kind, ViewSummary, testing};
+use crate::check::{Check, ViewCheck};
 use crate::plan::export::tables::{FloorJson, PlanJson, StationJson};
 use crate::report::manifest::{Fingerprint, Run};
+use crate::scene::{Edges, Health};
 
 const VIEW: &str = "apse <1>";
 
@@ -108,6 +110,46 @@ fn every_control_and_picture_has_a_name_for_those_who_cannot_see_it() {
     for target in attributes(&html, "href").iter().filter_map(|h| h.strip_prefix('#')) {
         assert!(ids.contains(&target), "the link to #{target} leads somewhere");
     }
+}
+
+#[test]
+fn a_views_warning_is_part_of_the_sites_health() {
+    let view = ViewCheck {
+        name: "apse".into(),
+        source: "site file",
+        size: [64, 48],
+        position: [0.0; 3],
+        bearings_deg: [0.0; 3],
+        fov_y_deg: 50.0,
+        focal_px: 50.0,
+        residuals_px: vec![],
+        rms_px: None,
+        uncertainty: None,
+        photograph: None,
+        warnings: vec!["Most of its photograph is clipped.".into()],
+    };
+    let check = Check {
+        site: String::new(),
+        ok: false,
+        causes: vec![],
+        warnings: vec![],
+        model: Health::default(),
+        edges: Edges::default(),
+        edge_warnings: vec![],
+        probes: vec![],
+        views: vec![view],
+        unseen_share: None,
+        stages: vec![],
+    };
+    let html = page(&Archive { check: Some(check), ..Archive::default() });
+    assert!(html.contains("View apse: Most of its photograph is clipped.") && !html.contains("Nothing is wrong"));
+}
+
+#[test]
+fn an_audit_without_rendered_views_was_a_comparison_and_links_to_none() {
+    let html = page(&Archive { views: vec![], ..archive() });
+    assert!(html.contains("was compared with 1 photograph.") && !html.contains("not compared"));
+    assert!(!html.contains("href=\"#view-") && page(&archive()).contains("href=\"#view-"));
 }
 
 #[test]
