@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use crate::measure::median;
+
 /// Candidates that are less likely than this, by the weights as they are, are not kept.
 pub const LEAST: f64 = 0.003;
 
@@ -186,9 +188,9 @@ fn report(weighed: &[(f64, bool, bool)], photographs: usize) {
     }
 }
 
+/// The median; 0 of none.
 fn middle(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    if values.is_empty() { 0.0 } else { median(&mut values) }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

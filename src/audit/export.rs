@@ -111,9 +111,14 @@ impl Audit {
     }
 }
 
+/// What the files of a view's sheet are called, without their endings.
+pub fn sheet_stem(view: &str) -> String {
+    format!("audit-{view}")
+}
+
 /// The files of a view's sheet.
 fn sheets(view: &str) -> [String; 3] {
-    ["svg", "png", "pdf"].map(|kind| format!("audit-{view}.{kind}"))
+    ["svg", "png", "pdf"].map(|kind| format!("{}.{kind}", sheet_stem(view)))
 }
 
 /// The masks that an earlier `findings.json` names, if there is one, and its views' sheets: files in its own folder.

@@ -29,6 +29,7 @@ pub(crate) mod testing;
 
 pub use decide::judged::Judged;
 pub use error::AuditError;
+pub use export::sheet_stem;
 pub use finding::{
     Audit, AuditedView, Displacement, Evidence, Finding, Kind, Method, PoseCorrection, ProbeGain, Shares, Shift,
     ViewSummary, What,

@@ -300,7 +300,7 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
             pictures.photo = Some(file);
         }
         let audited = archive.audit.iter().flat_map(|a| &a.views).any(|v| v.summary.view == *name);
-        pictures.sheet = audited.then(|| format!("audit-{name}"));
+        pictures.sheet = audited.then(|| audit::sheet_stem(name));
         all.push(pictures);
     }
     // an earlier report may have had more; names may differ in letter case alone, which some file systems do not tell apart
@@ -361,7 +361,7 @@ fn findings(
 /// are any. Where there are none, that of an earlier report is removed.
 fn sheets_together(archive: &Archive, made: &str, folder: &Path) -> anyhow::Result<bool> {
     let floors = archive.plan.iter().flat_map(|p| &p.floors).flat_map(|f| f.sheets.iter().cloned());
-    let views = archive.audit.iter().flat_map(|a| &a.views).map(|v| format!("audit-{}", v.summary.view));
+    let views = archive.audit.iter().flat_map(|a| &a.views).map(|v| audit::sheet_stem(&v.summary.view));
     let study = archive.study.iter().map(|_| "study".to_owned());
     let mut texts = Vec::new();
     for stem in floors.chain(views).chain(study) {

@@ -139,17 +139,24 @@ impl Light {
 
     /// The probe that sees a point of a surface most sharply, and its cell that is nearest; `None` where none sees it.
     pub fn finest(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<(u32, u32)> {
-        self.sharpest_first(point, normal, |_, i| match self.records[i].hits().find(scene, point, normal) {
-            Some(cell) => ControlFlow::Break((i as u32, cell)),
-            None => ControlFlow::Continue(()),
-        })
+        self.finest_of(scene, point, normal, |_, _| true)
     }
 
     /// The same of the probes whose picture shows light there: what is not light is no black surface.
     pub fn finest_known(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Option<(u32, u32)> {
+        self.finest_of(scene, point, normal, Records::knows)
+    }
+
+    fn finest_of(
+        &self,
+        scene: &Scene,
+        point: Vec3,
+        normal: Vec3,
+        counts: impl Fn(&Records, u32) -> bool,
+    ) -> Option<(u32, u32)> {
         self.sharpest_first(point, normal, |_, i| {
             let records = &self.records[i];
-            match records.hits().find(scene, point, normal).filter(|cell| records.knows(*cell)) {
+            match records.hits().find(scene, point, normal).filter(|cell| counts(records, *cell)) {
                 Some(cell) => ControlFlow::Break((i as u32, cell)),
                 None => ControlFlow::Continue(()),
             }

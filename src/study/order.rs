@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::plan::visibility::surface::Surface;
 use crate::scene::Scene;
-use crate::site::Site;
+use crate::site::{Probe, Site};
 
 /// The surface is judged in at most about so many pieces.
 const PATCHES: usize = 20_000;
@@ -25,30 +25,25 @@ pub struct Ranked {
 /// range and incidence; of equals the first in the site file.
 pub fn plan_order(site: &Site, scene: &Scene, lighting: &str) -> Vec<Ranked> {
     let surface = Surface::new(scene, &site.plan, PATCHES);
-    let with_picture: Vec<usize> =
-        (0..site.probes.len()).filter(|k| site.probes[*k].picture(lighting).is_some()).collect();
-    let sees: Vec<Vec<bool>> = site
-        .probes
-        .iter()
-        .map(|probe| {
-            let station = scene.local(probe.pose.position);
-            (0..surface.patches.len()).into_par_iter().map(|p| surface.sees(station, p).is_some()).collect()
-        })
-        .collect();
     let area = |patch: &usize| surface.areas[*patch];
-    let (mut left, mut order) = (with_picture, Vec::new());
-    let seen_by_any = |p: &usize| left.iter().any(|probe| sees[*probe][*p]);
+    let sees = |probe: &Probe| -> Vec<bool> {
+        let station = scene.local(probe.pose.position);
+        (0..surface.patches.len()).into_par_iter().map(|p| surface.sees(station, p).is_some()).collect()
+    };
+    let with_picture = site.probes.iter().enumerate().filter(|(_, probe)| probe.picture(lighting).is_some());
+    let mut left: Vec<(usize, Vec<bool>)> = with_picture.map(|(index, probe)| (index, sees(probe))).collect();
+    let seen_by_any = |p: &usize| left.iter().any(|(_, sees)| sees[*p]);
     let all: f64 = (0..surface.patches.len()).filter(seen_by_any).map(|p| area(&p)).sum();
+    let mut order = Vec::new();
     let mut seen = vec![false; surface.patches.len()];
     let mut sum = 0.0;
     while !left.is_empty() {
-        let adds =
-            |probe: usize| -> f64 { (0..seen.len()).filter(|p| sees[probe][*p] && !seen[*p]).map(|p| area(&p)).sum() };
-        let gains: Vec<f64> = left.iter().map(|&probe| adds(probe)).collect();
+        let adds = |sees: &[bool]| -> f64 { (0..seen.len()).filter(|p| sees[*p] && !seen[*p]).map(|p| area(&p)).sum() };
+        let gains: Vec<f64> = left.iter().map(|(_, sees)| adds(sees)).collect();
         let best = (1..gains.len()).fold(0, |best, i| if gains[i] > gains[best] { i } else { best });
-        let index = left.remove(best);
+        let (index, sees) = left.remove(best);
         sum += gains[best];
-        seen.iter_mut().zip(&sees[index]).for_each(|(seen, here)| *seen |= here);
+        seen.iter_mut().zip(sees).for_each(|(seen, here)| *seen |= here);
         let share = if all > 0.0 { (sum / all).min(1.0) } else { 0.0 };
         order.push(Ranked { index, name: site.probes[index].name.clone(), seen: share });
     }

@@ -157,8 +157,8 @@ pub(crate) fn inside(observed: &Observations) -> Vec<bool> {
     observed.surfaces.shape.inside(EDGE_PX)
 }
 
-/// A region whose picture is not the model's.
-pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Region) -> Judged {
+/// A region whose picture is not the model's; what it may be besides is looked for only if its log odds are at least `least`.
+pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Region, least: f32) -> Judged {
     let t = &observed.texture;
     let (odds, slope) = odds_of(&t.structure, observed.surfaces.width, &region.pixels);
     let colour = t.mean_colour(observed, &region);
@@ -184,7 +184,7 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     ]);
     let structural = odds >= REGION_ODDS && slope < OTHER;
     // the search for another laying takes long
-    let what = if !odds::may_reach(log_odds, observed.settings.least_probability) {
+    let what = if log_odds < least || !odds::may_reach(log_odds, observed.settings.least_probability) {
         What::Changed
     } else {
         match explain(prepared.scene, observed, &region, as_is, colour / COLOUR) {
@@ -222,7 +222,8 @@ pub(crate) fn unlike(
         return None;
     }
     let of_shape = shape(prepared, observed, shares, inside, &region);
-    let of_picture = picture(prepared, observed, region);
+    let least = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
+    let of_picture = picture(prepared, observed, region, least);
     let judged = of_shape.filter(|s| s.log_odds > of_picture.log_odds).unwrap_or(of_picture);
     Some(Judged { log_odds, evidence, ..judged })
 }

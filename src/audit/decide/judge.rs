@@ -97,7 +97,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     judged.extend(
         pictures
             .into_iter()
-            .map(|region| decision::picture(prepared, observed, region))
+            .map(|region| decision::picture(prepared, observed, region, f32::NEG_INFINITY))
             .filter(|j| odds::may_reach(j.log_odds, least_likely)),
     );
     // structures that the model does not have, whole: the tests mark their edges, here and there

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use super::sheet::audit_sheet;
 use super::subject::AuditSheet;
-use crate::audit::Audit;
+use crate::audit::{Audit, sheet_stem};
 use crate::panorama::Exif;
 use crate::report::{ReportError, fingerprints, write_sheet};
 use crate::scene::Scene;
@@ -37,7 +37,7 @@ pub fn write_audit_sheets(
         let mut inputs = fingerprints(&own, home)?;
         inputs.extend(shared.iter().cloned());
         let about = AuditSheet { site, scene, audit, index, surveyed: &surveyed, audited, command, inputs: &inputs };
-        files.extend(write_sheet(&audit_sheet(&about), folder, &format!("audit-{name}"))?);
+        files.extend(write_sheet(&audit_sheet(&about), folder, &sheet_stem(name))?);
     }
     Ok(files)
 }
