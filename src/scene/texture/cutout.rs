@@ -58,7 +58,7 @@ impl Mask {
     fn share(&self, low: Vec2, high: Vec2) -> Share {
         let low = low.floor().as_ivec2();
         // a texel that is only touched does not count
-        let high = (high.ceil().as_ivec2() - 1).max(low);
+        let high = (high.ceil() - 1.0).as_ivec2().max(low);
         let [x0, x1] = self.wrap[0].span(low.x, high.x, self.width);
         let [y0, y1] = self.wrap[1].span(low.y, high.y, self.height);
         let sum = |x: usize, y: usize| self.sums[y * (self.width + 1) + x];
