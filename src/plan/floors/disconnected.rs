@@ -5,7 +5,6 @@
 //! into what is not this floor.
 
 use super::floor::Floor;
-use super::heightfield::Heightfield;
 use super::raster::Map;
 use super::walkable::WalkableSpans;
 
@@ -14,19 +13,12 @@ const SMALL: f64 = 0.125;
 /// At least this share of the rim is no wall.
 const OPEN_RIM: f64 = 0.25;
 
-/// The parts of a floor's target that are none of its floor. `indoors` tells for each place, `free` where nothing solid
-/// is at probe height.
-pub(crate) fn disconnected_parts(
-    floor: &Floor,
-    places: &WalkableSpans,
-    indoors: &[bool],
-    columns: &Heightfield,
-    free: impl Fn(usize) -> bool,
-) -> Map {
+/// The parts of a floor's target that are none of its floor. `free` tells where nothing solid is at probe height.
+pub(crate) fn disconnected_parts(floor: &Floor, places: &WalkableSpans, free: impl Fn(usize) -> bool) -> Map {
     let grid = floor.target.grid;
     let at = |cell: usize| places.column(cell).find(|i| places.list[*i].z == floor.ground[cell]);
     let main = floor.standable.parts().into_iter().max_by_key(Vec::len).unwrap_or_default();
-    let reached = places.walked_to(main.into_iter().filter_map(at), indoors, columns);
+    let reached = places.walked_to(main.into_iter().filter_map(at));
     let parts = floor.target.parts();
     let largest = parts.iter().map(Vec::len).max().unwrap_or(0) as f64;
     let is_disconnected = |part: &&Vec<usize>| {

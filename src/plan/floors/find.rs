@@ -4,18 +4,17 @@
 //! slab about probe height blocks sight, gaps narrower than [`GAP_M`] are closed, and the open region is flooded from
 //! where a tripod can stand and ends where the place is no longer enclosed.
 
-use glam::{DVec2, Vec2};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::disconnected::disconnected_parts;
 use super::floor::Floor;
-use super::raster::{Grid, Map};
-use crate::plan::PlanError;
-use crate::plan::error::no_place;
-
 use super::heightfield::Heightfield;
 use super::levels::{Level, SPREAD_M, find_levels};
-use super::walkable::{Enclosure, Side, WalkableSpans};
+use super::raster::{Grid, Map};
+use super::walkable::{BLOCK_M, Enclosure, Side, WalkableSpans};
+use crate::plan::PlanError;
+use crate::plan::error::no_place;
 use crate::scene::Scene;
 use crate::site::Plan;
 
@@ -37,7 +36,7 @@ const HOLE_M2: f64 = 4.0;
 const NOOK_M2: f64 = 0.5;
 
 /// What was found on the way, for the user to know.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Found {
     /// The floors from the lowest.
     pub floors: Vec<Floor>,
@@ -53,66 +52,54 @@ pub struct Found {
 /// No floor, no place for a tripod on any, or a model that encloses nothing.
 pub fn find_floors(scene: &Scene, plan: &Plan, all_parts: bool) -> Result<Found, PlanError> {
     let (low, high) = scene.mesh.bounds();
-    let grid = Grid::covering(flat(low).as_dvec2(), flat(high).as_dvec2(), CELL_M, MOST_CELLS);
-    let columns = Heightfield::new(&scene.mesh, grid);
+    let grid = Grid::covering(low.truncate().as_dvec2(), high.truncate().as_dvec2(), CELL_M, MOST_CELLS);
     let height = plan.probe_height_m as f32;
     let headroom = (height + 0.2).max(1.8);
-    let places = WalkableSpans::new(&columns, headroom);
-    let total = places.list.len() as f64 * grid.cell_area();
-    if total < 1.0 {
+    let places = WalkableSpans::new(Heightfield::new(&scene.mesh, grid), scene, headroom, height);
+    let area_m2 = places.list.len() as f64 * grid.cell_area();
+    if area_m2 < 1.0 {
         return Err(PlanError::NoFloor { headroom_m: headroom });
     }
-    let (indoors, side) = places.indoors(&columns, scene, height);
-    if indoors.iter().filter(|i| **i).count() as f64 * grid.cell_area() < 1.0 {
-        return Err(PlanError::OpenModel { area_m2: total });
+    if places.list.iter().filter(|p| p.indoors).count() as f64 * grid.cell_area() < 1.0 {
+        return Err(PlanError::OpenModel { area_m2 });
     }
-    let levels = find_levels(&places, (&indoors, side), &columns, scene);
+    let levels = find_levels(&places, scene);
     if levels.is_empty() {
         return Err(PlanError::NoFloor { headroom_m: headroom });
     }
-    let mut found = Found::default();
+    let mut warnings = Vec::new();
     if grid.cell_m > 2.0 * CELL_M {
-        found.warnings.push(format!(
+        warnings.push(format!(
             "The model is so wide that its plan has cells of {:.0} cm: leave far terrain out of the model.",
             100.0 * grid.cell_m
         ));
     }
-    let mut all: Vec<Floor> =
-        levels.iter().map(|level| floor(level, &levels, &places, (&indoors, side), &columns, scene, plan)).collect();
+    let mut all: Vec<Floor> = levels.iter().map(|level| floor(level, &levels, &places, scene, plan)).collect();
     for i in 0..all.len() {
-        let target = own(&all, i, &columns, plan);
-        all[i].target = target;
+        all[i].target = own(&all, i, &places.columns, plan);
     }
     for floor in all.iter_mut().filter(|_| !all_parts) {
         let lens = floor.elevation + height;
-        floor.left_out =
-            disconnected_parts(floor, &places, &indoors, &columns, |c| !columns.solid(c, lens - SLAB_M, lens + SLAB_M));
+        floor.left_out = disconnected_parts(floor, &places, |c| !places.columns.solid(c, lens - SLAB_M, lens + SLAB_M));
         floor.target = floor.target.without(&floor.left_out);
         floor.standable = floor.standable.without(&floor.left_out);
     }
-    let mut unfit = Vec::new();
-    for floor in all {
-        if floor.standable.count() > 0 {
-            found.floors.push(floor);
-        } else {
-            unfit.push(floor);
-        }
-    }
-    if found.floors.is_empty() {
-        let room = unfit.iter().map(Floor::widest).fold(0.0, f64::max);
-        return Err(PlanError::NoPlace { floors: unfit.len(), clearance_m: plan.clearance_m, widest_m: room });
+    let (mut floors, unfit): (Vec<Floor>, Vec<Floor>) = all.into_iter().partition(|f| f.standable.count() > 0);
+    if floors.is_empty() {
+        let widest_m = unfit.iter().map(Floor::widest).fold(0.0, f64::max);
+        return Err(PlanError::NoPlace { floors: unfit.len(), clearance_m: plan.clearance_m, widest_m });
     }
     for floor in unfit.iter().filter(|f| f.walkable.area() > NOOK_M2) {
-        found.warnings.push(format!(
+        warnings.push(format!(
             "A level of {:.1} m² has no place for a tripod and is left out: {}.",
             floor.walkable.area(),
             no_place(plan.clearance_m, floor.widest())
         ));
     }
-    for (i, floor) in found.floors.iter_mut().enumerate() {
+    for (i, floor) in floors.iter_mut().enumerate() {
         (floor.name, floor.slug) = name(i);
         if floor.left_out.area() >= NOOK_M2 {
-            found.warnings.push(format!(
+            warnings.push(format!(
                 "{}: {:.1} m² beside it cannot be walked to, are open to what is not this floor, and are left out; \
                  --all-parts counts them.",
                 floor.name,
@@ -120,11 +107,7 @@ pub fn find_floors(scene: &Scene, plan: &Plan, all_parts: bool) -> Result<Found,
             ));
         }
     }
-    Ok(found)
-}
-
-fn flat(v: glam::Vec3) -> Vec2 {
-    v.truncate()
+    Ok(Found { floors, warnings })
 }
 
 /// `Ground floor` and `ground` for 0, and so on.
@@ -137,15 +120,8 @@ fn name(floor: usize) -> (String, String) {
     }
 }
 
-fn floor(
-    level: &Level,
-    levels: &[Level],
-    places: &WalkableSpans,
-    (indoors, side): (&[bool], Side),
-    columns: &Heightfield,
-    scene: &Scene,
-    plan: &Plan,
-) -> Floor {
+fn floor(level: &Level, levels: &[Level], places: &WalkableSpans, scene: &Scene, plan: &Plan) -> Floor {
+    let columns = &places.columns;
     let grid = columns.grid;
     let elevation = level.elevation;
     let nearest = |z: f32| levels.iter().all(|l| (l.elevation - z).abs() >= (elevation - z).abs());
@@ -153,7 +129,7 @@ fn floor(
     for (cell, ground) in ground.iter_mut().enumerate() {
         let fit = |i: &usize| {
             let p = places.list[*i];
-            indoors[*i] && level.parts[p.part as usize] && (p.z - elevation).abs() <= SPREAD_M && nearest(p.z)
+            p.indoors && level.parts[p.part as usize] && (p.z - elevation).abs() <= SPREAD_M && nearest(p.z)
         };
         let heights = places.column(cell).filter(fit).map(|i| places.list[i].z);
         *ground = heights.min_by(|a, b| (a - elevation).abs().total_cmp(&(b - elevation).abs())).unwrap_or(f32::NAN);
@@ -162,7 +138,7 @@ fn floor(
     let lens = elevation + plan.probe_height_m as f32;
     let free = Map::of(grid, |c| columns.solid(c, lens - SLAB_M, lens + SLAB_M)).closed(GAP_M).inverted();
     let could_stand = standable(&walkable, &ground, &free, scene, plan);
-    let open = enclosed(free.flooded_from(&could_stand), scene, lens, side).flooded_from(&could_stand);
+    let open = enclosed(free.flooded_from(&could_stand), scene, lens, places.side).flooded_from(&could_stand);
     let open = mended(open.inverted().without_specks(SPECK_M2).inverted().without_specks(NOOK_M2));
     let target = target(&open, columns, elevation, lens);
     let standable = Map::of(grid, |c| could_stand.on[c] && open.on[c]);
@@ -203,7 +179,7 @@ fn standable(walkable: &Map, ground: &[f32], free: &Map, scene: &Scene, plan: &P
 }
 
 /// Whether a point lies inside a ring, by the even-odd rule.
-pub(crate) fn inside(ring: &[DVec2], p: DVec2) -> bool {
+fn inside(ring: &[DVec2], p: DVec2) -> bool {
     let mut inside = false;
     for (i, a) in ring.iter().enumerate() {
         let b = ring[(i + 1) % ring.len()];
@@ -215,23 +191,14 @@ pub(crate) fn inside(ring: &[DVec2], p: DVec2) -> bool {
 }
 
 /// The part of a region that is indoors at a height.
-fn enclosed(region: Map, scene: &Scene, height: f32, side: Side) -> Map {
-    let grid = region.grid;
-    let block = (0.4 / grid.cell_m).round().max(1.0) as usize;
-    let (wide, high) = (grid.width.div_ceil(block), grid.height.div_ceil(block));
-    let indoors: Vec<bool> = (0..wide * high)
-        .into_par_iter()
-        .map(|b| {
-            let (x0, y0) = (b % wide * block, b / wide * block);
-            let cells = (y0..(y0 + block).min(grid.height))
-                .flat_map(|y| (x0..(x0 + block).min(grid.width)).map(move |x| y * grid.width + x));
-            let in_region: Vec<usize> = cells.filter(|c| region.on[*c]).collect();
-            in_region
-                .get(in_region.len() / 2)
-                .is_some_and(|c| Enclosure::at(scene, grid.middle(*c).as_vec2().extend(height)).indoors(side))
-        })
-        .collect();
-    Map::of(grid, |c| region.on[c] && indoors[c / grid.width / block * wide + c % grid.width / block])
+fn enclosed(mut region: Map, scene: &Scene, height: f32, side: Side) -> Map {
+    let outdoors = |cells: &Vec<usize>| {
+        let middle = region.grid.middle(cells[cells.len() / 2]);
+        !Enclosure::at(scene, middle.as_vec2().extend(height)).indoors(side)
+    };
+    let outdoors: Vec<Vec<usize>> = region.blocks(BLOCK_M).into_par_iter().filter(outdoors).collect();
+    outdoors.into_iter().flatten().for_each(|c| region.on[c] = false);
+    region
 }
 
 /// Blocks one cell wherever two blocked ones meet at a corner only, so that no outline touches itself.

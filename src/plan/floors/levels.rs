@@ -8,7 +8,6 @@
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use super::heightfield::Heightfield;
 use super::walkable::{Side, WalkableSpans};
 use crate::scene::{Ray, Scene};
 
@@ -36,17 +35,12 @@ pub(crate) struct Level {
     pub(crate) parts: Vec<bool>,
 }
 
-/// Finds the levels, from the lowest. `indoors` tells for each place.
-pub(crate) fn find_levels(
-    places: &WalkableSpans,
-    (indoors, side): (&[bool], Side),
-    columns: &Heightfield,
-    scene: &Scene,
-) -> Vec<Level> {
-    let cell_area = columns.grid.cell_area();
-    let core = core(places, indoors, columns);
+/// Finds the levels, from the lowest.
+pub(crate) fn find_levels(places: &WalkableSpans, scene: &Scene) -> Vec<Level> {
+    let cell_area = places.columns.grid.cell_area();
+    let core = core(places);
     let mut parts = vec![Component::default(); places.part_count()];
-    for (i, place) in places.list.iter().enumerate().filter(|(i, _)| indoors[*i]) {
+    for (i, place) in places.list.iter().enumerate().filter(|(_, p)| p.indoors) {
         let part = &mut parts[place.part as usize];
         part.places += 1;
         part.level += usize::from(place.level);
@@ -56,8 +50,8 @@ pub(crate) fn find_levels(
     }
     let mut fit: Vec<bool> =
         parts.iter().map(|p| 2 * p.level >= p.places && p.core.len() as f64 * cell_area >= LEAST_PART_M2).collect();
-    drop_insides(&mut fit, side, &parts, places, columns, scene);
-    drop_hollows(&mut fit, &parts, places, columns);
+    drop_insides(&mut fit, &parts, places, scene);
+    drop_hollows(&mut fit, &parts, places);
     let counted: Vec<usize> = (0..places.list.len())
         .filter(|i| core[*i] && places.list[*i].level && fit[places.list[*i].part as usize])
         .collect();
@@ -72,9 +66,10 @@ struct Component {
     core: Vec<usize>,
 }
 
-/// WalkableSpans with more of the same part all around.
-fn core(places: &WalkableSpans, indoors: &[bool], columns: &Heightfield) -> Vec<bool> {
-    let r = (CORE_M / columns.grid.cell_m).round().max(1.0) as isize;
+/// Which places have more of the same part all around.
+fn core(places: &WalkableSpans) -> Vec<bool> {
+    let grid = places.columns.grid;
+    let r = (CORE_M / grid.cell_m).round().max(1.0) as isize;
     let d = (0.7 * r as f64).round() as isize;
     let around = [(r, 0), (-r, 0), (0, r), (0, -r), (d, d), (-d, d), (d, -d), (-d, -d)];
     let same = |i: usize, cell: usize| {
@@ -84,28 +79,22 @@ fn core(places: &WalkableSpans, indoors: &[bool], columns: &Heightfield) -> Vec<
     (0..places.list.len())
         .into_par_iter()
         .map(|i| {
-            let cell = places.list[i].cell as usize;
-            indoors[i] && around.iter().all(|(x, y)| columns.grid.beside(cell, *x, *y).is_some_and(|c| same(i, c)))
+            let place = places.list[i];
+            let beside = |(x, y): &(isize, isize)| grid.beside(place.cell as usize, *x, *y);
+            place.indoors && around.iter().all(|step| beside(step).is_some_and(|c| same(i, c)))
         })
         .collect()
 }
 
 /// Drops parts that lie inside a wall or below a floor: they see backs where the rest sees fronts, or the other way
 /// about. Nothing is dropped where the model's winding means nothing.
-fn drop_insides(
-    fit: &mut [bool],
-    side: Side,
-    parts: &[Component],
-    places: &WalkableSpans,
-    columns: &Heightfield,
-    scene: &Scene,
-) {
-    if side == Side::Any {
+fn drop_insides(fit: &mut [bool], parts: &[Component], places: &WalkableSpans, scene: &Scene) {
+    if places.side == Side::Any {
         return;
     }
     let wrong = |part: &Component| {
-        let backs = back_share(&part.core, places, columns, scene);
-        if side == Side::Front { backs } else { 1.0 - backs }
+        let backs = back_share(&part.core, places, scene);
+        if places.side == Side::Front { backs } else { 1.0 - backs }
     };
     let right: Vec<bool> = parts.par_iter().zip(&*fit).map(|(part, fit)| *fit && wrong(part) < 0.8).collect();
     // where all are wrong, winding means something else here
@@ -116,9 +105,9 @@ fn drop_insides(
 
 /// Drops hollows beneath floors: parts of their own whose ceiling is a sheet that is itself walked on (unless the largest
 /// part has such a ceiling too: there, storeys are sheets), and small pits.
-fn drop_hollows(fit: &mut [bool], parts: &[Component], places: &WalkableSpans, columns: &Heightfield) {
+fn drop_hollows(fit: &mut [bool], parts: &[Component], places: &WalkableSpans) {
     let under = |part: &Component| {
-        let below = part.core.iter().filter(|i| below_sheet(**i, places, columns)).count();
+        let below = part.core.iter().filter(|i| below_sheet(**i, places)).count();
         below as f64 / part.core.len().max(1) as f64
     };
     let Some(largest) = (0..parts.len()).filter(|p| fit[*p]).max_by_key(|p| parts[*p].core.len()) else { return };
@@ -126,16 +115,16 @@ fn drop_hollows(fit: &mut [bool], parts: &[Component], places: &WalkableSpans, c
     let known = fit.to_vec();
     for p in (0..parts.len()).filter(|p| *p != largest) {
         let small = 4 * parts[p].core.len() < parts[largest].core.len();
-        fit[p] = fit[p] && (sheets || under(&parts[p]) < 0.4) && !(small && pit(p as u32, &known, places, columns));
+        fit[p] = fit[p] && (sheets || under(&parts[p]) < 0.4) && !(small && pit(p as u32, &known, places));
     }
 }
 
 /// Whether a part has no way out, but a floor higher than a step looks down on a good share of its rim: one can only
 /// fall into it.
-fn pit(part: u32, fit: &[bool], places: &WalkableSpans, columns: &Heightfield) -> bool {
+fn pit(part: u32, fit: &[bool], places: &WalkableSpans) -> bool {
     let (mut rim, mut overlooked) = (0, 0);
     for place in places.list.iter().filter(|p| p.part == part) {
-        for beside in columns.grid.neighbours(place.cell as usize) {
+        for beside in places.columns.grid.neighbours(place.cell as usize) {
             let mut others = places.column(beside).map(|i| places.list[i]);
             if others.clone().any(|o| o.part == part) {
                 continue;
@@ -148,20 +137,20 @@ fn pit(part: u32, fit: &[bool], places: &WalkableSpans, columns: &Heightfield) -
 }
 
 /// Whether what is next above a place is thin and a place itself.
-fn below_sheet(place: usize, places: &WalkableSpans, columns: &Heightfield) -> bool {
+fn below_sheet(place: usize, places: &WalkableSpans) -> bool {
     let (cell, z) = (places.list[place].cell as usize, places.list[place].z);
-    let above = columns.column(cell).iter().find(|s| s.low > z + 0.1);
+    let above = places.columns.column(cell).iter().find(|s| s.low > z + 0.1);
     above.is_some_and(|s| {
         s.high - s.low < 0.12 && places.column(cell).any(|other| (places.list[other].z - s.high).abs() < 0.01)
     })
 }
 
 /// The share of hits on backs, seen from 24 places of a part 1.2 m up.
-fn back_share(core: &[usize], places: &WalkableSpans, columns: &Heightfield, scene: &Scene) -> f64 {
+fn back_share(core: &[usize], places: &WalkableSpans, scene: &Scene) -> f64 {
     let (mut backs, mut hits) = (0usize, 0usize);
     for i in core.iter().step_by((core.len() / 24).max(1)) {
         let place = places.list[*i];
-        let origin = columns.grid.middle(place.cell as usize).as_vec2().extend(place.z + 1.2);
+        let origin = places.columns.grid.middle(place.cell as usize).as_vec2().extend(place.z + 1.2);
         for direction in crate::sphere::sphere(48) {
             let Some(hit) = scene.tracer.closest(&Ray { origin, direction }, 1e-3) else { continue };
             let normal = scene.mesh.normal(hit.triangle);

@@ -28,13 +28,8 @@ impl Grid {
     }
 
     /// How many cells there are.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.width * self.height
-    }
-
-    /// Whether there is no cell.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// A cell's area in square metres.
@@ -188,9 +183,27 @@ impl Map {
         closed
     }
 
-    /// The connected parts (cells that share a side), each as a rising list of cells, in the order of their first cells.
+    /// The cells that are on, in rising order, by squares of about `side_m` that hold any, row by row.
+    pub(crate) fn blocks(&self, side_m: f64) -> Vec<Vec<usize>> {
+        let block = (side_m / self.grid.cell_m).round().max(1.0) as usize;
+        let wide = self.grid.width.div_ceil(block);
+        let mut blocks = vec![Vec::new(); wide * self.grid.height.div_ceil(block)];
+        for cell in self.cells() {
+            blocks[cell / self.grid.width / block * wide + cell % self.grid.width / block].push(cell);
+        }
+        blocks.retain(|cells| !cells.is_empty());
+        blocks
+    }
+
+    /// For each cell that is on the number of its connected part (cells that share a side), from 0 in the order of their
+    /// first cells.
+    pub(crate) fn labels(&self) -> Vec<u32> {
+        components(self.on.len(), |c| self.on[c], |c| self.grid.neighbours(c))
+    }
+
+    /// The connected parts, each as a rising list of cells, in the order of their first cells.
     pub fn parts(&self) -> Vec<Vec<usize>> {
-        members(&components(self.on.len(), |c| self.on[c], |c| self.grid.neighbours(c)))
+        members(&self.labels())
     }
 
     /// The parts of this map that hold a cell of `seeds`.

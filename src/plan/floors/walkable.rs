@@ -13,7 +13,7 @@ pub(crate) const STEP_M: f32 = 0.25;
 /// A person is so wide, metres.
 const SHOULDERS_M: f64 = 0.4;
 /// Indoors or not is told once for squares of about this side, metres.
-const BLOCK_M: f64 = 0.4;
+pub(crate) const BLOCK_M: f64 = 0.4;
 
 /// A top that can be walked on.
 #[derive(Clone, Copy, Debug)]
@@ -25,17 +25,22 @@ pub(crate) struct WalkableSpan {
     pub(crate) level: bool,
     /// Which connected part of all places it belongs to.
     pub(crate) part: u32,
+    /// Whether it is indoors at probe height.
+    pub(crate) indoors: bool,
 }
 
 /// All walkable places, column by column and from below.
 pub(crate) struct WalkableSpans {
+    pub(crate) columns: Heightfield,
     pub(crate) list: Vec<WalkableSpan>,
     starts: Vec<u32>,
+    /// Which side of triangles is seen from indoors.
+    pub(crate) side: Side,
 }
 
 impl WalkableSpans {
-    /// The places with `headroom_m` above them.
-    pub(crate) fn new(columns: &Heightfield, headroom_m: f32) -> Self {
+    /// The places with `headroom_m` above them; whether they are indoors is told `height_m` above them.
+    pub(crate) fn new(columns: Heightfield, scene: &Scene, headroom_m: f32, height_m: f32) -> Self {
         let mut list = Vec::new();
         let mut starts = Vec::with_capacity(columns.grid.len() + 1);
         for cell in 0..columns.grid.len() {
@@ -44,13 +49,15 @@ impl WalkableSpans {
             for (i, span) in spans.iter().enumerate() {
                 let free = spans.get(i + 1).map_or(f32::INFINITY, |above| above.low - span.high);
                 if span.top >= Top::Sloped && free >= headroom_m {
-                    list.push(WalkableSpan { cell: cell as u32, z: span.high, level: span.top == Top::Level, part: 0 });
+                    let (cell, level) = (cell as u32, span.top == Top::Level);
+                    list.push(WalkableSpan { cell, z: span.high, level, part: 0, indoors: false });
                 }
             }
         }
         starts.push(list.len() as u32);
-        let mut places = Self { list, starts };
-        places.join(columns);
+        let mut places = Self { columns, list, starts, side: Side::Any };
+        places.join();
+        places.enclose(scene, height_m);
         places
     }
 
@@ -60,11 +67,11 @@ impl WalkableSpans {
     }
 
     /// Numbers the connected parts by their first place.
-    fn join(&mut self, columns: &Heightfield) {
+    fn join(&mut self) {
         let spans = &*self;
         let steps = |at: usize| {
             let WalkableSpan { cell, z, .. } = spans.list[at];
-            let beside = columns.grid.neighbours(cell as usize).flat_map(move |c| spans.column(c));
+            let beside = spans.columns.grid.neighbours(cell as usize).flat_map(move |c| spans.column(c));
             beside.filter(move |other| (spans.list[*other].z - z).abs() <= STEP_M)
         };
         let part = components(self.list.len(), |_| true, steps);
@@ -72,13 +79,8 @@ impl WalkableSpans {
     }
 
     /// The places that a person walks to from some, staying indoors and where there is room for shoulders.
-    pub(crate) fn walked_to(
-        &self,
-        from: impl Iterator<Item = usize>,
-        indoors: &[bool],
-        columns: &Heightfield,
-    ) -> Vec<bool> {
-        let grid = columns.grid;
+    pub(crate) fn walked_to(&self, from: impl Iterator<Item = usize>) -> Vec<bool> {
+        let grid = self.columns.grid;
         let reach = (0.5 * SHOULDERS_M / grid.cell_m).round().max(1.0) as isize;
         let near = |place: WalkableSpan, cell: usize| {
             self.column(cell).filter(move |other| (self.list[*other].z - place.z).abs() <= STEP_M)
@@ -86,7 +88,7 @@ impl WalkableSpans {
         let fits = |i: usize| {
             let place = self.list[i];
             let room = |(x, y)| grid.beside(place.cell as usize, x, y).is_some_and(|c| near(place, c).next().is_some());
-            indoors[i] && [(reach, 0), (-reach, 0), (0, reach), (0, -reach)].into_iter().all(room)
+            place.indoors && [(reach, 0), (-reach, 0), (0, reach), (0, -reach)].into_iter().all(room)
         };
         let mut reached = vec![false; self.list.len()];
         let mut queue: Vec<usize> = from.collect();
@@ -108,11 +110,12 @@ impl WalkableSpans {
         self.list.iter().map(|p| p.part as usize + 1).max().unwrap_or(0)
     }
 
-    /// For each place, whether it is indoors `height_m` above it, and which side of triangles is seen from indoors.
-    pub(crate) fn indoors(&self, columns: &Heightfield, scene: &Scene, height_m: f32) -> (Vec<bool>, Side) {
-        let block = (BLOCK_M / columns.grid.cell_m).round().max(1.0) as usize;
+    /// Tells whether each place is indoors `height_m` above it, and which side of triangles is seen from indoors.
+    fn enclose(&mut self, scene: &Scene, height_m: f32) {
+        let grid = self.columns.grid;
+        let block = (BLOCK_M / grid.cell_m).round().max(1.0) as usize;
         let key = |place: &WalkableSpan| {
-            let (x, y) = (place.cell as usize % columns.grid.width, place.cell as usize / columns.grid.width);
+            let (x, y) = (place.cell as usize % grid.width, place.cell as usize / grid.width);
             (place.part, y / block, x / block, (2.0 * place.z).floor() as i32)
         };
         let mut first: BTreeMap<_, usize> = BTreeMap::new();
@@ -124,19 +127,19 @@ impl WalkableSpans {
             .into_par_iter()
             .map(|(key, i)| {
                 let place = self.list[i];
-                let at = columns.grid.middle(place.cell as usize).as_vec2();
+                let at = grid.middle(place.cell as usize).as_vec2();
                 (key, Enclosure::at(scene, at.extend(place.z + height_m)))
             })
             .collect();
-        let side = if edges(&scene.mesh).winding_is_meaningful() {
+        self.side = if edges(&scene.mesh).winding_is_meaningful() {
             let closed = || told.iter().map(|(_, e)| e).filter(|e| e.closed());
             let fronts = closed().filter(|e| e.backs < 0.5).count();
             if 2 * fronts >= closed().count() { Side::Front } else { Side::Back }
         } else {
             Side::Any
         };
-        let told: BTreeMap<_, bool> = told.into_iter().map(|(key, e)| (key, e.indoors(side))).collect();
-        (self.list.iter().map(|place| told[&key(place)]).collect(), side)
+        let told: BTreeMap<_, bool> = told.into_iter().map(|(key, e)| (key, e.indoors(self.side))).collect();
+        self.list.iter_mut().for_each(|place| place.indoors = told[&key(place)]);
     }
 }
 
