@@ -7,7 +7,6 @@
 mod building;
 
 use clerestory::plan::free_space::open_space::OpenSpace;
-use clerestory::plan::visibility::isovist::{Isovist, Scratch};
 use glam::DVec2;
 use std::time::Instant;
 
@@ -18,11 +17,9 @@ fn main() -> anyhow::Result<()> {
     let polygon = building::building(corners, holes, 1);
     let open = OpenSpace::new(std::slice::from_ref(&polygon))?;
     let places = building::places(&open, 10_000);
-    let (mut scratch, mut seen) = (Scratch::default(), Isovist::default());
     let (start, mut points) = (Instant::now(), 0);
     for &p in &places {
-        open.visibility_into(p, &mut scratch, &mut seen);
-        points += seen.ring.len();
+        points += open.visibility(p).map_or(0, |seen| seen.ring.len());
     }
     let (each, points) = (start.elapsed().as_secs_f64() * 1e6 / 1e4, points as f64 / 1e4);
     eprintln!(

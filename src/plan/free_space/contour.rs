@@ -1,6 +1,7 @@
 //! From a yes/no map to polygons.
 
 use glam::DVec2;
+use std::collections::BTreeMap;
 
 use super::polygon::{Polygon, Ring, ring_area};
 use crate::plan::floors::raster::{Grid, Map};
@@ -12,27 +13,21 @@ const STEPS: [(isize, isize); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 /// outline moves by more than `tolerance_m` (Douglas and Peucker 1973). Outer rings turn left, holes right. A
 /// tolerance of 0 keeps every corner.
 pub fn polygons(map: &Map, tolerance_m: f64) -> Vec<Polygon> {
-    let grid = map.grid;
-    let mut label = vec![u32::MAX; grid.len()];
-    let parts = map.parts();
-    for (i, part) in parts.iter().enumerate() {
-        part.iter().for_each(|c| label[*c] = i as u32);
-    }
-    let mut polygons = vec![Polygon::default(); parts.len()];
+    let part = map.labels();
+    let mut polygons: BTreeMap<u32, Polygon> = BTreeMap::new();
     for (cell, ring) in rings(map) {
         let simple = thinned(&ring, tolerance_m);
         if simple.len() < 3 {
             continue;
         }
-        let polygon = &mut polygons[label[cell] as usize];
+        let polygon = polygons.entry(part[cell]).or_default();
         if ring_area(&ring) > 0.0 {
             polygon.outer = simple;
         } else {
             polygon.holes.push(simple);
         }
     }
-    polygons.retain(|p| p.outer.len() > 2);
-    polygons
+    polygons.into_values().filter(|p| p.outer.len() > 2).collect()
 }
 
 /// Closed outlines along cell sides, cells that are on to the left, corners only; each with a cell beside it.
@@ -96,26 +91,27 @@ fn thinned(ring: &[DVec2], tolerance_m: f64) -> Ring {
     let b = far(ring[a]);
     let (a, b) = (a.min(b), a.max(b));
     let turned: Vec<DVec2> = (0..=ring.len()).map(|i| ring[(a + i) % ring.len()]).collect();
-    let off = |i: usize, [from, to]: [usize; 2]| from_segment(turned[i], turned[from], turned[to]);
-    let keep = simplified(&[0, b - a, ring.len()], tolerance_m, off);
-    // the last point is the first again
-    turned.into_iter().zip(keep).take(ring.len()).filter(|(_, keep)| *keep).map(|(p, _)| p).collect()
+    let mut simple = simplified(&turned, &[0, b - a, ring.len()], tolerance_m);
+    // the first again
+    simple.pop();
+    simple
 }
 
-/// Which points of a line stay where corners that move it by no more than a tolerance are left out (Douglas and Peucker
-/// 1973): the `anchors`, in order, and those that need to; `off` tells how far a point is from the stretch between two.
-pub(crate) fn simplified(anchors: &[usize], tolerance: f64, off: impl Fn(usize, [usize; 2]) -> f64) -> Vec<bool> {
-    let mut keep = vec![false; anchors.last().map_or(0, |last| last + 1)];
+/// A line without corners that move it by no more than a tolerance (Douglas and Peucker 1973). The points of the numbers in
+/// `anchors`, in order from its first to its last, stay in any case.
+pub(crate) fn simplified(line: &[DVec2], anchors: &[usize], tolerance: f64) -> Vec<DVec2> {
+    let mut keep = vec![false; line.len()];
     anchors.iter().for_each(|anchor| keep[*anchor] = true);
     let mut open: Vec<[usize; 2]> = anchors.windows(2).map(|pair| [pair[0], pair[1]]).collect();
     while let Some([from, to]) = open.pop() {
-        let worst = (from + 1..to).map(|i| (off(i, [from, to]), i)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let off = |i: usize| (from_segment(line[i], line[from], line[to]), i);
+        let worst = (from + 1..to).map(off).max_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((_, i)) = worst.filter(|(distance, _)| *distance > tolerance) {
             keep[i] = true;
             open.extend([[from, i], [i, to]]);
         }
     }
-    keep
+    line.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
 }
 
 /// Distance of a point from a segment.

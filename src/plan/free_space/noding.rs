@@ -9,6 +9,8 @@ use i_overlay::float::single::SingleFloatOverlay;
 type Contour = Vec<[f64; 2]>;
 type Shape = Vec<Contour>;
 
+const NOTHING: Vec<Shape> = Vec::new();
+
 /// The union of the polygons, each less its holes, as polygons whose rings do not cross. A ring that crosses itself
 /// holds what is enclosed an odd number of times.
 ///
@@ -16,34 +18,31 @@ type Shape = Vec<Contour>;
 /// finer grid than the input's errors makes slivers, and takes for ever.
 pub(crate) fn resolve(polygons: &[Polygon]) -> Vec<Polygon> {
     let grid = grid_of(polygons);
+    let clean = |ring: &Ring| {
+        vec![rounded(&contour(ring), grid)].overlay_as::<i64>(&NOTHING, OverlayRule::Subject, FillRule::EvenOdd)
+    };
     let mut all: Vec<Shape> = Vec::new();
     for polygon in polygons {
-        let outer = clean(&[contour(&polygon.outer, grid)]);
-        let mut holes: Vec<Shape> = Vec::new();
-        for hole in &polygon.holes {
-            holes.extend(clean(&[contour(hole, grid)]));
-        }
-        all.extend(outer.overlay_as::<i64>(&union(&holes), OverlayRule::Difference, FillRule::EvenOdd));
+        let holes = polygon.holes.iter().flat_map(clean).collect();
+        let outer = clean(&polygon.outer);
+        all.extend(outer.overlay_as::<i64>(&union(holes), OverlayRule::Difference, FillRule::EvenOdd));
     }
     // what comes out is rounded again, so that crossings lie on the grid too, and noded again, since that moves them
-    let all = union(&all).iter().map(|s| s.iter().map(|c| rounded(c, grid)).collect()).collect::<Vec<Shape>>();
-    union(&all).into_iter().filter_map(polygon_of).collect()
+    let all = union(all).iter().map(|shape| shape.iter().map(|c| rounded(c, grid)).collect()).collect();
+    union(all).into_iter().filter_map(polygon_of).collect()
+}
+
+/// What is left of polygons when others are taken away; its rings turn left, and right about holes.
+pub(crate) fn less(polygons: &[Polygon], taken: &[Polygon]) -> Vec<Polygon> {
+    let shapes = |polygons: &[Polygon]| polygons.iter().map(shape_of).collect::<Vec<Shape>>();
+    let taken = union(shapes(taken));
+    let left = shapes(polygons).overlay_as::<i64>(&taken, OverlayRule::Difference, FillRule::NonZero);
+    left.into_iter().filter_map(polygon_of).collect()
 }
 
 /// The union of shapes whose outer contours turn left and whose holes turn right.
-pub(crate) fn union(shapes: &[Shape]) -> Vec<Shape> {
-    let none: Vec<Shape> = Vec::new();
-    shapes.to_vec().overlay_as::<i64>(&none, OverlayRule::Subject, FillRule::NonZero)
-}
-
-/// `region` less `taken`; both are shapes as [`union`] takes them.
-pub(crate) fn less(region: &Vec<Shape>, taken: &Vec<Shape>) -> Vec<Shape> {
-    region.overlay_as::<i64>(taken, OverlayRule::Difference, FillRule::NonZero)
-}
-
-fn clean(contours: &[Contour]) -> Vec<Shape> {
-    let none: Vec<Shape> = Vec::new();
-    contours.to_vec().overlay_as::<i64>(&none, OverlayRule::Subject, FillRule::EvenOdd)
+fn union(shapes: Vec<Shape>) -> Vec<Shape> {
+    shapes.overlay_as::<i64>(&NOTHING, OverlayRule::Subject, FillRule::NonZero)
 }
 
 fn grid_of(polygons: &[Polygon]) -> f64 {
@@ -54,12 +53,24 @@ fn grid_of(polygons: &[Polygon]) -> f64 {
     (extent.log2().ceil() - 21.0).exp2()
 }
 
-fn contour(ring: &[DVec2], grid: f64) -> Contour {
-    rounded(&ring.iter().map(|p| p.to_array()).collect::<Contour>(), grid)
+fn contour(ring: &[DVec2]) -> Contour {
+    ring.iter().map(DVec2::to_array).collect()
 }
 
 fn rounded(contour: &[[f64; 2]], grid: f64) -> Contour {
     contour.iter().map(|p| p.map(|v| (v / grid).round() * grid)).collect()
+}
+
+/// A polygon's border turned left, its holes right.
+fn shape_of(polygon: &Polygon) -> Shape {
+    let turned = |(ring, inside_left): (&Ring, bool)| {
+        let mut contour = contour(ring);
+        if !inside_left {
+            contour.reverse();
+        }
+        contour
+    };
+    polygon.sided_rings().map(turned).collect()
 }
 
 fn polygon_of(shape: Shape) -> Option<Polygon> {

@@ -4,9 +4,10 @@ use super::cells::Cells;
 use super::noding;
 use super::polygon::{Polygon, PolygonError, checked};
 use super::predicates::orient;
-use super::triangulation::{Triangle, Triangles, Unfit, WALL, triangulate};
+use super::triangulation::{Triangle, WALL, triangulate};
 use crate::lists::Lists;
 use glam::DVec2;
+use smallvec::SmallVec;
 
 /// Open space: polygons with holes, cut into triangles. Its border belongs to it.
 ///
@@ -54,23 +55,18 @@ impl OpenSpace {
     /// ring of fewer than three points, a coordinate that is not finite or beyond ±10¹², nothing inside.
     pub fn new(polygons: &[Polygon]) -> Result<Self, PolygonError> {
         let given = checked(polygons)?;
-        match triangulate(&given) {
-            Ok(triangles) => Ok(Self::from_triangles(triangles, given, false)),
-            Err(Unfit::Error(e)) => Err(e),
-            Err(Unfit::Crossing(_) | Unfit::Rings) => {
-                let clean = checked(&noding::resolve(&given)).map_err(|_| PolygonError::NoInside)?;
-                match triangulate(&clean) {
-                    Ok(triangles) => Ok(Self::from_triangles(triangles, clean, true)),
-                    Err(Unfit::Error(e)) => Err(e),
-                    Err(Unfit::Crossing(p)) => Err(PolygonError::Crossing { x: p.x, y: p.y }),
-                    Err(Unfit::Rings) => Err(PolygonError::NoInside),
-                }
-            }
+        if let Ok(triangulation) = triangulate(&given) {
+            return Ok(Self::from_triangles(triangulation, given, false));
         }
+        let clean = checked(&noding::resolve(&given)).map_err(|_| PolygonError::NoInside)?;
+        Ok(Self::from_triangles(triangulate(&clean)?, clean, true))
     }
 
-    fn from_triangles(parts: Triangles, polygons: Vec<Polygon>, altered: bool) -> Self {
-        let (corners, triangles) = in_order_of_use(parts);
+    fn from_triangles(
+        (corners, triangles): (Vec<DVec2>, Vec<Triangle>),
+        polygons: Vec<Polygon>,
+        altered: bool,
+    ) -> Self {
         let fans = || (0u32..).zip(&triangles).flat_map(|(t, triangle)| triangle.corners.map(|c| (c, t)));
         let around = Lists::of(corners.len(), fans);
         let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
@@ -113,28 +109,28 @@ impl OpenSpace {
         self.bounds.into()
     }
 
+    /// The longer side of its bounds.
+    pub(crate) fn extent(&self) -> f64 {
+        (self.bounds[1] - self.bounds[0]).max_element()
+    }
+
     /// The point itself if it lies inside, else the nearest found a hair (10⁻¹² of the extent) inside a wall that is
     /// no further than 10⁻⁹ of the extent; for points that were constructed on a wall and rounded out of it.
     pub fn pulled_in(&self, p: DVec2) -> Option<DVec2> {
         if self.contains(p) {
             return Some(p);
         }
-        let [low, high] = self.bounds;
-        let extent = (high - low).max_element();
-        let reach = extent * 1e-9;
-        for &t in self.cells.get(self.cells.xy(p)) {
-            let [a, b, c] = self.points(t);
-            let near = [(a, b), (b, c), (c, a)].iter().all(|&(a, b)| orient(a, b, p) >= -reach * a.distance(b));
-            let pulled = || p + ((a + b + c) / 3.0 - p).normalize_or_zero() * (extent * 1e-12);
-            if near && self.contains(pulled()) {
-                return Some(pulled());
-            }
-            let pulled = || p + ((a + b + c) / 3.0 - p).normalize_or_zero() * (extent * 1e-11);
-            if near && self.contains(pulled()) {
-                return Some(pulled());
-            }
-        }
-        None
+        let extent = self.extent();
+        let near = |&[a, b, c]: &[DVec2; 3]| {
+            [(a, b), (b, c), (c, a)].into_iter().all(|(a, b)| orient(a, b, p) >= -extent * 1e-9 * a.distance(b))
+        };
+        let triangles = self.cells.get(self.cells.xy(p)).iter().map(|&t| self.points(t)).filter(near);
+        triangles
+            .flat_map(|[a, b, c]| {
+                let inwards = ((a + b + c) / 3.0 - p).normalize_or_zero();
+                [1e-12, 1e-11].map(|hair| p + inwards * (extent * hair))
+            })
+            .find(|pulled| self.contains(*pulled))
     }
 
     /// Where a point lies, exactly; `None` outside.
@@ -171,39 +167,19 @@ impl OpenSpace {
 
     /// Triangles around a corner, in no order.
     pub(crate) fn fan(&self, corner: u32) -> &[u32] {
-        let v = corner as usize;
-        self.around.get(v)
+        self.around.get(corner as usize)
     }
 
-    /// The triangles a place belongs to, one, two or a fan, into `list`.
-    pub(crate) fn triangles_at(&self, place: Location, list: &mut Vec<u32>) {
-        list.clear();
+    /// The triangles a place belongs to: one, two or a fan.
+    pub(crate) fn triangles_at(&self, place: Location) -> SmallVec<[u32; 8]> {
         match place {
-            Location::Inside(t) => list.push(t),
+            Location::Inside(t) => SmallVec::from_iter([t]),
             Location::Edge(t, i) => {
-                list.push(t);
-                let other = self.triangles[t as usize].across[i];
-                list.extend((other != WALL).then_some(other));
+                [t, self.triangles[t as usize].across[i]].into_iter().filter(|t| *t != WALL).collect()
             }
-            Location::Corner(v) => list.extend_from_slice(self.fan(v)),
+            Location::Corner(v) => SmallVec::from_slice(self.fan(v)),
         }
     }
-}
-
-/// Renumbers corners in the order triangles use them: neighbours then lie near each other in memory.
-fn in_order_of_use(parts: Triangles) -> (Vec<DVec2>, Vec<Triangle>) {
-    let mut number = vec![u32::MAX; parts.corners.len()];
-    let mut corners = Vec::new();
-    let mut triangles = parts.triangles;
-    for corner in triangles.iter_mut().flat_map(|t| &mut t.corners) {
-        let n = &mut number[*corner as usize];
-        if *n == u32::MAX {
-            *n = corners.len() as u32;
-            corners.push(parts.corners[*corner as usize]);
-        }
-        *corner = *n;
-    }
-    (corners, triangles)
 }
 
 /// Triangles by the cells that they may touch.
@@ -231,4 +207,16 @@ fn touches(cells: &Cells, [x, y]: [usize; 2], [a, b, c]: [DVec2; 3]) -> bool {
         normal.dot(centre - a) + 1.01 * half.dot(normal.abs()) < 0.0
     };
     !(out(a, b) || out(b, c) || out(c, a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coordinate_too_small_for_the_triangulation_counts_as_nought() {
+        let outer = [(0.0, 1e-60), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(DVec2::from).to_vec();
+        let open = OpenSpace::new(&[Polygon { outer, holes: vec![] }]).unwrap();
+        assert!((open.area() - 4.0).abs() < 1e-9, "{}", open.area());
+    }
 }

@@ -20,6 +20,11 @@ impl Polygon {
         std::iter::once(&self.outer).chain(&self.holes)
     }
 
+    /// All rings, each with whether the region lies left of it.
+    pub(crate) fn sided_rings(&self) -> impl Iterator<Item = (&Ring, bool)> {
+        self.rings().enumerate().map(|(k, ring)| (ring, (ring_area(ring) > 0.0) == (k == 0)))
+    }
+
     /// The border's area less the holes', each without sign; right for rings that do not cross.
     pub fn area(&self) -> f64 {
         ring_area(&self.outer).abs() - self.holes.iter().map(|h| ring_area(h).abs()).sum::<f64>()

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-use super::contour::{from_segment, simplified};
+use super::contour::simplified;
 use crate::plan::floors::floor::Floor;
 use crate::plan::floors::raster::Map;
 use crate::scene::Mesh;
@@ -80,16 +80,9 @@ fn joined(segments: &[[DVec2; 2]]) -> Vec<Line> {
         line.reverse();
         line.extend([*a, *b]);
         line.extend(follow(*b, &mut done));
-        lines.push(thinned(&line));
+        lines.push(simplified(&line, &[0, line.len() - 1], STRAIGHT_M));
     }
     lines
-}
-
-/// A line without corners that move it by less than [`STRAIGHT_M`] (Douglas and Peucker 1973).
-fn thinned(line: &[DVec2]) -> Line {
-    let off = |i: usize, [from, to]: [usize; 2]| from_segment(line[i], line[from], line[to]);
-    let keep = simplified(&[0, line.len() - 1], STRAIGHT_M, off);
-    line.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
 }
 
 /// What stands on a floor below a lens: the model cut a little above seats and below tables, where the lens has room.

@@ -2,7 +2,6 @@
 
 use super::polygon::{Polygon, PolygonError};
 use glam::DVec2;
-use spade::handles::FixedFaceHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 /// No triangle: a wall.
@@ -15,27 +14,15 @@ pub(crate) struct Triangle {
     pub(crate) across: [u32; 3],
 }
 
-/// Corners and triangles of the inside only.
-pub(crate) struct Triangles {
-    pub(crate) corners: Vec<DVec2>,
-    pub(crate) triangles: Vec<Triangle>,
-}
+type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
-/// What may be wrong with the rings.
-pub(crate) enum Unfit {
-    /// Two edges cross here.
-    Crossing(DVec2),
-    /// Rings overlap, nest or lie outside each other.
-    Rings,
-    /// Cannot be.
-    Error(PolygonError),
-}
-
-/// Triangulates the inside: what an odd number of ring edges separates from the outside.
+/// The corners and triangles of the inside: what an odd number of ring edges separates from the outside.
 ///
-/// [`Unfit`] when edges cross or when the inside's area is not that of the outer rings less that of the holes.
-pub(crate) fn triangulate(polygons: &[Polygon]) -> Result<Triangles, Unfit> {
-    type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
+/// # Errors
+///
+/// When edges cross or when the inside's area is not that of the outer rings less that of the holes: rings overlap, nest or
+/// lie outside each other.
+pub(crate) fn triangulate(polygons: &[Polygon]) -> Result<(Vec<DVec2>, Vec<Triangle>), PolygonError> {
     let mut points = Vec::new();
     let mut edges = Vec::new();
     for ring in polygons.iter().flat_map(Polygon::rings) {
@@ -46,60 +33,49 @@ pub(crate) fn triangulate(polygons: &[Polygon]) -> Result<Triangles, Unfit> {
     let mut conflict = None;
     let given = points.clone();
     let cdt = Cdt::try_bulk_load_cdt(points, edges, |e| conflict = conflict.or(Some(e)));
-    let cdt = cdt.map_err(|_| Unfit::Error(PolygonError::NoInside))?;
+    let cdt = cdt.map_err(|_| PolygonError::NoInside)?;
     if let Some([a, _]) = conflict {
         let p = given.get(a).copied().unwrap_or(Point2::new(0.0, 0.0));
-        return Err(Unfit::Crossing(DVec2::new(p.x, p.y)));
+        return Err(PolygonError::Crossing { x: p.x, y: p.y });
     }
-    let (corners, inside) = (corners_of(&cdt), inside_of(&cdt));
-    let triangles = pack(&cdt, &inside);
+    let (corners, triangles) = pack(&cdt, &inside_of(&cdt));
     let area: f64 = triangles.iter().map(|t| t.corners.map(|c| corners[c as usize])).map(area_of).sum();
     let expected: f64 = polygons.iter().map(Polygon::area).sum();
     let fits = (area - expected).abs() <= 1e-9 * expected.abs();
-    if triangles.is_empty() || !fits { Err(Unfit::Rings) } else { Ok(Triangles { corners, triangles }) }
+    if triangles.is_empty() || !fits { Err(PolygonError::NoInside) } else { Ok((corners, triangles)) }
 }
 
 fn area_of([a, b, c]: [DVec2; 3]) -> f64 {
     (b - a).perp_dot(c - a) / 2.0
 }
 
-fn corners_of(cdt: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<DVec2> {
-    cdt.vertices().map(|v| DVec2::new(v.position().x, v.position().y)).collect()
-}
-
 /// Floods from outside; each ring edge that is crossed turns inside to outside and back.
-fn inside_of(cdt: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool> {
+fn inside_of(cdt: &Cdt) -> Vec<bool> {
     let mut inside = vec![None; cdt.num_all_faces()];
-    let mut front: Vec<FixedFaceHandle<_>> = vec![cdt.outer_face().fix()];
-    inside[cdt.outer_face().fix().index()] = Some(false);
-    let mut visit = |face: FixedFaceHandle<_>, value: bool, front: &mut Vec<_>| {
-        if inside[face.index()].is_none() {
-            inside[face.index()] = Some(value);
-            front.push(face);
-        }
-        value
-    };
-    let mut of_front = vec![false];
-    while let (Some(face), Some(here)) = (front.pop(), of_front.pop()) {
+    let outer = cdt.outer_face().fix();
+    inside[outer.index()] = Some(false);
+    let mut front = vec![(outer, false)];
+    while let Some((face, here)) = front.pop() {
         let edges: Vec<_> = match cdt.face(face).as_inner() {
             Some(inner) => inner.adjacent_edges().to_vec(),
             None => cdt.convex_hull().collect(),
         };
         for edge in edges {
             let edge = if edge.face().fix() == face { edge } else { edge.rev() };
-            let there = here ^ edge.is_constraint_edge();
-            let before = front.len();
-            visit(edge.rev().face().fix(), there, &mut front);
-            if front.len() > before {
-                of_front.push(there);
+            let beyond = edge.rev().face().fix();
+            if inside[beyond.index()].is_none() {
+                let there = here ^ edge.is_constraint_edge();
+                inside[beyond.index()] = Some(there);
+                front.push((beyond, there));
             }
         }
     }
     inside.into_iter().map(|v| v.unwrap_or(false)).collect()
 }
 
-/// The inside faces, in breadth-first order, so that neighbours lie near each other in memory.
-fn pack(cdt: &ConstrainedDelaunayTriangulation<Point2<f64>>, inside: &[bool]) -> Vec<Triangle> {
+/// The inside faces in breadth-first order and their corners in the order of use, so that neighbours lie near each other in
+/// memory.
+fn pack(cdt: &Cdt, inside: &[bool]) -> (Vec<DVec2>, Vec<Triangle>) {
     let mut number = vec![WALL; cdt.num_all_faces()];
     let mut order = Vec::new();
     for seed in cdt.inner_faces().filter(|f| inside[f.fix().index()]) {
@@ -120,16 +96,23 @@ fn pack(cdt: &ConstrainedDelaunayTriangulation<Point2<f64>>, inside: &[bool]) ->
             next += 1;
         }
     }
-    order
-        .iter()
-        .map(|face| {
-            let edges = face.adjacent_edges();
-            let corners = edges.map(|e| e.from().fix().index() as u32);
-            let beyond = |i: usize| {
-                let edge = edges[(i + 1) % 3];
-                if edge.is_constraint_edge() { WALL } else { number[edge.rev().face().fix().index()] }
-            };
-            Triangle { corners, across: [beyond(0), beyond(1), beyond(2)] }
-        })
-        .collect()
+    let (mut corners, mut corner_number) = (Vec::new(), vec![u32::MAX; cdt.num_vertices()]);
+    let triangles = order.iter().map(|face| {
+        let edges = face.adjacent_edges();
+        let own = edges.map(|edge| {
+            let corner = &mut corner_number[edge.from().fix().index()];
+            if *corner == u32::MAX {
+                *corner = corners.len() as u32;
+                corners.push(DVec2::new(edge.from().position().x, edge.from().position().y));
+            }
+            *corner
+        });
+        let beyond = |i: usize| {
+            let edge = edges[(i + 1) % 3];
+            if edge.is_constraint_edge() { WALL } else { number[edge.rev().face().fix().index()] }
+        };
+        Triangle { corners: own, across: [beyond(0), beyond(1), beyond(2)] }
+    });
+    let triangles = triangles.collect();
+    (corners, triangles)
 }

@@ -31,9 +31,7 @@ impl Candidates {
     /// The corners of the open space.
     pub(crate) fn new(open: &OpenSpace) -> Self {
         let points = open.corners().to_vec();
-        let (low, high) = open.bounds();
-        let extent = (high - low).max_element();
-        let known = points.iter().map(|&p| place_key(p, extent)).zip(0..).collect();
+        let known = points.iter().map(|&p| place_key(p, open.extent())).zip(0..).collect();
         Self { sees: vec![Vec::new(); points.len()], points, known, ..Self::default() }
     }
 
@@ -49,11 +47,10 @@ impl Candidates {
     /// Adds what the regions of all witnesses make necessary, and asks; false if time ran out.
     pub(crate) fn arrange(&mut self, open: &OpenSpace, regions: &[WitnessRegion], until: Option<Instant>) -> bool {
         self.ask(open, regions);
-        let (low, high) = open.bounds();
-        let extent = (high - low).max_element();
+        let extent = open.extent();
         let rays = Rays::of(regions, extent);
         let cells = by_cell(open, regions, 0, rays.list.len() * 4);
-        let rays_of = crossings::by_cell((low, high), &rays);
+        let rays_of = crossings::by_cell(open.bounds(), &rays);
         rays.corners(&rays_of, until, |p, of| self.add(p, of, extent, &cells, regions))
     }
 
@@ -80,7 +77,7 @@ impl Candidates {
 fn by_cell(open: &OpenSpace, regions: &[WitnessRegion], first: usize, questions: usize) -> Cells {
     let (low, high) = open.bounds();
     let across = (questions as f64 / 4.0).sqrt().clamp(1.0, 256.0).ceil() as usize;
-    let reach = (high - low).max_element() * 1e-9;
+    let reach = open.extent() * 1e-9;
     Cells::new(low, high - low, [across; 2], |cells, add| {
         for (w, region) in (0..).zip(regions).skip(first) {
             cells.within(region.low - reach, region.high + reach).for_each(|cell| add(cell, w));

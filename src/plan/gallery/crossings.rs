@@ -11,7 +11,6 @@ use super::witness_region::{Ray, WitnessRegion};
 use crate::plan::free_space::cells::Cells;
 use glam::DVec2;
 use std::collections::HashSet;
-use std::ops::Range;
 use std::time::Instant;
 
 /// A direction that is hardly a wall's: of a cell's corners the one lowest along it stands for all.
@@ -63,9 +62,8 @@ struct Kept {
 
 impl Rays {
     pub(crate) fn of(regions: &[WitnessRegion], extent: f64) -> Self {
-        let rays =
-            |(w, region): (usize, &WitnessRegion)| region.rays.iter().map(move |&r| (w as u32, r)).collect::<Vec<_>>();
-        Self { list: regions.iter().enumerate().flat_map(rays).collect(), extent, tolerance: extent * 2e-9 }
+        let list = (0..).zip(regions).flat_map(|(w, region)| region.rays.iter().map(move |&ray| (w, ray))).collect();
+        Self { list, extent, tolerance: extent * 2e-9 }
     }
 
     /// Gives every corner that some guard may need, but the open space's own, with witnesses whose regions meet there;
@@ -79,17 +77,16 @@ impl Rays {
                 return false;
             }
             self.along(a as u32, cells, &mut stamps, &mut crossings);
-            if self.needs_end(ray, &crossings) {
+            // those that count as one place
+            let groups: Vec<&[Crossing]> = crossings.chunk_by(|x, y| y.at - x.at <= self.tolerance).collect();
+            if self.needs_end(ray, &groups) {
                 give(ray.ends[1], &[*w]);
             }
-            let mut start = 0;
-            while start < crossings.len() {
-                let end = self.group(&crossings, start).end;
-                let dropped = self.widens(ray, &crossings, start);
-                for crossing in &crossings[start..end] {
-                    self.judge(a, crossing, dropped, end - start > 1, &mut kept, &mut give);
+            for (k, group) in groups.iter().enumerate() {
+                let dropped = widens(ray, &groups, k);
+                for crossing in *group {
+                    self.judge(a, crossing, dropped, group.len() > 1, &mut kept, &mut give);
                 }
-                start = end;
             }
             kept.pairs[a].sort_unstable();
         }
@@ -142,43 +139,11 @@ impl Rays {
         place_key(p, self.extent)
     }
 
-    /// The crossings from this one on that count as one place.
-    fn group(&self, crossings: &[Crossing], start: usize) -> Range<usize> {
-        let apart = |i: &usize| crossings[*i].at - crossings[*i - 1].at > self.tolerance;
-        start..(start + 1..crossings.len()).find(apart).unwrap_or(crossings.len())
-    }
-
-    /// The crossings before these that count as one place.
-    fn group_before(&self, crossings: &[Crossing], end: usize) -> Range<usize> {
-        let apart = |i: &usize| crossings[*i].at - crossings[*i - 1].at > self.tolerance;
-        (1..end).rev().find(apart).unwrap_or(0)..end
-    }
-
-    /// Whether a ray leads from a corner, without leaving any region there, to one that is better.
-    fn widens(&self, ray: &Ray, crossings: &[Crossing], start: usize) -> bool {
-        let here = self.group(crossings, start);
-        let all = |pass| crossings[here.clone()].iter().all(|c| c.pass == pass);
-        let climb = climb(ray);
-        if all(Pass::Enters) {
-            let next = if here.end < crossings.len() { self.group(crossings, here.end) } else { 0..0 };
-            climb < 0.0 || crossings[next].iter().any(|c| c.pass == Pass::Enters)
-        } else if all(Pass::Leaves) {
-            // going back, it enters them; at the ray's start is a corner of the open space, which stays
-            climb > 0.0 || start == 0 || self.leaves(crossings, self.group_before(crossings, start))
-        } else {
-            false
-        }
-    }
-
-    fn leaves(&self, crossings: &[Crossing], group: Range<usize>) -> bool {
-        crossings[group].iter().any(|c| c.pass == Pass::Leaves)
-    }
-
     /// Whether the end of a ray, where nothing else meets it, may be needed.
-    fn needs_end(&self, ray: &Ray, crossings: &[Crossing]) -> bool {
-        let Some(last) = crossings.last() else { return false };
+    fn needs_end(&self, ray: &Ray, groups: &[&[Crossing]]) -> bool {
+        let Some(group @ [.., last]) = groups.last().copied() else { return false };
         let alone = ray.ends[0].distance(ray.ends[1]) - last.at > self.tolerance;
-        let worse = climb(ray) > 0.0 || self.leaves(crossings, self.group_before(crossings, crossings.len()));
+        let worse = climb(ray) > 0.0 || any(group, Pass::Leaves);
         !(alone && worse)
     }
 
@@ -240,6 +205,23 @@ impl Rays {
             crossings.push(Crossing { at: at_once, at_other: on_other, other: b, pass });
         }
     }
+}
+
+/// Whether a ray leads from a corner, without leaving any region there, to one that is better.
+fn widens(ray: &Ray, groups: &[&[Crossing]], k: usize) -> bool {
+    let all = |pass| groups[k].iter().all(|c| c.pass == pass);
+    if all(Pass::Enters) {
+        climb(ray) < 0.0 || groups.get(k + 1).is_some_and(|next| any(next, Pass::Enters))
+    } else if all(Pass::Leaves) {
+        // going back, it enters them; at the ray's start is a corner of the open space, which stays
+        climb(ray) > 0.0 || k == 0 || any(groups[k - 1], Pass::Leaves)
+    } else {
+        false
+    }
+}
+
+fn any(group: &[Crossing], pass: Pass) -> bool {
+    group.iter().any(|c| c.pass == pass)
 }
 
 /// How steeply a ray rises going out; 0 where that is not sure.

@@ -21,13 +21,13 @@ use super::cover::exact::{SearchLimits, minimum};
 use super::cover::greedy::{Goal, select};
 use super::cover::reduce::maximal;
 use super::free_space::open_space::OpenSpace;
+use super::free_space::polygon::Polygon;
 use super::free_space::predicates::orient;
-use super::visibility::isovist::{Isovist, Scratch};
 use arrangement::Candidates;
 use glam::DVec2;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
-use unseen::{Unseen, unseen};
+use unseen::unseen;
 use witness_region::WitnessRegion;
 
 /// How hard to try.
@@ -67,10 +67,9 @@ pub fn covered_fraction(open: &OpenSpace, guards: &[DVec2]) -> f64 {
     (1.0 - unseen(open, guards, 0.0).area / open.area()).clamp(0.0, 1.0)
 }
 
-/// What guards leave unseen, as rings (border first, then holes) of each face; hair-thin slivers are left out.
-pub fn unseen_rings(open: &OpenSpace, guards: &[DVec2]) -> Vec<Vec<Vec<DVec2>>> {
-    let (low, high) = open.bounds();
-    unseen(open, guards, (high - low).max_element() * 1e-7).rings
+/// What guards leave unseen; hair-thin slivers are left out.
+pub fn unseen_polygons(open: &OpenSpace, guards: &[DVec2]) -> Vec<Polygon> {
+    unseen(open, guards, open.extent() * 1e-7).faces.into_iter().map(|face| face.outline).collect()
 }
 
 /// Guards that see all of an open space, few or fewest.
@@ -95,44 +94,39 @@ struct Search<'a> {
     until: Option<Instant>,
     /// 10⁻¹⁰ of the extent.
     tolerance: f64,
-    witnesses: Vec<DVec2>,
+    /// Of each witness.
     regions: Vec<WitnessRegion>,
     candidates: Candidates,
     /// Candidates that turned out not to see a witness, for all that rounding says.
     struck: BTreeSet<(u32, u32)>,
+    /// The fewest guards so far that leave nothing but slivers unseen, and the area of these.
     best: Option<(Vec<DVec2>, f64)>,
     lower: usize,
     rounds: usize,
-    buffers: (Scratch, Isovist),
 }
 
 impl<'a> Search<'a> {
     fn new(open: &'a OpenSpace, certify: bool, until: Option<Instant>) -> Self {
-        let (low, high) = open.bounds();
-        let tolerance = (high - low).max_element() * 1e-10;
         let mut search = Self {
             open,
             certify,
             until,
-            tolerance,
-            witnesses: Vec::new(),
+            tolerance: open.extent() * 1e-10,
             regions: Vec::new(),
             candidates: Candidates::new(open),
             struck: BTreeSet::new(),
             best: None,
             lower: 1,
             rounds: 0,
-            buffers: Default::default(),
         };
         for w in first_witnesses(open) {
-            search.witness(w);
+            search.add_witness(w);
         }
         search
     }
 
-    fn witness(&mut self, w: DVec2) {
-        self.witnesses.push(w);
-        self.regions.push(WitnessRegion::new(self.open, w, self.tolerance, &mut self.buffers));
+    fn add_witness(&mut self, w: DVec2) {
+        self.regions.push(WitnessRegion::new(self.open, w, self.tolerance));
     }
 
     fn late(&self) -> bool {
@@ -179,14 +173,18 @@ impl<'a> Search<'a> {
         let clearance = self.tolerance * 1e3;
         loop {
             let points: Vec<DVec2> = selection.iter().map(|&c| self.candidates.points[c]).collect();
-            let left = unseen(self.open, &points, clearance);
+            let mut left = unseen(self.open, &points, clearance);
             if left.faces.is_empty() {
-                self.keep(points, &left);
+                self.keep(points, left.area);
                 return;
             }
             let first = self.regions.len();
-            for &(p, _) in &left.faces {
-                self.witness(p);
+            left.faces.sort_by(|a, b| {
+                let by_place = || a.middle.x.total_cmp(&b.middle.x).then(a.middle.y.total_cmp(&b.middle.y));
+                b.area.total_cmp(&a.area).then_with(by_place)
+            });
+            for face in &left.faces {
+                self.add_witness(face.middle);
             }
             self.candidates.ask(self.open, &self.regions);
             for &c in &selection {
@@ -210,9 +208,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn keep(&mut self, guards: Vec<DVec2>, left: &Unseen) {
+    fn keep(&mut self, guards: Vec<DVec2>, unseen: f64) {
         if self.best.as_ref().is_none_or(|(best, _)| guards.len() < best.len()) {
-            self.best = Some((guards, left.area));
+            self.best = Some((guards, unseen));
         }
     }
 
@@ -234,7 +232,7 @@ impl<'a> Search<'a> {
         views.sort_by(|a, b| b.0.total_cmp(&a.0));
         let guards = views.into_iter().map(|(_, g)| g).collect();
         let covered_fraction = (1.0 - unseen / open.area()).clamp(0.0, 1.0);
-        let (rounds, witnesses) = (self.rounds, self.witnesses.len());
+        let (rounds, witnesses) = (self.rounds, self.regions.len());
         Guards { guards, covered_fraction, lower_bound: self.lower, rounds, witnesses }
     }
 }
@@ -244,12 +242,11 @@ impl<'a> Search<'a> {
 fn first_witnesses(open: &OpenSpace) -> Vec<DVec2> {
     let mut witnesses = Vec::new();
     for polygon in open.polygons() {
-        for (k, ring) in polygon.rings().enumerate() {
+        for (ring, inside_left) in polygon.sided_rings() {
             let n = ring.len();
-            let turns_left = (super::free_space::polygon::ring_area(ring) > 0.0) == (k == 0);
             let reflex = |i: usize| {
                 let turn = orient(ring[(i + n - 1) % n], ring[i], ring[(i + 1) % n]);
-                if turns_left { turn <= 0.0 } else { turn >= 0.0 }
+                if inside_left { turn <= 0.0 } else { turn >= 0.0 }
             };
             for i in 0..n {
                 match (reflex(i), reflex((i + 1) % n)) {

@@ -134,10 +134,9 @@ fn at_no_crossing_is_more_seen_than_from_some_candidate() {
         // some on walls and corners, where sight runs along walls
         let witnesses: Vec<Point> =
             lattice.chain(corners.iter().copied().step_by(13)).filter(|&w| open.contains(float(w))).collect();
-        let extent = (open.bounds().1 - open.bounds().0).max_element();
-        let mut buffers = Default::default();
+        let tolerance = open.extent() * 1e-10;
         let regions: Vec<WitnessRegion> =
-            witnesses.iter().map(|&w| WitnessRegion::new(&open, float(w), extent * 1e-10, &mut buffers)).collect();
+            witnesses.iter().map(|&w| WitnessRegion::new(&open, float(w), tolerance)).collect();
         let mut candidates = Candidates::new(&open);
         assert!(candidates.arrange(&open, &regions, None));
 

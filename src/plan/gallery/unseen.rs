@@ -1,9 +1,9 @@
 //! What guards leave unseen.
 
 use crate::plan::free_space::contour::from_segment;
-use crate::plan::free_space::noding::{less, union};
+use crate::plan::free_space::noding::less;
 use crate::plan::free_space::open_space::OpenSpace;
-use crate::plan::visibility::isovist::{Isovist, Scratch};
+use crate::plan::free_space::polygon::{Polygon, Ring, ring_area};
 use glam::DVec2;
 
 /// What is not seen.
@@ -11,67 +11,41 @@ use glam::DVec2;
 pub(crate) struct Unseen {
     /// Its area, hair-thin slivers included.
     pub(crate) area: f64,
-    /// A point well inside each face that is no sliver, and the face's area; largest first.
-    pub(crate) faces: Vec<(DVec2, f64)>,
-    /// Those faces' rings, in no order.
-    pub(crate) rings: Vec<Vec<Vec<DVec2>>>,
+    /// The faces that are no slivers, in no order.
+    pub(crate) faces: Vec<Face>,
+}
+
+/// A connected part of what is not seen.
+#[derive(Clone, Debug)]
+pub(crate) struct Face {
+    pub(crate) outline: Polygon,
+    pub(crate) area: f64,
+    /// A point well inside.
+    pub(crate) middle: DVec2,
 }
 
 /// The open space less what the guards see. Faces that hold no circle of radius `clearance` (tried along a few lines)
 /// are slivers.
 pub(crate) fn unseen(open: &OpenSpace, guards: &[DVec2], clearance: f64) -> Unseen {
-    let mut buffers = (Scratch::default(), Isovist::default());
-    let mut seen = Vec::new();
-    for &g in guards {
-        let inside = open.pulled_in(g).is_some_and(|g| open.visibility_into(g, &mut buffers.0, &mut buffers.1));
-        if inside && buffers.1.ring.len() > 2 {
-            seen.push(vec![buffers.1.ring.iter().map(DVec2::to_array).collect::<Vec<_>>()]);
-        }
-    }
-    let left = less(&region(open), &union(&seen));
+    let rings = guards.iter().filter_map(|g| Some(open.visibility(open.pulled_in(*g)?)?.ring));
+    let seen: Vec<Polygon> = rings.filter(|r| r.len() > 2).map(|outer| Polygon { outer, holes: Vec::new() }).collect();
     let mut result = Unseen::default();
-    for shape in &left {
-        let area: f64 = shape.iter().map(|c| area(c)).sum();
+    for outline in less(open.polygons(), &seen) {
+        let area: f64 = outline.rings().map(|r| ring_area(r)).sum();
         result.area += area.max(0.0);
-        if let Some((p, room)) = inner_point(shape)
+        if let Some((middle, room)) = inner_point(&outline)
             && room >= clearance
         {
-            result.faces.push((p, area));
-            result.rings.push(shape.iter().map(|c| c.iter().map(|&p| p.into()).collect()).collect());
+            result.faces.push(Face { outline, area, middle });
         }
     }
-    result.faces.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.x.total_cmp(&b.0.x)).then(a.0.y.total_cmp(&b.0.y)));
     result
 }
 
-type Contour = Vec<[f64; 2]>;
-
-/// The polygons as shapes, borders turning left, holes right.
-fn region(open: &OpenSpace) -> Vec<Vec<Contour>> {
-    let turned = |ring: &Vec<DVec2>, left: bool| {
-        let mut contour: Contour = ring.iter().map(DVec2::to_array).collect();
-        if (area(&contour) > 0.0) != left {
-            contour.reverse();
-        }
-        contour
-    };
-    let shape = |p: &crate::plan::free_space::polygon::Polygon| {
-        std::iter::once(turned(&p.outer, true)).chain(p.holes.iter().map(|h| turned(h, false))).collect()
-    };
-    open.polygons().iter().map(shape).collect()
-}
-
-fn area(contour: &[[f64; 2]]) -> f64 {
-    let points: Vec<DVec2> = contour.iter().map(|&p| DVec2::from(p)).collect();
-    crate::plan::free_space::polygon::ring_area(&points)
-}
-
-/// The best of the middles of a shape's widest chords at a few heights, and its distance from the border.
-fn inner_point(shape: &[Contour]) -> Option<(DVec2, f64)> {
-    let edges: Vec<[DVec2; 2]> = shape
-        .iter()
-        .flat_map(|c| (0..c.len()).map(move |i| [DVec2::from(c[i]), DVec2::from(c[(i + 1) % c.len()])]))
-        .collect();
+/// The best of the middles of a polygon's widest chords at a few heights, and its distance from the border.
+fn inner_point(polygon: &Polygon) -> Option<(DVec2, f64)> {
+    let of_ring = |ring: &Ring| (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]).collect::<Vec<_>>();
+    let edges: Vec<[DVec2; 2]> = polygon.rings().flat_map(of_ring).collect();
     let mut ys: Vec<f64> = edges.iter().map(|e| e[0].y).collect();
     ys.sort_by(f64::total_cmp);
     ys.dedup();

@@ -2,7 +2,6 @@
 
 use crate::plan::free_space::contour::from_segment;
 use crate::plan::free_space::open_space::OpenSpace;
-use crate::plan::visibility::isovist::{Isovist, Scratch};
 use glam::DVec2;
 
 /// The region seen from a witness: all places from where a guard would see the witness.
@@ -39,9 +38,8 @@ struct Sector {
 
 impl WitnessRegion {
     /// `tolerance`: points so far outside still count as seen, so that rounding never takes a place away.
-    pub(crate) fn new(open: &OpenSpace, centre: DVec2, tolerance: f64, buffers: &mut (Scratch, Isovist)) -> Self {
-        let (scratch, seen) = buffers;
-        open.visibility_into(centre, scratch, seen);
+    pub(crate) fn new(open: &OpenSpace, centre: DVec2, tolerance: f64) -> Self {
+        let seen = open.visibility(centre).unwrap_or_default();
         let n = seen.ring.len();
         let mut region = Self {
             low: centre,

@@ -9,6 +9,7 @@ use crate::plan::free_space::polygon::ring_area;
 use crate::plan::free_space::predicates::{crossing, orient};
 use crate::plan::free_space::triangulation::WALL;
 use glam::DVec2;
+use smallvec::SmallVec;
 use std::cmp::Ordering;
 
 /// What is seen from a point.
@@ -28,14 +29,13 @@ impl Isovist {
     pub fn area(&self) -> f64 {
         ring_area(&self.ring)
     }
-}
 
-/// Buffers of [`OpenSpace::visibility_into`], kept from query to query.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    stack: Vec<Cone>,
-    starts: Vec<u32>,
-    openings: Vec<Cone>,
+    fn push(&mut self, p: DVec2, corner: u32) {
+        if self.ring.last() != Some(&p) {
+            self.ring.push(p);
+            self.corners.push(corner);
+        }
+    }
 }
 
 const NO_CORNER: u32 = u32::MAX;
@@ -54,41 +54,33 @@ struct Cone {
 impl OpenSpace {
     /// What is seen from a point inside or on the border; `None` outside.
     pub fn visibility(&self, point: DVec2) -> Option<Isovist> {
-        let mut isovist = Isovist::default();
-        self.visibility_into(point, &mut Scratch::default(), &mut isovist).then_some(isovist)
-    }
-
-    /// [`OpenSpace::visibility`] with buffers that are used again; returns whether the point lies inside.
-    pub fn visibility_into(&self, point: DVec2, scratch: &mut Scratch, isovist: &mut Isovist) -> bool {
-        isovist.centre = point;
-        isovist.ring.clear();
-        isovist.corners.clear();
-        let Some(place) = self.locate(point) else { return false };
-        self.openings(point, place, scratch);
-        let n = scratch.openings.len();
-        for k in 0..n {
-            let opening = scratch.openings[k];
-            let [before, after] = [scratch.openings[(k + n - 1) % n].edge[1], scratch.openings[(k + 1) % n].edge[0]];
+        let place = self.locate(point)?;
+        let openings = self.openings(point, place);
+        let mut isovist = Isovist { centre: point, ..Isovist::default() };
+        let n = openings.len();
+        for (k, &opening) in openings.iter().enumerate() {
+            let [before, after] = [openings[(k + n - 1) % n].edge[1], openings[(k + 1) % n].edge[0]];
             // beside a wall that the viewpoint is on, sight may pass the wall's end: it belongs to the ring all the same
             if before != opening.edge[0] {
-                push(isovist, self.corners[opening.edge[0] as usize], opening.edge[0]);
+                isovist.push(self.corners[opening.edge[0] as usize], opening.edge[0]);
             }
-            self.expand(point, opening, &mut scratch.stack, isovist);
+            self.expand(point, opening, &mut isovist);
             if after != opening.edge[1] {
-                push(isovist, self.corners[opening.edge[1] as usize], opening.edge[1]);
-                let corner = if let Location::Corner(v) = place { v } else { NO_CORNER };
-                push(isovist, point, corner);
+                isovist.push(self.corners[opening.edge[1] as usize], opening.edge[1]);
+                isovist.push(point, if let Location::Corner(v) = place { v } else { NO_CORNER });
             }
         }
-        close(isovist);
-        true
+        while isovist.ring.len() > 1 && isovist.ring.first() == isovist.ring.last() {
+            isovist.ring.pop();
+            isovist.corners.pop();
+        }
+        Some(isovist)
     }
 
     /// The edges around a point that it does not lie on, in left-turning order.
-    fn openings(&self, point: DVec2, place: Location, scratch: &mut Scratch) {
-        self.triangles_at(place, &mut scratch.starts);
-        scratch.openings.clear();
-        for &t in &scratch.starts {
+    fn openings(&self, point: DVec2, place: Location) -> SmallVec<[Cone; 8]> {
+        let mut openings: SmallVec<[Cone; 8]> = SmallVec::new();
+        for t in self.triangles_at(place) {
             let triangle = &self.triangles[t as usize];
             for i in 0..3 {
                 let edge = [triangle.corners[(i + 1) % 3], triangle.corners[(i + 2) % 3]];
@@ -100,16 +92,17 @@ impl OpenSpace {
                     Location::Corner(v) => edge.contains(&v),
                 };
                 if !holds_point {
-                    scratch.openings.push(Cone { beyond: triangle.across[i], edge, limits: edge });
+                    openings.push(Cone { beyond: triangle.across[i], edge, limits: edge });
                 }
             }
         }
-        chain(point, &self.corners, &mut scratch.openings);
+        chain(point, &self.corners, &mut openings);
+        openings
     }
 
     /// Writes the part of the ring seen through an opening.
-    fn expand(&self, point: DVec2, opening: Cone, stack: &mut Vec<Cone>, isovist: &mut Isovist) {
-        stack.clear();
+    fn expand(&self, point: DVec2, opening: Cone, isovist: &mut Isovist) {
+        let mut stack: SmallVec<[Cone; 32]> = SmallVec::new();
         stack.push(opening);
         while let Some(Cone { mut beyond, edge: [mut right, mut left], limits: [from, mut to] }) = stack.pop() {
             // the view narrows and turns; a left part is put aside while the right one is followed
@@ -149,25 +142,11 @@ impl OpenSpace {
             let through = self.corners[limit as usize];
             let at = self.corners[end as usize];
             if limit == end || orient(point, through, at) == 0.0 {
-                push(isovist, at, end);
+                isovist.push(at, end);
             } else {
-                push(isovist, crossing(point, through, a, b), NO_CORNER);
+                isovist.push(crossing(point, through, a, b), NO_CORNER);
             }
         }
-    }
-}
-
-fn push(isovist: &mut Isovist, p: DVec2, corner: u32) {
-    if isovist.ring.last() != Some(&p) {
-        isovist.ring.push(p);
-        isovist.corners.push(corner);
-    }
-}
-
-fn close(isovist: &mut Isovist) {
-    while isovist.ring.len() > 1 && isovist.ring.first() == isovist.ring.last() {
-        isovist.ring.pop();
-        isovist.corners.pop();
     }
 }
 

@@ -12,7 +12,7 @@ use glam::DVec2;
 #[derive(Clone, Copy)]
 enum Step {
     Corner(u32),
-    /// Beyond this triangle's edge of that number; the edge's ends lie right and left of the line.
+    /// Over this triangle's edge of that number into the next triangle; the edge's ends lie right and left of the line.
     Over(u32, usize),
     /// The line runs into a wall between these corners.
     Wall(u32, u32),
@@ -25,28 +25,18 @@ impl OpenSpace {
     /// symmetric; false when either lies outside.
     pub fn sees(&self, a: DVec2, b: DVec2) -> bool {
         let (Some(at_a), Some(at_b)) = (self.locate(a), self.locate(b)) else { return false };
-        let (mut here, mut goal) = (Vec::new(), Vec::new());
-        self.triangles_at(at_a, &mut here);
-        self.triangles_at(at_b, &mut goal);
+        let (here, goal) = (self.triangles_at(at_a), self.triangles_at(at_b));
         let arrived = |triangles: &[u32]| triangles.iter().any(|t| goal.contains(t));
         if arrived(&here) {
             return true;
         }
-        let Some(mut step) = self.leave(a, b, at_a, &here) else { return false };
+        let mut step = self.leave(a, b, at_a, &here);
         loop {
             match step {
                 Step::Corner(v) if arrived(self.fan(v)) => return true,
                 Step::Corner(v) => step = self.past_corner(a, b, v),
-                Step::Over(t, i) => {
-                    let next = self.triangles[t as usize].across[i];
-                    if next == WALL {
-                        return false;
-                    }
-                    if goal.contains(&next) {
-                        return true;
-                    }
-                    step = self.through(a, b, t, i);
-                }
+                Step::Over(t, i) if goal.contains(&self.triangles[t as usize].across[i]) => return true,
+                Step::Over(t, i) => step = self.through(a, b, t, i),
                 Step::Wall(..) | Step::End => return false,
             }
         }
@@ -75,16 +65,16 @@ impl OpenSpace {
     }
 
     /// From a start on the line `a b` out of the triangles around it.
-    fn leave(&self, a: DVec2, b: DVec2, at: Location, around: &[u32]) -> Option<Step> {
+    fn leave(&self, a: DVec2, b: DVec2, at: Location, around: &[u32]) -> Step {
         if let Location::Corner(v) = at {
-            return Some(self.past_corner(a, b, v));
+            return self.past_corner(a, b, v);
         }
         for &t in around {
             let corners = self.triangles[t as usize].corners;
             let sides = corners.map(|c| orient(a, b, self.corners[c as usize]));
             let ahead = |k: usize| (self.corners[corners[k] as usize] - a).dot(b - a) > 0.0;
             if let Some(k) = (0..3).find(|&k| sides[k] == 0.0 && ahead(k)) {
-                return Some(Step::Corner(corners[k]));
+                return Step::Corner(corners[k]);
             }
             for i in 0..3 {
                 let (right, left) = ((i + 1) % 3, (i + 2) % 3);
@@ -92,11 +82,11 @@ impl OpenSpace {
                     && orient(self.corners[corners[right] as usize], self.corners[corners[left] as usize], a) == 0.0;
                 // seen from inside, an edge runs from right to left
                 if !holds_start && sides[right] < 0.0 && sides[left] > 0.0 {
-                    return Some(Step::Over(t, i));
+                    return self.cross(t, i);
                 }
             }
         }
-        None
+        Step::End
     }
 
     /// Onwards from a corner on the line.
@@ -125,9 +115,6 @@ impl OpenSpace {
     fn through(&self, a: DVec2, b: DVec2, t: u32, i: usize) -> Step {
         let triangle = self.triangles[t as usize];
         let next = triangle.across[i];
-        if next == WALL {
-            return self.cross(t, i);
-        }
         let left = triangle.corners[(i + 2) % 3];
         let beyond = self.triangles[next as usize].corners;
         // beyond, the edge runs from left to right and the apex follows
@@ -144,6 +131,7 @@ impl OpenSpace {
         }
     }
 
+    /// Over an edge, or into a wall there.
     fn cross(&self, t: u32, i: usize) -> Step {
         let triangle = &self.triangles[t as usize];
         let wall = triangle.across[i] == WALL;

@@ -13,35 +13,6 @@ use crate::sphere::sphere;
 /// Rays from one candidate, to learn what can be seen at all.
 const RAYS: usize = 2048;
 
-/// The limits of seeing a surface, in numbers that rays want.
-#[derive(Clone, Copy, Debug)]
-pub struct ViewLimits {
-    range_m: f32,
-    /// Least cosine between the ray and the surface's normal.
-    facing: f32,
-    /// Sines of the lowest and highest direction.
-    field: [f32; 2],
-}
-
-impl ViewLimits {
-    /// The limits of a plan.
-    pub fn of(plan: &Plan) -> Self {
-        Self {
-            range_m: if plan.range_m > 0.0 { plan.range_m as f32 } else { f32::INFINITY },
-            facing: plan.incidence_deg.to_radians().cos() as f32,
-            field: plan.vertical_field_deg.map(|d| d.to_radians().sin() as f32),
-        }
-    }
-
-    /// Whether a surface at this distance and angle counts as seen; `direction` leads away from the station.
-    fn allow(&self, distance: f32, direction: Vec3, normal: Vec3) -> bool {
-        let [low, high] = self.field;
-        distance <= self.range_m
-            && (low - 1e-6..=high + 1e-6).contains(&direction.z)
-            && normal.dot(direction).abs() >= self.facing - 1e-6
-    }
-}
-
 /// Where patches lie and how they face, computed once.
 pub struct Surface<'a> {
     /// The model.
@@ -52,7 +23,11 @@ pub struct Surface<'a> {
     pub middles: Vec<Vec3>,
     /// Square metres.
     pub areas: Vec<f64>,
-    limits: ViewLimits,
+    range_m: f32,
+    /// Least cosine between the ray and the surface's normal.
+    facing: f32,
+    /// Sines of the lowest and highest direction.
+    field: [f32; 2],
 }
 
 impl<'a> Surface<'a> {
@@ -64,7 +39,23 @@ impl<'a> Surface<'a> {
             .map(|p| patches.corners(&scene.mesh, p).iter().sum::<Vec3>() / 3.0)
             .collect();
         let areas = (0..patches.len()).into_par_iter().map(|p| patches.area(&scene.mesh, p)).collect();
-        Self { scene, patches, middles, areas, limits: ViewLimits::of(plan) }
+        Self {
+            scene,
+            patches,
+            middles,
+            areas,
+            range_m: if plan.range_m > 0.0 { plan.range_m as f32 } else { f32::INFINITY },
+            facing: plan.incidence_deg.to_radians().cos() as f32,
+            field: plan.vertical_field_deg.map(|d| d.to_radians().sin() as f32),
+        }
+    }
+
+    /// Whether a surface at this distance and angle counts as seen; `direction` leads away from the station.
+    fn counts(&self, distance: f32, direction: Vec3, normal: Vec3) -> bool {
+        let [low, high] = self.field;
+        distance <= self.range_m
+            && (low - 1e-6..=high + 1e-6).contains(&direction.z)
+            && normal.dot(direction).abs() >= self.facing - 1e-6
     }
 
     /// The patches over `house` that some of many points see, found by rays to all sides from each. `free` leaves the
@@ -83,7 +74,7 @@ impl<'a> Surface<'a> {
                 let ray = Ray { origin, direction };
                 let hit = self.scene.tracer.closest(&ray, 1e-3)?;
                 let surface = self.scene.surface(&ray, &hit);
-                let seen = free || self.limits.allow(hit.t, direction, surface.normal);
+                let seen = free || self.counts(hit.t, direction, surface.normal);
                 let [u, v] = surface.barycentric.to_array();
                 seen.then(|| self.patches.at(hit.triangle, u, v) as u32)
             })
@@ -99,7 +90,7 @@ impl<'a> Surface<'a> {
         let distance = to.length();
         let direction = to / distance;
         let normal = self.scene.mesh.normal(self.patches.triangle(patch));
-        if !self.limits.allow(distance, direction, normal) {
+        if !self.counts(distance, direction, normal) {
             return None;
         }
         // short of the surface by what single precision needs

@@ -44,13 +44,8 @@ impl Witnesses {
     }
 
     /// How many there are.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.area.len() + self.walls.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Their weights: area first, then walls.
@@ -74,21 +69,15 @@ impl Witnesses {
 /// For each square of the floor, the point of it nearest to the middle of what is to be seen there.
 fn area(floor: &Floor, open: &OpenSpace) -> Vec<(DVec2, f64)> {
     let grid = floor.target.grid;
-    let side = (floor.target.area() / MOST).sqrt().max(0.2);
-    let block = (side / grid.cell_m).round().max(1.0) as usize;
-    let wide = grid.width.div_ceil(block);
-    let mut blocks = vec![Vec::new(); wide * grid.height.div_ceil(block)];
-    for cell in floor.target.cells() {
-        blocks[cell / grid.width / block * wide + cell % grid.width / block].push(cell);
-    }
-    let one = |cells: &Vec<usize>| {
-        let mean = cells.iter().map(|c| grid.middle(*c)).sum::<DVec2>() / cells.len().max(1) as f64;
-        let near = |c: &&usize| grid.middle(**c).distance_squared(mean);
-        let inside = cells.iter().filter(|c| open.contains(grid.middle(**c)));
+    let one = |cells: Vec<usize>| {
+        let mean = cells.iter().map(|c| grid.middle(*c)).sum::<DVec2>() / cells.len() as f64;
+        let near = |p: &DVec2| p.distance_squared(mean);
+        let inside = cells.iter().map(|c| grid.middle(*c)).filter(|p| open.contains(*p));
         let best = inside.min_by(|a, b| near(a).total_cmp(&near(b)))?;
-        Some((grid.middle(*best), cells.len() as f64 * grid.cell_area()))
+        Some((best, cells.len() as f64 * grid.cell_area()))
     };
-    blocks.iter().filter_map(one).collect()
+    let side = (floor.target.area() / MOST).sqrt().max(0.2);
+    floor.target.blocks(side).into_iter().filter_map(one).collect()
 }
 
 /// The outline beside the floor in pieces, where there is a wall in the model.
@@ -96,9 +85,7 @@ fn walls(floor: &Floor, open: &OpenSpace, scene: &Scene, plan: &Plan) -> Vec<Wal
     let mut pieces = Vec::new();
     let height = floor.elevation + plan.probe_height_m as f32;
     for polygon in open.polygons() {
-        for ring in polygon.rings() {
-            let left = crate::plan::free_space::polygon::ring_area(ring) > 0.0;
-            let inward_left = left == std::ptr::eq(ring, &polygon.outer);
+        for (ring, inward_left) in polygon.sided_rings() {
             for (i, &a) in ring.iter().enumerate() {
                 let b = ring[(i + 1) % ring.len()];
                 let count = (a.distance(b) / PIECE_M).ceil().max(1.0);

@@ -2,7 +2,7 @@
 
 use crate::plan::export::tables::at_least;
 use crate::plan::free_space::open_space::OpenSpace;
-use crate::plan::gallery::{Guards, unseen_rings};
+use crate::plan::gallery::{Guards, unseen_polygons};
 use crate::report::draw::style::{
     BLACK, BLUE, GREEN, GREY, Hatch, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, WHITE,
 };
@@ -37,8 +37,8 @@ pub fn gallery_sheet(open: &OpenSpace, result: &Guards) -> Svg {
     });
     svg.group("unseen", "unseen", |svg| {
         let hatch = Style::hatch(Hatch::new(Pattern::Cross(45), BLACK));
-        for shape in unseen_rings(open, &result.guards) {
-            let rings: Vec<Vec<Point>> = shape.iter().map(|r| r.iter().map(|&p| place(p)).collect()).collect();
+        for polygon in unseen_polygons(open, &result.guards) {
+            let rings: Vec<Vec<Point>> = polygon.rings().map(|r| r.iter().map(|&p| place(p)).collect()).collect();
             svg.area(&rings, &hatch);
         }
     });
