@@ -15,13 +15,6 @@ pub struct Minimum {
     pub at_least: usize,
 }
 
-impl Minimum {
-    /// Whether no better cover exists.
-    pub fn proved(&self) -> bool {
-        self.at_least == self.chosen.len()
-    }
-}
-
 /// When to stop an exact search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SearchLimits {

@@ -2,7 +2,7 @@
 
 use super::coverage::Coverage;
 use super::local_search::improve;
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// What is asked of [`select()`].
@@ -30,8 +30,13 @@ pub struct Selection {
     pub chosen: Vec<usize>,
     /// The weight covered by the first 1, 2, … of them.
     pub curve: Vec<f64>,
+}
+
+impl Selection {
     /// The weight covered by all of them.
-    pub covered: f64,
+    fn covered(&self) -> f64 {
+        self.curve.last().copied().unwrap_or(0.0)
+    }
 }
 
 /// A greedy selection that is improved (redundant candidates dropped, two replaced by one and three by two): within 1 + ln n
@@ -48,55 +53,44 @@ pub fn select(coverage: &Coverage, goal: &Goal) -> Selection {
 }
 
 fn greedy(coverage: &Coverage, goal: &Goal, among: impl IntoIterator<Item = usize>, needed: f64) -> Selection {
-    let mut covered = vec![false; coverage.elements()];
-    let mut selection = Selection::default();
-    let mut take = |c: usize, covered: &mut Vec<bool>| {
-        selection.covered += gain(coverage, covered, c);
-        for &e in coverage.covers(c) {
-            covered[e as usize] = true;
-        }
-        selection.chosen.push(c);
-        selection.curve.push(selection.covered);
-        (selection.covered, selection.chosen.len())
-    };
-    let mut state = (0.0, 0);
-    for &c in &goal.fixed {
-        state = take(c, &mut covered);
-    }
-    let mut heap: BinaryHeap<Entry> = among.into_iter().map(|c| Entry(gain(coverage, &covered, c), c)).collect();
-    while state.0 < needed && goal.at_most.is_none_or(|k| state.1 < k) {
-        let Some(Entry(_, c)) = heap.pop() else { break };
-        let entry = Entry(gain(coverage, &covered, c), c);
-        if entry.0 <= 0.0 {
+    let mut greedy = Greedy { coverage, covered: vec![false; coverage.elements()], selection: Selection::default() };
+    goal.fixed.iter().for_each(|&c| greedy.take(c));
+    // bits of numbers that are not negative are in the order of the numbers
+    let entry = |gain: f64, c: usize| (gain.to_bits(), Reverse(c));
+    let mut heap: BinaryHeap<_> = among.into_iter().map(|c| entry(greedy.gain(c), c)).collect();
+    while greedy.selection.covered() < needed && goal.at_most.is_none_or(|k| greedy.selection.chosen.len() < k) {
+        let Some((_, Reverse(c))) = heap.pop() else { break };
+        let gain = greedy.gain(c);
+        if gain <= 0.0 {
             continue;
         }
-        if heap.peek().is_some_and(|top| *top > entry) {
-            heap.push(entry);
+        if heap.peek().is_some_and(|top| *top > entry(gain, c)) {
+            heap.push(entry(gain, c));
         } else {
-            state = take(c, &mut covered);
+            greedy.take(c);
         }
     }
-    selection
+    greedy.selection
 }
 
-fn gain(coverage: &Coverage, covered: &[bool], candidate: usize) -> f64 {
-    coverage.covers(candidate).iter().filter(|&&e| !covered[e as usize]).map(|&e| coverage.weight(e as usize)).sum()
+struct Greedy<'a> {
+    coverage: &'a Coverage,
+    covered: Vec<bool>,
+    selection: Selection,
 }
 
-/// A candidate and its gain; more gain is greater, then the lower number.
-#[derive(PartialEq)]
-struct Entry(f64, usize);
-
-impl Eq for Entry {}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
+impl Greedy<'_> {
+    /// The weight that a candidate adds.
+    fn gain(&self, candidate: usize) -> f64 {
+        let new = self.coverage.covers(candidate).iter().map(|&e| e as usize).filter(|&e| !self.covered[e]);
+        // an empty sum is −0
+        0.0 + new.map(|e| self.coverage.weight(e)).sum::<f64>()
     }
-}
 
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0).then_with(|| other.1.cmp(&self.1))
+    fn take(&mut self, candidate: usize) {
+        let covered = self.selection.covered() + self.gain(candidate);
+        self.coverage.covers(candidate).iter().for_each(|&e| self.covered[e as usize] = true);
+        self.selection.chosen.push(candidate);
+        self.selection.curve.push(covered);
     }
 }

@@ -9,6 +9,7 @@
 //! alone (Nemhauser, Wolsey and Fisher, *An analysis of approximations for maximizing submodular set functions*, 1978),
 //! so that of k candidates that make up what is lacking, one adds at least its k-th part.
 
+use super::bound::round_up;
 use super::coverage::Coverage;
 
 const ROUNDS: usize = 250;
@@ -67,8 +68,7 @@ pub(crate) fn partial_bound(coverage: &Coverage, wanted: f64, upper: usize) -> (
         let length = step * (upper as f64 - value).max(0.1) / norm;
         price.iter_mut().zip(&slope).for_each(|(p, s)| *p = (*p + length * s).max(0.0));
     }
-    // rounding up is allowed, since the number is whole; a little slack keeps rounding errors out
-    let mut bound = ((best - 1e-6).ceil().max(1.0) as usize).min(upper);
+    let mut bound = round_up(best).max(1).min(upper);
     let mut search = Search {
         coverage,
         covered: vec![0; coverage.elements()],

@@ -53,7 +53,7 @@ fn goals_are_kept() {
     let most = select(&coverage, &Goal { target: 0.8, ..Goal::default() });
     assert_eq!((most.chosen, most.curve), (vec![0, 1], vec![5.0, 8.0]));
     let two = select(&coverage, &Goal { at_most: Some(2), fixed: vec![3], ..Goal::default() });
-    assert_eq!((two.chosen, two.covered), (vec![3, 0], 6.0));
+    assert_eq!((two.chosen, two.curve), (vec![3, 0], vec![1.0, 6.0]));
     let nothing = select(&Coverage::default(), &Goal::default());
     assert_eq!(nothing.chosen, Vec::<usize>::new());
 }
