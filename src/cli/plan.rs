@@ -51,11 +51,8 @@ pub(crate) fn run(args: &PlanArgs, out: &mut impl Write) -> anyhow::Result<()> {
     spinner.set_message("reading the model");
     let Model { scene, health, .. } = Model::of(&site, &folder)?;
     spinner.set_message("planning");
-    let mut options =
-        Options { fresh: args.fresh, floors: args.floor.clone(), all_parts: args.all_parts, ..Options::default() };
-    if args.no_surface {
-        options.patches = 0;
-    }
+    let patches = if args.no_surface { 0 } else { Options::default().patches };
+    let options = Options { fresh: args.fresh, floors: args.floor.clone(), patches, all_parts: args.all_parts };
     let mut warnings = site.warnings.clone();
     for probe in site.probes.iter().filter(|_| !args.fresh) {
         if let Some(missing) = probe.pictures.iter().find(|p| !p.path.exists()) {

@@ -1,6 +1,7 @@
 //! Stations that can be registered with each other: neighbours must see enough in common.
 
 use crate::components::components;
+use std::collections::BTreeSet;
 
 /// What stations see, as rising lists of witnesses with their weights.
 pub(crate) struct Overlap<'a> {
@@ -39,25 +40,19 @@ impl Overlap<'_> {
     }
 
     /// The candidate that links most groups of `sights`, at least two; the one that sees most among equals.
-    pub(crate) fn link(&self, sights: &[&[u32]], candidates: &[Vec<u32>]) -> Option<usize> {
-        let groups = self.groups(sights);
+    pub(crate) fn link<'a>(
+        &self,
+        sights: &[&[u32]],
+        groups: &[u32],
+        candidates: impl Iterator<Item = &'a [u32]>,
+    ) -> Option<usize> {
         let links = |candidate: &[u32]| {
-            let mut linked: Vec<u32> =
-                (0..sights.len()).filter(|i| self.of(sights[*i], candidate) >= self.share).map(|i| groups[i]).collect();
-            linked.sort_unstable();
-            linked.dedup();
-            linked.len()
+            let linked = sights.iter().zip(groups).filter(|(sight, _)| self.of(sight, candidate) >= self.share);
+            linked.map(|(_, group)| group).collect::<BTreeSet<_>>().len()
         };
-        let mut best: Option<(usize, f64, usize)> = None;
-        for (i, candidate) in candidates.iter().enumerate() {
-            let (linked, weight) = (links(candidate), self.weight(candidate));
-            if linked >= 2
-                && best.is_none_or(|(most, heaviest, _)| linked > most || linked == most && weight > heaviest)
-            {
-                best = Some((linked, weight, i));
-            }
-        }
-        best.map(|(_, _, i)| i)
+        let all = candidates.enumerate().map(|(i, candidate)| (links(candidate), self.weight(candidate), i));
+        let best = all.filter(|(linked, _, _)| *linked >= 2);
+        best.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(b.2.cmp(&a.2))).map(|(_, _, i)| i)
     }
 }
 
@@ -72,9 +67,9 @@ mod tests {
         let (a, b): (Vec<u32>, Vec<u32>) = ((0..5).collect(), (6..11).collect());
         assert_eq!(overlap.groups(&[&a, &b]), [0, 1]);
         assert_eq!(overlap.of(&a, &[3, 4, 5, 6]), 0.5);
-        let candidates = vec![vec![3, 4, 5], vec![3, 4, 5, 6, 7], vec![2, 3, 4, 5, 6, 7, 8]];
-        assert_eq!(overlap.link(&[&a, &b], &candidates), Some(2));
-        assert_eq!(overlap.groups(&[&a, &b, &candidates[2]]), [0, 0, 0]);
-        assert_eq!(overlap.link(&[&a, &b], &candidates[..1]), None);
+        let candidates: [&[u32]; 3] = [&[3, 4, 5], &[3, 4, 5, 6, 7], &[2, 3, 4, 5, 6, 7, 8]];
+        assert_eq!(overlap.link(&[&a, &b], &[0, 1], candidates.into_iter()), Some(2));
+        assert_eq!(overlap.groups(&[&a, &b, candidates[2]]), [0, 0, 0]);
+        assert_eq!(overlap.link(&[&a, &b], &[0, 1], candidates.into_iter().take(1)), None);
     }
 }

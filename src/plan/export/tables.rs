@@ -132,22 +132,20 @@ impl Outward {
 
     /// A local point, rounded to about a millimetre.
     pub fn point(&self, local: DVec3) -> [f64; 3] {
-        let scale = 10f64.powi(self.decimals() as i32);
         // adding zero makes −0 a 0
-        self.frame.point_out(local + self.origin).to_array().map(|v| (v * scale).round() / scale + 0.0)
+        self.frame.point_out(local + self.origin).to_array().map(|v| rounded(v, self.decimals() as i32) + 0.0)
     }
 
     /// A local height along the model's up direction, rounded to about a millimetre.
     pub fn elevation(&self, z: f32) -> f64 {
-        let scale = 10f64.powi(self.decimals() as i32);
-        (self.frame.height_out(f64::from(z) + self.origin.z) * scale).round() / scale + 0.0
+        rounded(self.frame.height_out(f64::from(z) + self.origin.z), self.decimals() as i32) + 0.0
     }
 
     /// Degrees clockwise from true north of a direction in plan.
     pub fn bearing(&self, direction: glam::DVec2) -> f64 {
         let own = direction.x.atan2(direction.y).to_degrees();
         // to a tenth, so that a hair west of north is 0 and not 360
-        ((own - self.frame.north_deg).rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0
+        rounded((own - self.frame.north_deg).rem_euclid(360.0), 1) % 360.0
     }
 }
 
@@ -199,7 +197,7 @@ fn floor(f: &FloorPlan, out: &Outward) -> FloorJson {
 fn station(s: &Station, out: &Outward) -> StationJson {
     let tapes = s.check_distances.iter().map(|t| CheckDistanceJson {
         metres: rounded(t.metres, 3),
-        bearing: rounded(out.bearing(t.to - s.position.truncate()), 1),
+        bearing: out.bearing(t.to - s.position.truncate()),
         to: out.point(t.to.extend(s.position.z)),
     });
     StationJson {

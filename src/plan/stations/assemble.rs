@@ -1,86 +1,69 @@
 //! From chosen candidates to a floor's plan: order of usefulness, names, shares, tour and check distances.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::check_distances::check_distances;
-use super::problem::FloorProblem;
+use super::problem::{FloorProblem, Viewpoint};
 use super::result::{FloorPlan, Station};
 use super::selection::SelectedStations;
 use super::tour;
-use crate::plan::floors::floor::Floor;
 use crate::plan::floors::raster::Map;
 use crate::plan::free_space::section;
-use crate::plan::visibility::region::VisibilityRegion;
-use crate::plan::visibility::witness::WallPiece;
+use crate::plan::visibility::witness::{WallPiece, Witnesses};
 use crate::scene::Scene;
 use crate::site::Plan;
 
 /// Walls are drawn to this depth behind what is seen of them, metres.
 const WALL_M: f64 = 1.2;
 
-/// What a floor's plan is put together from.
-pub(crate) struct FloorParts<'a> {
-    pub(crate) floor: Floor,
-    pub(crate) problem: &'a FloorProblem,
-    /// Names and local positions of the probes that are there.
-    pub(crate) present: &'a [(String, DVec3)],
-    pub(crate) chosen: &'a SelectedStations,
-    pub(crate) scene: &'a Scene,
-    pub(crate) limits: &'a Plan,
-}
-
 /// Puts a floor's plan together; new names go to `names`.
-pub(crate) fn floor_plan(parts: FloorParts<'_>, names: &mut Vec<String>) -> FloorPlan {
-    let FloorParts { floor, problem, present, chosen, scene, limits } = parts;
+pub(crate) fn floor_plan(
+    problem: FloorProblem,
+    chosen: &SelectedStations,
+    scene: &Scene,
+    limits: &Plan,
+    names: &mut Vec<String>,
+) -> FloorPlan {
+    let walls = walls(&problem.witnesses, problem.taken(&chosen.stations));
+    let FloorProblem { floor, open, witnesses, candidates, fixed, present } = problem;
     let grid = floor.target.grid;
     let cells: Vec<usize> = floor.target.cells().collect();
-    let sees = |region: &VisibilityRegion| -> Vec<bool> {
-        cells.par_iter().map(|c| region.sees(grid.middle(*c), grid.cell_m)).collect()
-    };
-    let old: Vec<Vec<bool>> = problem.present.iter().map(|(region, _)| sees(region)).collect();
-    let new: Vec<Vec<bool>> = chosen.stations.iter().map(|c| sees(&problem.regions[*c])).collect();
+    let sees = |v: &Viewpoint, cell: usize| v.region.sees(grid.middle(cell), grid.cell_m);
+    let seen_from = |v: &Viewpoint| -> Vec<bool> { cells.par_iter().map(|c| sees(v, *c)).collect() };
+    let selected: Vec<&Viewpoint> = chosen.stations.iter().map(|c| &candidates[*c]).collect();
+    let old: Vec<Vec<bool>> = present.iter().map(|(_, v)| seen_from(v)).collect();
+    let new: Vec<Vec<bool>> = selected.iter().map(|v| seen_from(v)).collect();
     let reachable: Vec<bool> = (0..cells.len())
         .into_par_iter()
-        .map(|i| {
-            old.iter().chain(&new).any(|s| s[i])
-                || problem.regions.iter().any(|s| s.sees(grid.middle(cells[i]), grid.cell_m))
-        })
+        .map(|i| old.iter().chain(&new).any(|s| s[i]) || candidates.iter().any(|v| sees(v, cells[i])))
         .collect();
     let total = count(&reachable).max(1) as f64;
-    let mut covered = vec![false; cells.len()];
-    let mut station = |name: String, position: DVec3, fixed: bool, region: &VisibilityRegion, seen: &[bool]| {
-        let before = count(&covered);
+    let station = |name: String, viewpoint: &Viewpoint, fixed: bool, seen: &[bool], covered: &mut [bool]| {
+        let before = count(covered);
         covered.iter_mut().zip(seen).for_each(|(c, s)| *c |= s);
         Station {
             name,
-            position,
+            position: viewpoint.lens,
             fixed,
-            region: region.clone(),
+            region: viewpoint.region.clone(),
             covers_m2: count(seen) as f64 * grid.cell_area(),
-            adds_fraction: (count(&covered) - before) as f64 / total,
+            adds_fraction: (count(covered) - before) as f64 / total,
             adds_surface_fraction: None,
-            check_distances: check_distances(scene, position.as_vec3()),
+            check_distances: check_distances(scene, viewpoint.lens.as_vec3()),
         }
     };
-    let present: Vec<Station> = present
-        .iter()
-        .zip(&problem.present)
-        .zip(&old)
-        .map(|(((name, at), (region, _)), seen)| station(name.clone(), *at, false, region, seen))
-        .collect();
+    let mut covered = vec![false; cells.len()];
+    let seen_by_present = present.iter().zip(&old);
+    let present: Vec<Station> =
+        seen_by_present.map(|((name, v), seen)| station(name.clone(), v, false, seen, &mut covered)).collect();
     let present_fraction = present.iter().map(|s| s.adds_fraction).sum();
-    let mut base = vec![false; cells.len()];
-    old.iter().for_each(|seen| base.iter_mut().zip(seen).for_each(|(b, s)| *b |= s));
     let mut stations = Vec::new();
-    for i in by_use(&base, &new, &chosen.stations) {
-        let at = problem.candidates[chosen.stations[i]];
-        let lens = floor.lens(at, limits.probe_height_m);
+    for i in by_use(&covered, &new, &chosen.stations) {
         let name = fresh_name(&floor.slug, names);
-        let fixed = i < chosen.fixed;
-        stations.push(station(name, at.extend(f64::from(lens)), fixed, &problem.regions[chosen.stations[i]], &new[i]));
+        stations.push(station(name, selected[i], i < fixed, &new[i], &mut covered));
     }
     let curve = stations
         .iter()
@@ -95,14 +78,13 @@ pub(crate) fn floor_plan(parts: FloorParts<'_>, names: &mut Vec<String>) -> Floo
     }
     let mut unreachable = grid.none();
     cells.iter().zip(&reachable).for_each(|(c, r)| unreachable.on[*c] = !r);
-    let walls = walls(problem, &chosen.stations);
     let wall = |of: &dyn Fn(u8) -> bool| walls.iter().filter(|(_, n)| of(*n)).map(|(w, _)| w.length_m).sum::<f64>();
     let at: Vec<DVec2> = stations.iter().map(|s: &Station| s.position.truncate()).collect();
     let way = ways(&floor.walkable, &at);
     let walk = tour::shortest(&way);
     let lens = f64::from(floor.elevation) + limits.probe_height_m;
     FloorPlan {
-        outline: problem.open.polygons().to_vec(),
+        outline: open.polygons().to_vec(),
         section: section::section(&scene.mesh, lens, &floor.open, WALL_M),
         furniture: section::furniture(&scene.mesh, &floor, lens),
         walk_m: tour::length(&way, &walk),
@@ -117,7 +99,7 @@ pub(crate) fn floor_plan(parts: FloorParts<'_>, names: &mut Vec<String>) -> Floo
         walls,
         lower_bound: chosen.lower_bound,
         needed: chosen.needed,
-        discrete: [problem.candidates.len(), problem.witnesses.len()],
+        discrete: [candidates.len(), witnesses.len()],
         groups: chosen.groups,
         surface: None,
         stations,
@@ -135,16 +117,14 @@ fn by_use(base: &[bool], seen: &[Vec<bool>], candidates: &[usize]) -> Vec<usize>
     let mut covered = base.to_vec();
     let mut rest: Vec<usize> = (0..seen.len()).collect();
     let mut order = Vec::new();
-    while !rest.is_empty() {
+    loop {
         let gain = |i: usize| seen[i].iter().zip(&covered).filter(|(s, c)| **s && !**c).count();
-        let best =
-            (0..rest.len()).max_by_key(|k| (gain(rest[*k]), count(&seen[rest[*k]]), Reverse(candidates[rest[*k]])));
-        let Some(best) = best else { break };
+        let use_of = |i: usize| (gain(i), count(&seen[i]), Reverse(candidates[i]));
+        let Some(best) = (0..rest.len()).max_by_key(|k| use_of(rest[*k])) else { return order };
         let i = rest.remove(best);
         covered.iter_mut().zip(&seen[i]).for_each(|(c, s)| *c |= s);
         order.push(i);
     }
-    order
 }
 
 /// `ground-1`, `ground-2`, …: the next that is not taken.
@@ -161,15 +141,14 @@ fn fresh_name(slug: &str, names: &mut Vec<String>) -> String {
 }
 
 /// Each piece of wall with the number of stations, old and new, that see it.
-fn walls(problem: &FloorProblem, stations: &[usize]) -> Vec<(WallPiece, u8)> {
-    let first = problem.witnesses.area.len() as u32;
-    let mut seen = vec![0u8; problem.witnesses.walls.len()];
-    let sights = problem.present.iter().map(|(_, s)| s).chain(stations.iter().map(|c| &problem.sights[*c]));
-    for witness in sights.flatten().filter(|w| **w >= first) {
+fn walls<'a>(witnesses: &Witnesses, stations: impl Iterator<Item = &'a Viewpoint>) -> Vec<(WallPiece, u8)> {
+    let first = witnesses.area.len() as u32;
+    let mut seen = vec![0u8; witnesses.walls.len()];
+    for witness in stations.flat_map(|v| &v.sight).filter(|w| **w >= first) {
         let n = &mut seen[(*witness - first) as usize];
         *n = n.saturating_add(1);
     }
-    problem.witnesses.walls.iter().copied().zip(seen).collect()
+    witnesses.walls.iter().copied().zip(seen).collect()
 }
 
 /// The lengths of the ways on foot between places; the straight line, doubled, where there is none.

@@ -1,6 +1,6 @@
 //! One floor made discrete: candidates, what each sees, and what must be seen.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::plan::PlanError;
@@ -15,20 +15,29 @@ use crate::site::Plan;
 /// The most candidates on a floor, but for fixed places.
 const MOST: f64 = 500.0;
 
-/// A floor with the stations that could be, and their sights.
+/// A place for a lens, and what is seen from there.
+pub(crate) struct Viewpoint {
+    /// Local metres.
+    pub(crate) lens: DVec3,
+    /// What it sees in plan.
+    pub(crate) region: VisibilityRegion,
+    /// The witnesses among that, in rising order.
+    pub(crate) sight: Vec<u32>,
+}
+
+/// A floor with the stations that could be.
 pub(crate) struct FloorProblem {
+    pub(crate) floor: Floor,
     /// The open region at probe height.
     pub(crate) open: OpenSpace,
     /// Points and walls to be seen.
     pub(crate) witnesses: Witnesses,
     /// Where a station may be: fixed places first, then the rest.
-    pub(crate) candidates: Vec<DVec2>,
-    /// What each candidate sees.
-    pub(crate) regions: Vec<VisibilityRegion>,
-    /// The witnesses that each candidate sees.
-    pub(crate) sights: Vec<Vec<u32>>,
-    /// Probes that are there already: what each sees, and the witnesses among it.
-    pub(crate) present: Vec<(VisibilityRegion, Vec<u32>)>,
+    pub(crate) candidates: Vec<Viewpoint>,
+    /// How many of them are fixed.
+    pub(crate) fixed: usize,
+    /// Probes that are there already, with their names.
+    pub(crate) present: Vec<(String, Viewpoint)>,
 }
 
 impl FloorProblem {
@@ -38,42 +47,45 @@ impl FloorProblem {
     ///
     /// An outline that is no polygon.
     pub(crate) fn new(
-        floor: &Floor,
+        floor: Floor,
         scene: &Scene,
         plan: &Plan,
         fixed: &[DVec2],
-        present: &[DVec2],
+        present: Vec<(String, DVec3)>,
     ) -> Result<Self, PlanError> {
         let outline = |source| PlanError::Outline { floor: floor.name.to_lowercase(), source };
         let open = OpenSpace::new(&polygons(&floor.open, 0.9 * floor.open.grid.cell_m)).map_err(outline)?;
-        let witnesses = Witnesses::of(floor, &open, scene, plan);
-        let mut candidates = fixed.to_vec();
-        candidates.extend(spread(floor).into_iter().filter(|c| open.contains(*c)));
-        let look = |at: &DVec2| {
-            let isovist = open.visibility(*at).unwrap_or_default();
-            let region = VisibilityRegion::new(isovist, plan.range_m);
-            let seen = witnesses.seen(&region, plan);
-            (region, seen)
+        let witnesses = Witnesses::of(&floor, &open, scene, plan);
+        let look = |lens: DVec3| {
+            let region = VisibilityRegion::new(open.visibility(lens.truncate()).unwrap_or_default(), plan.range_m);
+            let sight = witnesses.seen(&region, plan);
+            Viewpoint { lens, region, sight }
         };
-        let (regions, sights) = candidates.par_iter().map(look).unzip();
-        let present = present.par_iter().map(look).collect();
-        Ok(Self { open, witnesses, candidates, regions, sights, present })
+        let mut places = fixed.to_vec();
+        places.extend(spread(&floor).into_iter().filter(|p| open.contains(*p)));
+        let lens = |at: DVec2| at.extend(f64::from(floor.lens(at, plan.probe_height_m)));
+        let candidates = places.into_par_iter().map(|at| look(lens(at))).collect();
+        let present = present.into_par_iter().map(|(name, lens)| (name, look(lens))).collect();
+        Ok(Self { floor, open, witnesses, candidates, fixed: fixed.len(), present })
+    }
+
+    /// The candidates and, after them, the probes that are there already.
+    pub(crate) fn viewpoints(&self) -> impl Iterator<Item = &Viewpoint> {
+        self.candidates.iter().chain(self.present.iter().map(|(_, viewpoint)| viewpoint))
+    }
+
+    /// The probes that are there already, and the candidates of these numbers.
+    pub(crate) fn taken<'a>(&'a self, stations: &'a [usize]) -> impl Iterator<Item = &'a Viewpoint> {
+        let present = self.present.iter().map(|(_, viewpoint)| viewpoint);
+        present.chain(stations.iter().map(|c| &self.candidates[*c]))
     }
 }
 
 /// In each square of the floor, the place that is farthest from obstacles.
 fn spread(floor: &Floor) -> Vec<DVec2> {
-    let grid = floor.standable.grid;
-    let side = (floor.standable.area() / MOST).sqrt().max(0.3);
-    let block = (side / grid.cell_m).round().max(1.0) as usize;
-    let wide = grid.width.div_ceil(block);
     let distance = floor.walkable.inverted().distance();
-    let mut best: Vec<Option<usize>> = vec![None; wide * grid.height.div_ceil(block)];
-    for cell in floor.standable.cells() {
-        let slot = &mut best[cell / grid.width / block * wide + cell % grid.width / block];
-        if slot.is_none_or(|b| distance[cell] > distance[b]) {
-            *slot = Some(cell);
-        }
-    }
-    best.into_iter().flatten().map(|c| grid.middle(c)).collect()
+    let farther = |best: usize, cell: usize| if distance[cell] > distance[best] { cell } else { best };
+    let side = (floor.standable.area() / MOST).sqrt().max(0.3);
+    let cells = floor.standable.blocks(side).into_iter().filter_map(|cells| cells.into_iter().reduce(farther));
+    cells.map(|c| floor.standable.grid.middle(c)).collect()
 }

@@ -2,17 +2,17 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::assemble::{FloorParts, floor_plan};
+use super::assemble::floor_plan;
 use super::problem::FloorProblem;
 use super::result::{FloorPlan, SitePlan, SurfaceCover, SurfacePlan};
 use super::selection;
 use crate::plan::PlanError;
-use crate::plan::floors::find::find_floors;
+use crate::plan::floors::find::{Found, find_floors};
 use crate::plan::floors::floor::Floor;
-use crate::plan::floors::raster::{Grid, Map};
+use crate::plan::floors::raster::Map;
 use crate::plan::visibility::surface::{PatchVisibility, Surface};
 use crate::scene::Scene;
-use crate::site::Site;
+use crate::site::{Plan, Site};
 
 /// What to plan.
 #[derive(Clone, Debug)]
@@ -40,48 +40,30 @@ impl Default for Options {
 /// No floor, an open model, no place for a tripod, or limits that exclude each other.
 pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<SitePlan<'a>, PlanError> {
     let limits = &site.plan;
-    let mut found = find_floors(scene, limits, options.all_parts)?;
-    let mut warnings = std::mem::take(&mut found.warnings);
-    let wanted = wanted(&found.floors, &options.floors)?;
+    let Found { floors, mut warnings } = find_floors(scene, limits, options.all_parts)?;
+    let wanted = wanted(&floors, &options.floors)?;
     // a place belongs to its floor whether that is planned or not
-    let present = present(site, scene, &found.floors, options.fresh, &mut warnings);
-    let fixed = kept(fixed(site, scene, &found.floors, &present)?, &wanted);
-    let (mut floors, present) = (kept(found.floors, &wanted), kept(present, &wanted));
-    let count: usize = fixed.iter().map(Vec::len).sum();
+    let present = present(site, scene, &floors, options.fresh, &mut warnings);
+    let fixed = fixed(site, scene, &floors, &present)?;
+    let count: usize = fixed.iter().zip(&wanted).filter(|(_, wanted)| **wanted).map(|(f, _)| f.len()).sum();
     if count > limits.max_probes as usize {
         return Err(PlanError::TooManyFixed { fixed: count, most: limits.max_probes });
     }
     let mut problems = Vec::new();
-    for ((floor, fixed), present) in floors.iter().zip(&fixed).zip(&present) {
-        let at: Vec<DVec2> = present.iter().map(|(_, p)| p.truncate()).collect();
-        problems.push(FloorProblem::new(floor, scene, limits, fixed, &at)?);
-    }
-    let mut chosen = selection::in_plan(&problems, &fixed, limits);
-    let surface = (options.patches > 0).then(|| Surface::new(scene, limits, options.patches));
-    let lenses = |floor: &Floor, problem: &FloorProblem| -> Vec<Vec3> {
-        problem.candidates.iter().map(|c| c.as_vec2().extend(floor.lens(*c, limits.probe_height_m))).collect()
-    };
-    let house = selection::house(&floors).unwrap_or_else(|| Grid::covering(DVec2::ZERO, DVec2::ONE, 1.0, 1).none());
-    let reach: Vec<Vec<bool>> = match &surface {
-        Some(surface) => {
-            floors.iter().zip(&problems).map(|(f, m)| selection::reached(surface, &lenses(f, m), &house)).collect()
+    for (((floor, fixed), present), wanted) in floors.into_iter().zip(&fixed).zip(present).zip(wanted) {
+        if wanted {
+            problems.push(FloorProblem::new(floor, scene, limits, fixed, present)?);
         }
-        None => Vec::new(),
-    };
-    if let Some(surface) = &surface {
-        for (i, (floor, problem)) in floors.iter().zip(&problems).enumerate() {
-            let old: Vec<Vec3> = present[i].iter().map(|(_, p)| p.as_vec3()).collect();
+    }
+    let mut chosen = selection::in_plan(&problems, limits);
+    let house = selection::house(&problems).filter(|_| options.patches > 0);
+    let space = house.map(|house| (Surface::new(scene, limits, options.patches), house));
+    let mut reach = Vec::new();
+    if let Some((surface, house)) = &space {
+        reach = problems.iter().map(|problem| selection::reached(surface, problem, house)).collect();
+        for (i, problem) in problems.iter().enumerate() {
             let left = selection::left(&chosen, limits);
-            selection::in_space(
-                problem,
-                &lenses(floor, problem),
-                &old,
-                surface,
-                &reach[i],
-                limits,
-                left,
-                &mut chosen[i],
-            );
+            selection::in_space(problem, surface, &reach[i], limits, left, &mut chosen[i]);
         }
     }
     for (i, problem) in problems.iter().enumerate() {
@@ -90,14 +72,12 @@ pub fn plan<'a>(site: &Site, scene: &'a Scene, options: &Options) -> Result<Site
     }
     let mut plans = Vec::new();
     let mut names: Vec<String> = site.probes.iter().map(|p| p.name.clone()).collect();
-    for (i, (floor, problem)) in floors.drain(..).zip(&problems).enumerate() {
-        let parts = FloorParts { floor, problem, present: &present[i], chosen: &chosen[i], scene, limits };
-        plans.push(floor_plan(parts, &mut names));
+    for (problem, chosen) in problems.into_iter().zip(&chosen) {
+        let plan = floor_plan(problem, chosen, scene, limits, &mut names);
+        warn(&plan, limits, &mut warnings);
+        plans.push(plan);
     }
-    for plan in &plans {
-        warn(plan, limits, &mut warnings);
-    }
-    let surface = surface.map(|surface| in_space(surface, &mut plans, &reach, &house, limits));
+    let surface = space.map(|(surface, house)| surface_plan(surface, &mut plans, &reach, &house, limits));
     Ok(SitePlan { floors: plans, warnings, surface })
 }
 
@@ -111,11 +91,6 @@ fn wanted(floors: &[Floor], names: &[String]) -> Result<Vec<bool>, PlanError> {
         return Err(PlanError::UnknownFloor { name: name.clone(), known: known.join(", ") });
     }
     Ok(floors.iter().map(|f| names.is_empty() || names.iter().any(|n| is(f, n))).collect())
-}
-
-/// What belongs to the wanted floors.
-fn kept<T>(all: Vec<T>, wanted: &[bool]) -> Vec<T> {
-    all.into_iter().zip(wanted).filter(|(_, wanted)| **wanted).map(|(one, _)| one).collect()
 }
 
 /// The probes that stand on each floor, with local positions.
@@ -154,10 +129,9 @@ fn fixed(
         if present.iter().flatten().any(|(_, p)| p.truncate().distance(at) < 0.25) {
             continue;
         }
-        let fits = |f: &&Floor| f.standable.at(at);
+        let free = floors.iter().position(|f| f.standable.at(at));
         // closer to a wall than the clearance, if need be: it was asked for
-        let just = |f: &&Floor| f.walkable.at(at) && f.open.at(at);
-        let floor = floors.iter().position(|f| fits(&f)).or_else(|| floors.iter().position(|f| just(&f)));
+        let floor = free.or_else(|| floors.iter().position(|f| f.walkable.at(at) && f.open.at(at)));
         let Some(floor) = floor else { return Err(blocked(site, scene, floors, at)) };
         fixed[floor].push(at);
     }
@@ -172,7 +146,7 @@ fn blocked(site: &Site, scene: &Scene, floors: &[Floor], at: DVec2) -> PlanError
     PlanError::FixedBlocked { at: out(at), free: out(free), floor }
 }
 
-fn warn(plan: &FloorPlan, limits: &crate::site::Plan, warnings: &mut Vec<String>) {
+fn warn(plan: &FloorPlan, limits: &Plan, warnings: &mut Vec<String>) {
     let name = &plan.floor.name;
     let covered = plan.covered_fraction();
     if covered < limits.target_coverage - 0.005 {
@@ -193,12 +167,12 @@ fn warn(plan: &FloorPlan, limits: &crate::site::Plan, warnings: &mut Vec<String>
 }
 
 /// Looks at the model's surface from all stations, and tells each floor's share.
-fn in_space<'a>(
+fn surface_plan<'a>(
     surface: Surface<'a>,
     plans: &mut [FloorPlan],
     reach: &[Vec<bool>],
     house: &Map,
-    limits: &crate::site::Plan,
+    limits: &Plan,
 ) -> SurfacePlan<'a> {
     let stations: Vec<Vec3> =
         plans.iter().flat_map(|p| p.present.iter().chain(&p.stations)).map(|s| s.position.as_vec3()).collect();

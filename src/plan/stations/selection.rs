@@ -1,9 +1,9 @@
 //! Choosing stations: enough in plan, then in space, then linked.
 
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::problem::FloorProblem;
+use super::problem::{FloorProblem, Viewpoint};
 use crate::plan::cover::coverage::Coverage;
 use crate::plan::cover::greedy::{Goal, Selection, select};
 use crate::plan::cover::overlap::Overlap;
@@ -28,8 +28,6 @@ const WORTH: f64 = 0.005;
 pub(crate) struct SelectedStations {
     /// Numbers of the candidates; the fixed ones first.
     pub(crate) stations: Vec<usize>,
-    /// How many of them are fixed.
-    pub(crate) fixed: usize,
     /// How many reach the target in plan.
     pub(crate) needed: usize,
     /// So many are needed at least for that.
@@ -40,15 +38,14 @@ pub(crate) struct SelectedStations {
 
 /// Chooses enough stations on each floor to see the wanted share in plan, and shares `max_probes` out among the floors
 /// where that is too many: to those that gain most.
-pub(crate) fn in_plan(problems: &[FloorProblem], fixed: &[Vec<DVec2>], plan: &Plan) -> Vec<SelectedStations> {
-    let mut all: Vec<(SelectedStations, Selection)> =
-        problems.iter().zip(fixed).map(|(m, f)| on_floor(m, f.len(), None, plan)).collect();
+pub(crate) fn in_plan(problems: &[FloorProblem], plan: &Plan) -> Vec<SelectedStations> {
+    let mut all: Vec<(SelectedStations, Selection)> = problems.iter().map(|p| on_floor(p, None, plan)).collect();
     let total: usize = all.iter().map(|(c, _)| c.stations.len()).sum();
     if total > plan.max_probes as usize {
         let shares = shared(&all, problems, plan.max_probes as usize);
         for (i, problem) in problems.iter().enumerate() {
             let before = (all[i].0.needed, all[i].0.lower_bound);
-            all[i] = on_floor(problem, fixed[i].len(), Some(shares[i]), plan);
+            all[i] = on_floor(problem, Some(shares[i]), plan);
             (all[i].0.needed, all[i].0.lower_bound) = before;
         }
     }
@@ -60,53 +57,48 @@ pub(crate) fn left(chosen: &[SelectedStations], plan: &Plan) -> usize {
     (plan.max_probes as usize).saturating_sub(chosen.iter().map(|c| c.stations.len()).sum())
 }
 
-/// The candidates' sights and, after them, those of the probes that are there already.
-fn sights(problem: &FloorProblem) -> Vec<Vec<u32>> {
-    problem.sights.iter().chain(problem.present.iter().map(|(_, s)| s)).cloned().collect()
+/// What is chosen in any case, in the numbering of [`FloorProblem::viewpoints`]: probes that are there first, then some
+/// candidates.
+fn first(problem: &FloorProblem, candidates: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    (problem.candidates.len()..problem.viewpoints().count()).chain(candidates).collect()
 }
 
-/// Fixed in the table's numbering: probes that are there first, then the site file's places.
-fn first(problem: &FloorProblem, fixed: usize) -> Vec<usize> {
-    (problem.candidates.len()..problem.candidates.len() + problem.present.len()).chain(0..fixed).collect()
-}
-
-fn on_floor(
-    problem: &FloorProblem,
-    fixed: usize,
-    at_most: Option<usize>,
-    plan: &Plan,
-) -> (SelectedStations, Selection) {
-    let coverage = Coverage::new(problem.witnesses.weights(), sights(problem));
-    let there = problem.present.len();
-    let goal = Goal { target: plan.target_coverage, at_most: at_most.map(|n| n + there), fixed: first(problem, fixed) };
+fn on_floor(problem: &FloorProblem, at_most: Option<usize>, plan: &Plan) -> (SelectedStations, Selection) {
+    let sights = problem.viewpoints().map(|v| v.sight.iter().copied());
+    let coverage = Coverage::new(problem.witnesses.weights(), sights);
+    let goal = Goal {
+        target: plan.target_coverage,
+        at_most: at_most.map(|n| n + problem.present.len()),
+        fixed: first(problem, 0..problem.fixed),
+    };
     let new = |selection: &Selection| -> Vec<usize> {
         selection.chosen.iter().copied().filter(|c| *c < problem.candidates.len()).collect()
     };
     let mut selection = select(&coverage, &goal);
     let (lower_bound, fewer) = bound(problem, &coverage, plan, new(&selection).len());
-    if !fewer.is_empty() && fixed == 0 && at_most.is_none() {
-        selection = select(&coverage, &Goal { fixed: first(problem, 0).into_iter().chain(fewer).collect(), ..goal });
+    if !fewer.is_empty() && problem.fixed == 0 && at_most.is_none() {
+        selection = select(&coverage, &Goal { fixed: first(problem, fewer), ..goal });
     }
     let stations = new(&selection);
-    let chosen = SelectedStations { needed: stations.len(), lower_bound, fixed, stations, groups: 1 };
-    (chosen, selection)
+    (SelectedStations { needed: stations.len(), lower_bound, stations, groups: 1 }, selection)
 }
 
 /// So many new stations are needed at least, given the probes that are there; and such, if fewer than `upper` can do.
 fn bound(problem: &FloorProblem, coverage: &Coverage, plan: &Plan, upper: usize) -> (usize, Vec<usize>) {
     let mut weights = problem.witnesses.weights();
     let mut wanted = plan.target_coverage * coverage.coverable();
-    for witness in problem.present.iter().flat_map(|(_, s)| s) {
+    for witness in problem.present.iter().flat_map(|(_, v)| &v.sight) {
         wanted -= std::mem::take(&mut weights[*witness as usize]);
     }
     // a hair less, as the selection itself may stop there
     let wanted = wanted - 1e-9 * coverage.coverable();
-    partial_bound(&Coverage::new(weights, problem.sights.iter().cloned()), wanted, upper)
+    let sights = problem.candidates.iter().map(|v| v.sight.iter().copied());
+    partial_bound(&Coverage::new(weights, sights), wanted, upper)
 }
 
 /// Each floor's number of stations when there are `most` in all: always the next best one.
 fn shared(all: &[(SelectedStations, Selection)], problems: &[FloorProblem], most: usize) -> Vec<usize> {
-    let mut shares: Vec<usize> = all.iter().map(|(c, _)| c.fixed).collect();
+    let mut shares: Vec<usize> = problems.iter().map(|p| p.fixed).collect();
     let gain = |floor: usize, station: usize| {
         let curve = &all[floor].1.curve;
         let k = problems[floor].present.len() + station;
@@ -127,17 +119,17 @@ fn shared(all: &[(SelectedStations, Selection)], problems: &[FloorProblem], most
 }
 
 /// The patches that a tripod on a floor could see.
-pub(crate) fn reached(surface: &Surface<'_>, lenses: &[Vec3], house: &Map) -> Vec<bool> {
-    let step = lenses.len().div_ceil(LOOKOUTS).max(1);
-    let from: Vec<Vec3> = lenses.iter().copied().step_by(step).collect();
+pub(crate) fn reached(surface: &Surface<'_>, problem: &FloorProblem, house: &Map) -> Vec<bool> {
+    let step = problem.candidates.len().div_ceil(LOOKOUTS).max(1);
+    let from: Vec<Vec3> = problem.candidates.iter().step_by(step).map(|v| v.lens.as_vec3()).collect();
     surface.reached(&from, house, false)
 }
 
 /// Where surfaces count: above and below what is open on any floor, and a wall's thickness around. What rays meet
 /// through a window or a crack beyond that is not the house.
-pub(crate) fn house(floors: &[Floor]) -> Option<Map> {
-    let first = floors.first()?;
-    let any = Map::of(first.open.grid, |c| floors.iter().any(|f| f.open.on[c]));
+pub(crate) fn house(problems: &[FloorProblem]) -> Option<Map> {
+    let grid = problems.first()?.floor.open.grid;
+    let any = Map::of(grid, |c| problems.iter().any(|p| p.floor.open.on[c]));
     Some(any.grown(WALL_M))
 }
 
@@ -160,11 +152,8 @@ pub(crate) fn inside(floor: &Floor, plan: &Plan) -> Vec<Vec3> {
 
 /// Adds stations, at most `left`, until the wanted share of the surface is seen too: patches that are missed but can be
 /// seen come back as witnesses.
-#[expect(clippy::too_many_arguments, reason = "one step of the plan, called once")]
 pub(crate) fn in_space(
     problem: &FloorProblem,
-    lenses: &[Vec3],
-    present: &[Vec3],
     surface: &Surface<'_>,
     reach: &[bool],
     plan: &Plan,
@@ -181,45 +170,40 @@ pub(crate) fn in_space(
     // floor and surface count alike
     let scale = flat / all;
     for _ in 0..ROUNDS {
-        let stations: Vec<Vec3> = present.iter().copied().chain(chosen.stations.iter().map(|c| lenses[*c])).collect();
-        let missed = missed(surface, &stations, reach);
+        let stations: Vec<Vec3> = problem.taken(&chosen.stations).map(|v| v.lens.as_vec3()).collect();
+        let mut missed = missed(surface, &stations, reach);
         let lost: f64 = missed.iter().map(|p| surface.areas[*p]).sum();
         if lost <= (1.0 - plan.target_coverage) * all || chosen.stations.len() >= most {
             return;
         }
-        let mut back = missed;
-        back.sort_by(|a, b| surface.areas[*b].total_cmp(&surface.areas[*a]).then(a.cmp(b)));
-        back.truncate(MISSED);
-        let seen: Vec<Vec<u32>> = lenses
-            .par_iter()
-            .map(|lens| (0..back.len()).filter(|i| surface.sees(*lens, back[*i]).is_some()).map(|i| i as u32).collect())
-            .collect();
+        missed.sort_by(|a, b| surface.areas[*b].total_cmp(&surface.areas[*a]).then(a.cmp(b)));
+        missed.truncate(MISSED);
         // those that stand for the rest carry its weight
-        let part: f64 = back.iter().map(|p| surface.areas[*p]).sum();
+        let part: f64 = missed.iter().map(|p| surface.areas[*p]).sum();
         let each = |p: usize| surface.areas[p] * scale * lost / part.max(f64::MIN_POSITIVE);
-        let weights: Vec<f64> = weights.iter().copied().chain(back.iter().map(|p| each(*p))).collect();
-        let offset = problem.witnesses.len() as u32;
-        let mut sights = sights(problem);
-        for (sight, more) in sights.iter_mut().zip(&seen) {
-            sight.extend(more.iter().map(|i| offset + i));
-        }
-        let coverage = Coverage::new(weights, sights);
+        let weights: Vec<f64> = weights.iter().copied().chain(missed.iter().map(|p| each(*p))).collect();
+        let seen = |candidate: &Viewpoint| -> Vec<u32> {
+            let lens = candidate.lens.as_vec3();
+            let seen = (problem.witnesses.len()..).zip(&missed).filter(|(_, p)| surface.sees(lens, **p).is_some());
+            candidate.sight.iter().copied().chain(seen.map(|(witness, _)| witness as u32)).collect()
+        };
+        let candidates: Vec<Vec<u32>> = problem.candidates.par_iter().map(seen).collect();
+        let present = problem.present.iter().map(|(_, v)| v.sight.clone());
+        let coverage = Coverage::new(weights, candidates.into_iter().chain(present));
         let allowed = (1.0 - plan.target_coverage) * 2.0 * flat;
         let goal = Goal {
             target: (1.0 - allowed / coverage.coverable().max(f64::MIN_POSITIVE)).max(0.0),
             at_most: Some(most + problem.present.len()),
-            fixed: first(problem, 0).into_iter().chain(chosen.stations.iter().copied()).collect(),
+            fixed: first(problem, chosen.stations.iter().copied()),
         };
         let next = select(&coverage, &goal);
         let gain = |k: usize| next.curve[k] - if k == 0 { 0.0 } else { next.curve[k - 1] };
         let before = goal.fixed.len();
         let kept = (before..next.chosen.len()).take_while(|k| gain(*k) >= WORTH * 2.0 * flat).count();
-        let next = next.chosen.into_iter().take(before + kept);
-        let next: Vec<usize> = next.filter(|c| *c < problem.candidates.len()).collect();
-        if next.len() == chosen.stations.len() {
+        if kept == 0 {
             return;
         }
-        chosen.stations = next;
+        chosen.stations.extend(&next.chosen[before..before + kept]);
     }
 }
 
@@ -236,17 +220,14 @@ pub(crate) fn link(problem: &FloorProblem, plan: &Plan, mut left: usize, chosen:
     let weights = problem.witnesses.weights();
     let overlap = Overlap { weights: &weights, share: plan.overlap };
     loop {
-        let sights: Vec<&[u32]> = problem
-            .present
-            .iter()
-            .map(|(_, s)| s.as_slice())
-            .chain(chosen.stations.iter().map(|c| problem.sights[*c].as_slice()))
-            .collect();
-        chosen.groups = overlap.groups(&sights).into_iter().max().map_or(0, |g| g as usize + 1);
+        let sights: Vec<&[u32]> = problem.taken(&chosen.stations).map(|v| v.sight.as_slice()).collect();
+        let groups = overlap.groups(&sights);
+        chosen.groups = groups.iter().max().map_or(0, |g| *g as usize + 1);
         if chosen.groups < 2 || left == 0 {
             return;
         }
-        let Some(link) = overlap.link(&sights, &problem.sights) else { return };
+        let candidates = problem.candidates.iter().map(|v| v.sight.as_slice());
+        let Some(link) = overlap.link(&sights, &groups, candidates) else { return };
         chosen.stations.push(link);
         left -= 1;
     }

@@ -3,7 +3,7 @@
 /// Beyond so many stations the tour is improved step by step instead of found exactly.
 const EXACT: usize = 11;
 
-/// The order in which to visit places, given the length of the way between any two. The shortest open tour for up to
+/// The order in which to visit places, given the (finite) length of the way between any two. The shortest open tour for up to
 /// eleven (Held and Karp, *A Dynamic Programming Approach to Sequencing Problems*, 1962), a good one for more (nearest
 /// neighbour, then 2-opt). It starts at the end with the lower number.
 pub(crate) fn shortest(way: &[Vec<f64>]) -> Vec<usize> {
@@ -45,29 +45,25 @@ fn exact(way: &[Vec<f64>]) -> Vec<usize> {
     let mut set = (1 << n) - 1;
     let mut at = (0..n).min_by(|a, b| best[set][*a].0.total_cmp(&best[set][*b].0)).unwrap_or(0);
     let mut tour = vec![at];
-    while tour.len() < n && best[set][at].1 < n {
+    while tour.len() < n {
         let before = best[set][at].1;
         set &= !(1 << at);
         at = before;
         tour.push(at);
     }
-    // where no way leads, the rest follows in order
-    let missing: Vec<usize> = (0..n).filter(|i| !tour.contains(i)).collect();
-    tour.extend(missing);
     tour
 }
 
 fn nearest(way: &[Vec<f64>]) -> Vec<usize> {
     let mut tour = vec![0];
-    while tour.len() < way.len() {
+    loop {
         let at = tour[tour.len() - 1];
         let rest = (0..way.len()).filter(|i| !tour.contains(i));
         match rest.min_by(|a, b| way[at][*a].total_cmp(&way[at][*b])) {
             Some(next) => tour.push(next),
-            None => break,
+            None => return tour,
         }
     }
-    tour
 }
 
 fn improved(way: &[Vec<f64>], mut tour: Vec<usize>) -> Vec<usize> {
