@@ -155,7 +155,7 @@ fn unambiguous(fits: &[Fit], size: f64) -> Result<(), ResectionError> {
     for other in fits[1..].iter().take_while(|f| f.rms() <= near) {
         let apart_m = other.camera.pose.position.distance(best.camera.pose.position);
         let turned = (other.camera.pose.rotation.transpose() * best.camera.pose.rotation).y_axis.y < 0.999;
-        if apart_m > 0.05 * size.max(best.distance()) || turned {
+        if apart_m > 0.05 * size.max(best.distance) || turned {
             return Err(ResectionError::Ambiguous { apart_m, rms_px: best.rms(), other_px: other.rms() });
         }
     }

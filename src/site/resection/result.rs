@@ -71,8 +71,8 @@ pub enum ResectionError {
     },
     /// Two poses fit alike.
     #[error(
-        "two poses fit, {apart_m:.2} m apart (missing by {} and {} pixels): the points lie nearly in one plane or are too few",
-        pixels(*rms_px), pixels(*other_px)
+        "two poses fit, {apart_m:.2} m apart (missing by {rms_px:.2} and {other_px:.2} pixels): the points lie nearly in one plane \
+         or are too few"
     )]
     Ambiguous {
         /// Distance between the two, metres.
@@ -99,8 +99,4 @@ pub struct Match {
     pub pixel: DVec2,
     /// Metres in the program's axes.
     pub point: DVec3,
-}
-
-pub(super) fn pixels(v: f64) -> String {
-    format!("{v:.2}")
 }

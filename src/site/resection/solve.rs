@@ -3,29 +3,33 @@
 use glam::{DMat3, DVec3};
 
 use super::result::{Resection, ResectionError};
-use crate::cholesky::Cholesky;
+use crate::cholesky;
 use crate::site::{Camera, Match};
 
 /// Turn (3), move (3), logarithm of the focal length.
-const MOST: usize = 7;
+const PARAMETERS: usize = 7;
 
-type Vector = [f64; MOST];
-type Matrix = [[f64; MOST]; MOST];
+type Vector = [f64; PARAMETERS];
+type Matrix = [[f64; PARAMETERS]; PARAMETERS];
+
+/// How many are to be found: the focal length, the last, perhaps not.
+fn free_parameters(focal: bool) -> usize {
+    if focal { PARAMETERS } else { PARAMETERS - 1 }
+}
 
 /// A refined camera and what it leaves.
 pub(super) struct Fit {
     pub(super) camera: Camera,
     /// For each pair the pixel shown less the pixel picked.
     residuals: Vec<[f64; 2]>,
-    /// JᵀJ over the parameters in use.
+    /// JᵀJ.
     normal: Matrix,
-    used: usize,
-    distance: f64,
+    /// Mean distance of the points, metres.
+    pub(super) distance: f64,
 }
 
 /// Refines pose, and focal length where asked; `None` where a point leaves the picture's domain at the very start.
 pub(super) fn refine(start: &Camera, matches: &[Match], focal: bool) -> Option<Fit> {
-    let used = if focal { 7 } else { 6 };
     // positions in units of the distance to the points: all parameters are then about pixels per radian
     let distance = matches.iter().map(|m| m.point.distance(start.pose.position)).sum::<f64>() / matches.len() as f64;
     let distance = if distance > 0.0 { distance } else { 1.0 };
@@ -33,20 +37,16 @@ pub(super) fn refine(start: &Camera, matches: &[Match], focal: bool) -> Option<F
     let mut residuals = misses(&camera, matches)?;
     let mut lambda = 1e-3;
     for _ in 0..200 {
-        let jacobian = jacobian(&camera, matches, distance, used)?;
-        let (normal, gradient) = normal_equations(&jacobian, &residuals, used);
+        let jacobian = jacobian(&camera, matches, distance, focal)?;
+        let (normal, gradient) = normal_equations(&jacobian, &residuals, focal);
         let before = sum(&residuals);
         let mut stepped = false;
         while lambda < 1e12 {
             let mut damped = normal;
-            for (i, row) in damped.iter_mut().enumerate().take(used) {
+            for (i, row) in damped.iter_mut().enumerate() {
                 row[i] += lambda * row[i].max(1e-12);
             }
-            let step = factor(&damped, used).map(|f| {
-                let mut step = gradient.map(|v| -v);
-                f.solve(&mut step[..used]);
-                step
-            });
+            let step = cholesky::solve(&damped, &gradient.map(|v| -v));
             let next = step.map(|s| moved(&camera, &s, distance));
             if let Some(next) = next
                 && let Some(after) = misses(&next, matches)
@@ -62,8 +62,8 @@ pub(super) fn refine(start: &Camera, matches: &[Match], focal: bool) -> Option<F
             break;
         }
     }
-    let (normal, _) = normal_equations(&jacobian(&camera, matches, distance, used)?, &residuals, used);
-    Some(Fit { camera, residuals, normal, used, distance })
+    let (normal, _) = normal_equations(&jacobian(&camera, matches, distance, focal)?, &residuals, focal);
+    Some(Fit { camera, residuals, normal, distance })
 }
 
 impl Fit {
@@ -78,11 +78,6 @@ impl Fit {
         x.hypot(y)
     }
 
-    /// Mean distance of the points, metres.
-    pub(super) fn distance(&self) -> f64 {
-        self.distance
-    }
-
     /// The result with its uncertainty: σ² (JᵀJ)⁻¹, where σ is what the residuals tell, but at least `picking_px`.
     ///
     /// # Errors
@@ -91,10 +86,10 @@ impl Fit {
     /// length by more than a tenth.
     pub(super) fn resection(&self, picking_px: f64, focal: bool) -> Result<Resection, ResectionError> {
         let n = self.residuals.len();
-        let free = (2 * n).saturating_sub(self.used).max(1);
+        let free = (2 * n).saturating_sub(free_parameters(focal)).max(1);
         let sigma = (sum(&self.residuals) / free as f64).sqrt().max(picking_px);
         let loose = |what, uncertainty: String| ResectionError::Loose { what, uncertainty };
-        let Some(covariance) = inverse(&self.normal, self.used) else {
+        let Some(covariance) = cholesky::inverse(&self.normal) else {
             return Err(loose("the camera", "any amount".to_owned()));
         };
         let worst = |from: usize| sigma * largest_eigenvalue(&covariance, from).sqrt();
@@ -139,12 +134,12 @@ fn sum(residuals: &[[f64; 2]]) -> f64 {
     residuals.iter().map(|[x, y]| x * x + y * y).sum()
 }
 
-/// Central differences, two rows a pair.
-fn jacobian(camera: &Camera, matches: &[Match], distance: f64, used: usize) -> Option<Vec<[Vector; 2]>> {
+/// Central differences, two rows a pair; zeros for the focal length where that is known.
+fn jacobian(camera: &Camera, matches: &[Match], distance: f64, focal: bool) -> Option<Vec<[Vector; 2]>> {
     const STEP: f64 = 1e-6;
-    let mut rows = vec![[[0.0; MOST]; 2]; matches.len()];
-    for parameter in 0..used {
-        let mut step = [0.0; MOST];
+    let mut rows = vec![[[0.0; PARAMETERS]; 2]; matches.len()];
+    for parameter in 0..free_parameters(focal) {
+        let mut step = [0.0; PARAMETERS];
         step[parameter] = STEP;
         let ahead = misses(&moved(camera, &step, distance), matches)?;
         let behind = misses(&moved(camera, &step.map(|v| -v), distance), matches)?;
@@ -157,35 +152,23 @@ fn jacobian(camera: &Camera, matches: &[Match], distance: f64, used: usize) -> O
     Some(rows)
 }
 
-fn normal_equations(jacobian: &[[Vector; 2]], residuals: &[[f64; 2]], used: usize) -> (Matrix, Vector) {
-    let (mut normal, mut gradient) = ([[0.0; MOST]; MOST], [0.0; MOST]);
+fn normal_equations(jacobian: &[[Vector; 2]], residuals: &[[f64; 2]], focal: bool) -> (Matrix, Vector) {
+    let (mut normal, mut gradient) = ([[0.0; PARAMETERS]; PARAMETERS], [0.0; PARAMETERS]);
     for (rows, residual) in jacobian.iter().zip(residuals) {
         for (row, r) in rows.iter().zip(residual) {
-            for i in 0..used {
+            for i in 0..PARAMETERS {
                 gradient[i] += row[i] * r;
-                for j in 0..used {
+                for j in 0..PARAMETERS {
                     normal[i][j] += row[i] * row[j];
                 }
             }
         }
     }
-    (normal, gradient)
-}
-
-/// The factor of the block over the first `n` parameters.
-fn factor(a: &Matrix, n: usize) -> Option<Cholesky> {
-    Cholesky::new(a[..n].iter().flat_map(|row| &row[..n]).copied().collect(), n)
-}
-
-/// The inverse over the first `n` parameters; 0 beyond.
-fn inverse(a: &Matrix, n: usize) -> Option<Matrix> {
-    let factor = factor(a, n)?;
-    let mut out = [[0.0; MOST]; MOST];
-    for (i, row) in out.iter_mut().enumerate().take(n) {
-        row[i] = 1.0;
-        factor.solve(&mut row[..n]);
+    if !focal {
+        // an equation of its own, by which a known focal length stays
+        normal[6][6] = 1.0;
     }
-    Some(out)
+    (normal, gradient)
 }
 
 /// Of the 3 × 3 block at `from`, by power iteration.
