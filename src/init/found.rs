@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::InitError;
 use crate::panorama::{self, Exif};
-use crate::site::pose_file_photographs;
-
-/// Pictures that are read here, by the ending of their names.
-const ENDINGS: [&str; 7] = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff"];
+use crate::site::files::{PICTURES, is_picture};
+use crate::site::{files_of_poses, pose_file_photographs};
 
 /// A picture and what its shape and its EXIF data tell.
 #[derive(Clone, Debug)]
@@ -45,8 +43,7 @@ pub(super) fn pictures(folder: &Path) -> Result<(Vec<Found>, Vec<String>), InitE
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
-        let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase());
-        if ENDINGS.contains(&ending.as_str()) && path.is_file() {
+        if is_picture(&path) && path.is_file() {
             files.push(path);
         }
     }
@@ -63,7 +60,7 @@ pub(super) fn pictures(folder: &Path) -> Result<(Vec<Found>, Vec<String>), InitE
         }
     }
     if all.is_empty() && odd.is_empty() {
-        return Err(InitError::NoPicture { path: folder.to_owned(), endings: ENDINGS.join(", ") });
+        return Err(InitError::NoPicture { path: folder.to_owned(), endings: PICTURES.join(", ") });
     }
     Ok((all, odd))
 }
@@ -214,10 +211,7 @@ fn candidates(folder: &Path) -> Vec<PathBuf> {
         if seen > MOST {
             break;
         }
-        let has = |ending: &str| {
-            paths.iter().any(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) && p.is_file())
-        };
-        if ["bin", "txt"].iter().any(|e| folder.join(format!("images.{e}")).is_file()) || has("xmp") {
+        if !files_of_poses(&folder).is_empty() {
             found.push(folder.clone());
         }
         for path in paths {

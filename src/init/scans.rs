@@ -51,12 +51,11 @@ pub(super) fn taken_out(
     if scans.pictures.is_empty() {
         return Ok(Vec::new());
     }
-    let refused = |why: String| InitError::Folder { path: folder.to_owned(), why };
     let in_use = std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
     if in_use && !overwrite {
         return Err(InitError::InUse { path: folder.to_owned() });
     }
-    std::fs::create_dir_all(folder).map_err(|e| refused(e.to_string()))?;
+    std::fs::create_dir_all(folder).map_err(|e| InitError::Folder { path: folder.to_owned(), why: e.to_string() })?;
     let is_pinhole = |p: &ScanPicture| matches!(p.projection, ScanProjection::Pinhole { .. });
     let panoramas = scans.pictures.iter().any(|p| !is_pinhole(p));
     let (mut all, mut names) = (Vec::new(), Vec::new());
@@ -218,12 +217,6 @@ fn sample(picture: &Picture, at: DVec2, wraps: bool, between: bool) -> Option<Ve
     Some(row(top).lerp(row(top + 1.0), v))
 }
 
-/// A rotation as the site file has it.
-pub(super) fn wxyz(rotation: &DQuat) -> [f64; 4] {
-    let q = if rotation.w < 0.0 { -*rotation } else { *rotation };
-    [q.w, q.x, q.y, q.z]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -232,6 +225,15 @@ mod tests {
     fn colour(azimuth: f64, elevation: f64) -> Vec3 {
         let (sin, cos) = azimuth.sin_cos();
         (DVec3::new(cos * elevation.cos(), sin * elevation.cos(), elevation.sin()).as_vec3() + 1.5) / 2.5
+    }
+
+    /// What `shows` at the middles of pixels.
+    fn picture(width: u32, height: u32, shows: impl Fn(f64, f64) -> Vec3) -> Picture {
+        let mut picture = Picture::new(width as usize, height as usize);
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            *pixel = shows((i % width as usize) as f64 + 0.5, (i / width as usize) as f64 + 0.5);
+        }
+        picture
     }
 
     fn assert_right(out: &Picture, shows: impl Fn(f64) -> bool) {
@@ -251,12 +253,7 @@ mod tests {
         // 360° across, 120° down
         let (width, height) = (240u32, 80u32);
         let step = DVec2::splat(TAU / f64::from(width));
-        let mut source = Picture::new(width as usize, height as usize);
-        for (i, pixel) in source.pixels.iter_mut().enumerate() {
-            let x = (i % width as usize) as f64 + 0.5;
-            let y = (i / width as usize) as f64 + 0.5;
-            *pixel = colour((120.0 - x) * step.x, (40.0 - y) * step.y);
-        }
+        let source = picture(width, height, |x, y| colour((120.0 - x) * step.x, (40.0 - y) * step.y));
         let projection = ScanProjection::Spherical { step };
         assert!(!is_whole(&projection, [width, height]) && is_whole(&projection, [240, 120]));
         let out = latlong(&source, None, &projection, [width, height]);
@@ -273,12 +270,7 @@ mod tests {
         let (width, height, slope) = (240u32, 100u32, 0.02);
         let step = TAU / f64::from(width);
         let horizon = 30.0;
-        let mut source = Picture::new(width as usize, height as usize);
-        for (i, pixel) in source.pixels.iter_mut().enumerate() {
-            let x = (i % width as usize) as f64 + 0.5;
-            let y = (i / width as usize) as f64 + 0.5;
-            *pixel = colour((120.0 - x) * step, ((horizon - y) * slope).atan());
-        }
+        let source = picture(width, height, |x, y| colour((120.0 - x) * step, ((horizon - y) * slope).atan()));
         let out = latlong(&source, None, &ScanProjection::Cylindrical { step, slope, horizon }, [width, height]);
         assert_right(&out, |elevation| elevation.tan() < 0.6 && elevation.tan() > -1.4);
     }

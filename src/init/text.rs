@@ -1,13 +1,13 @@
 //! A draft in the words of a site file.
 
-use crate::init::names::unique;
 use std::path::{Component, Path, PathBuf};
 
 use super::found::{Found, Shape, by_lighting};
 use super::guess::Guessed;
-use super::scans::{ScanLens, wxyz};
+use super::names::unique;
+use super::scans::ScanLens;
 use super::{Findings, Gathered};
-use crate::site::edit::{number, quoted};
+use crate::site::edit::{number, quoted, wxyz};
 
 /// So many photographs without a place are written out; the others are counted.
 const WRITTEN_OUT: usize = 12;
@@ -48,9 +48,10 @@ pub(super) fn site_file(f: &Findings) -> String {
 
 /// How a value was come by.
 fn remark<T>(guessed: &Guessed<T>, name: impl Fn(&T) -> String) -> String {
-    let certainty = if guessed.sure { "guessed" } else { "NOT SURE, look at it" };
-    let rival = guessed.rival.as_ref().map_or_else(String::new, |r| format!("; {} would do as well", name(r)));
-    format!("{certainty}: {}{rival}", guessed.why)
+    match &guessed.rival {
+        None => format!("guessed: {}", guessed.why),
+        Some(rival) => format!("NOT SURE, look at it: {}; {} would do as well", guessed.why, name(rival)),
+    }
 }
 
 fn cameras(folder: &Path, pictures: &Gathered) -> String {
@@ -91,7 +92,7 @@ fn scanned(folder: &Path, pictures: &Gathered) -> String {
             "\n[[{table}]]\nname = {}\nposition = {}\nrotation = {}\n{key} = {}\n",
             quoted(&picture.name),
             list(&picture.position.to_array(), 4),
-            list(&wxyz(&picture.rotation), 8),
+            list(&wxyz(picture.rotation), 8),
             path(folder, &picture.path)
         );
         if let Some(ScanLens { focal, centre, distortion }) = picture.lens {

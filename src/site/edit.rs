@@ -71,6 +71,12 @@ pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
+/// A rotation as the site file has it; of its two quaternions the one with w ≥ 0.
+pub(crate) fn wxyz(q: DQuat) -> [f64; 4] {
+    let q = if q.w < 0.0 { -q } else { q };
+    [q.w, q.x, q.y, q.z]
+}
+
 /// Position (model's axes and units), heading, pitch and roll (degrees) as the site file has them, rounded to 0.1 mm and
 /// 0.001°.
 pub fn in_site_file(frame: &Frame, pose: &Pose) -> ([String; 3], [String; 3]) {
@@ -158,10 +164,8 @@ impl Edits<'_> {
         }
         let from_camera = model_from_camera(frame, &pose.rotation);
         let unit = |v: f64| number(v, UNIT_DECIMALS);
-        if let Some(wxyz) = value(table, "rotation") {
-            let q = DQuat::from_mat3(&from_camera).normalize();
-            let q = if q.w < 0.0 { -q } else { q };
-            self.numbers(wxyz, &[q.w, q.x, q.y, q.z].map(unit));
+        if let Some(list) = value(table, "rotation") {
+            self.numbers(list, &wxyz(DQuat::from_mat3(&from_camera).normalize()).map(unit));
             return;
         }
         if let Some(rows) = value(table, "matrix") {

@@ -1,4 +1,4 @@
-//! The site file's keys, and nothing else: this is the one place that knows them.
+//! The site file's keys and those of a walk's key frames, and nothing else: this is the one place that knows them.
 
 use glam::DVec3;
 use serde::de::value::SeqAccessDeserializer;
@@ -10,7 +10,7 @@ use toml::Spanned;
 use super::VertexColours;
 use super::numbers::List;
 
-type Number = Spanned<f64>;
+pub(super) type Number = Spanned<f64>;
 pub(super) type Text = Spanned<String>;
 pub(super) type Vector = Spanned<List<f64, 3>>;
 pub(super) type Pair = Spanned<List<f64, 2>>;
@@ -110,63 +110,105 @@ pub(super) struct CamerasTable {
     pub(super) translation: Option<Vector>,
 }
 
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ProbeTable {
-    pub(super) name: Text,
-    pub(super) position: Option<Vector>,
-    pub(super) heading: Option<Number>,
-    pub(super) pitch: Option<Number>,
-    pub(super) roll: Option<Number>,
-    pub(super) rotation: Option<Quaternion>,
-    pub(super) matrix: Option<Matrix>,
-    pub(super) look_at: Option<Vector>,
-    pub(super) image: Spanned<ImageKey>,
-    pub(super) projection: Option<Spanned<ProjectionKey>>,
-    pub(super) fov_y: Option<Number>,
-    pub(super) fx: Option<Number>,
-    pub(super) fy: Option<Number>,
-    pub(super) cx: Option<Number>,
-    pub(super) cy: Option<Number>,
-    pub(super) k1: Option<Number>,
-    pub(super) k2: Option<Number>,
-    pub(super) k3: Option<Number>,
-    pub(super) k4: Option<Number>,
-    pub(super) p1: Option<Number>,
-    pub(super) p2: Option<Number>,
-    pub(super) gain: Option<Spanned<GainKey>>,
-    pub(super) vignetting: Option<Pair>,
-    pub(super) response: Option<Pair>,
+/// The keys of a table that say how something is turned.
+pub(super) struct Orientation<'a> {
+    pub(super) heading: &'a Option<Number>,
+    pub(super) pitch: &'a Option<Number>,
+    pub(super) roll: &'a Option<Number>,
+    pub(super) rotation: &'a Option<Quaternion>,
+    pub(super) matrix: &'a Option<Matrix>,
+    pub(super) look_at: &'a Option<Vector>,
 }
 
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ViewTable {
-    pub(super) name: Text,
-    pub(super) position: Option<Vector>,
-    pub(super) heading: Option<Number>,
-    pub(super) pitch: Option<Number>,
-    pub(super) roll: Option<Number>,
-    pub(super) rotation: Option<Quaternion>,
-    pub(super) matrix: Option<Matrix>,
-    pub(super) look_at: Option<Vector>,
-    pub(super) projection: Option<Spanned<LensKey>>,
-    pub(super) fov_y: Option<Number>,
-    pub(super) fx: Option<Number>,
-    pub(super) fy: Option<Number>,
-    pub(super) cx: Option<Number>,
-    pub(super) cy: Option<Number>,
-    pub(super) k1: Option<Number>,
-    pub(super) k2: Option<Number>,
-    pub(super) k3: Option<Number>,
-    pub(super) k4: Option<Number>,
-    pub(super) p1: Option<Number>,
-    pub(super) p2: Option<Number>,
-    pub(super) size: Option<Spanned<List<u32, 2>>>,
-    pub(super) photo: Option<Text>,
-    pub(super) mask: Option<Text>,
-    #[serde(rename = "match", default)]
-    pub(super) pairs: Vec<Spanned<MatchTable>>,
+/// The keys of a table that tell its lens.
+pub(super) struct LensKeys<'a> {
+    pub(super) fov_y: &'a Option<Number>,
+    pub(super) focal: [&'a Option<Number>; 2],
+    pub(super) centre: [&'a Option<Number>; 2],
+    pub(super) radial: [&'a Option<Number>; 4],
+    pub(super) tangential: [&'a Option<Number>; 2],
+}
+
+/// A table with the keys of a pose, perhaps those of a lens too, and its own before, between and after them. One struct holds
+/// them all, since serde's `flatten` loses where in the text each stands.
+macro_rules! posed_table {
+    ($table:ident { $($before:tt)* } pose { $($after:tt)* }) => {
+        #[derive(serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct $table {
+            $($before)*
+            pub(super) position: Option<Vector>,
+            heading: Option<Number>,
+            pitch: Option<Number>,
+            roll: Option<Number>,
+            rotation: Option<Quaternion>,
+            matrix: Option<Matrix>,
+            look_at: Option<Vector>,
+            $($after)*
+        }
+
+        impl $table {
+            pub(super) fn orientation(&self) -> Orientation<'_> {
+                let Self { heading, pitch, roll, rotation, matrix, look_at, .. } = self;
+                Orientation { heading, pitch, roll, rotation, matrix, look_at }
+            }
+        }
+    };
+    ($table:ident { $($before:tt)* } pose { $($between:tt)* } lens { $($after:tt)* }) => {
+        posed_table! { $table { $($before)* } pose {
+            $($between)*
+            fov_y: Option<Number>,
+            fx: Option<Number>,
+            fy: Option<Number>,
+            cx: Option<Number>,
+            cy: Option<Number>,
+            k1: Option<Number>,
+            k2: Option<Number>,
+            k3: Option<Number>,
+            k4: Option<Number>,
+            p1: Option<Number>,
+            p2: Option<Number>,
+            $($after)*
+        } }
+
+        impl $table {
+            pub(super) fn lens(&self) -> LensKeys<'_> {
+                let Self { fov_y, fx, fy, cx, cy, k1, k2, k3, k4, p1, p2, .. } = self;
+                LensKeys { fov_y, focal: [fx, fy], centre: [cx, cy], radial: [k1, k2, k3, k4], tangential: [p1, p2] }
+            }
+        }
+    };
+}
+
+posed_table! { ProbeTable
+    { pub(super) name: Text, }
+    pose {
+        pub(super) image: Spanned<ImageKey>,
+        pub(super) projection: Option<Spanned<ProjectionKey>>,
+    }
+    lens {
+        pub(super) gain: Option<Spanned<GainKey>>,
+        pub(super) vignetting: Option<Pair>,
+        pub(super) response: Option<Pair>,
+    }
+}
+
+posed_table! { ViewTable
+    { pub(super) name: Text, }
+    pose { pub(super) projection: Option<Spanned<LensKey>>, }
+    lens {
+        pub(super) size: Option<Spanned<List<u32, 2>>>,
+        pub(super) photo: Option<Text>,
+        pub(super) mask: Option<Text>,
+        #[serde(rename = "match", default)]
+        pub(super) pairs: Vec<Spanned<MatchTable>>,
+    }
+}
+
+// a key frame of a walk
+posed_table! { KeyFrameTable
+    { pub(super) view: Option<Text>, }
+    pose { pub(super) fov_y: Option<Number>, }
 }
 
 #[derive(serde::Deserialize)]

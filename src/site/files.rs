@@ -3,6 +3,25 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+/// The endings of pictures that are read here.
+pub(crate) const PICTURES: [&str; 7] = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff"];
+
+/// Whether a file is a picture that is read here, by its name.
+pub(crate) fn is_picture(path: &Path) -> bool {
+    path.extension().is_some_and(|e| PICTURES.iter().any(|p| e.eq_ignore_ascii_case(p)))
+}
+
+/// Whether a character cannot stand in a file's name on some system.
+pub(crate) fn is_unfit_in_names(c: char) -> bool {
+    c.is_control() || "/\\:*?\"<>|".contains(c)
+}
+
+/// Text as a file's name, without ending, that any system takes; perhaps empty.
+pub(crate) fn as_file_name(text: &str) -> String {
+    let name: String = text.chars().map(|c| if is_unfit_in_names(c) { '_' } else { c }).collect();
+    name.trim_matches([' ', '.']).to_owned()
+}
+
 /// Whether a path is really a URL.
 pub(crate) fn is_url(text: &str) -> bool {
     let scheme = text.split_once("://").map(|(scheme, _)| scheme);

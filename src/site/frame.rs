@@ -203,6 +203,13 @@ impl Pose {
     }
 }
 
+/// A rotation matrix made exactly one; `None` where it is none to 10⁻³.
+pub(super) fn exact_rotation(m: DMat3) -> Option<DMat3> {
+    let departure = (m * m.transpose() - DMat3::IDENTITY).to_cols_array().iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    (m.is_finite() && departure < 2e-3 && m.determinant() > 0.0)
+        .then(|| DMat3::from_quat(DQuat::from_mat3(&m).normalize()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -61,6 +61,7 @@ pub use camera::Camera;
 pub use fault::SiteError;
 pub(crate) use file::metres_in;
 pub use frame::{Frame, Pose, UNITS, Unit, Up};
+pub(crate) use poses::files as files_of_poses;
 pub use poses::{PoseFileError, photographs as pose_file_photographs};
 pub use resection::{Match, Resection, ResectionError};
 pub use site::{

@@ -39,16 +39,11 @@ pub(super) fn parsed(source: &Source, faults: &mut Faults) -> Option<SiteFile> {
             return None;
         }
     }
-    let top = std::mem::take(tree.get_mut()).into_iter().map(|(key, mut value)| {
+    for (_, value) in tree.get_mut().iter_mut() {
         if let DeValue::Array(items) = value.get_mut() {
-            let whole = std::mem::replace(items, DeArray::new())
-                .into_iter()
-                .filter(|item| !mended.tables.contains(&item.span().start));
-            *items = whole.collect();
+            retain(items, |item| !mended.tables.contains(&item.span().start));
         }
-        (key, value)
-    });
-    *tree.get_mut() = top.collect();
+    }
     SiteFile::deserialize(Deserializer::from(tree)).ok()
 }
 
@@ -66,30 +61,20 @@ impl Mended {
         let at = error.span()?.start;
         let mut found = None;
         let rest = std::mem::take(top).into_iter().filter_map(|(key, mut value)| {
-            let named = key.span().contains(&at);
             if let DeValue::Array(items) = value.get_mut() {
-                let kept = std::mem::replace(items, DeArray::new())
-                    .into_iter()
-                    .filter_map(|item| self.mend(item, false, at, &mut found));
-                *items = kept.collect();
+                retain(items, |item| self.mend(item, false, at, &mut found));
             }
-            Some((key, self.mend(value, named, at, &mut found)?))
+            self.mend(&mut value, key.span().contains(&at), at, &mut found).then_some((key, value))
         });
         *top = rest.collect();
         found
     }
 
-    /// A value without the key in it where the fault lies; `None` where it lies in the value itself.
-    fn mend<'a>(
-        &mut self,
-        mut value: Spanned<DeValue<'a>>,
-        named: bool,
-        at: usize,
-        found: &mut Option<bool>,
-    ) -> Option<Spanned<DeValue<'a>>> {
+    /// Takes the key where the fault lies out of a value; whether the value can stay: not where the fault lies in itself.
+    fn mend(&mut self, value: &mut Spanned<DeValue>, named: bool, at: usize, found: &mut Option<bool>) -> bool {
         let span = value.span();
         if found.is_some() {
-            return Some(value);
+            return true;
         }
         if let DeValue::Table(table) = value.get_mut() {
             let before = table.len();
@@ -98,13 +83,19 @@ impl Mended {
             if table.len() < before {
                 *found = Some(false);
                 self.tables.insert(span.start);
-                return Some(value);
+                return true;
             }
         }
         if !named && !span.contains(&at) {
-            return Some(value);
+            return true;
         }
         *found = Some(!self.tables.insert(span.start));
-        None
+        false
     }
+}
+
+/// Keeps some items of a list.
+fn retain<'a>(items: &mut DeArray<'a>, mut keep: impl FnMut(&mut Spanned<DeValue<'a>>) -> bool) {
+    let all = std::mem::replace(items, DeArray::new()).into_iter();
+    *items = all.filter_map(|mut item| keep(&mut item).then_some(item)).collect();
 }

@@ -1,39 +1,15 @@
 //! How a probe or view is turned: bearings, a point to look at, a quaternion or a matrix.
 
 use glam::{DMat3, DQuat, DVec3};
+use std::ops::Range;
 use toml::Spanned;
 
 use super::fault::{SiteError, Source};
-use super::file::{Matrix, Quaternion, Vector};
-use super::frame::{Frame, Pose};
+use super::file::{Matrix, Number, Orientation, Quaternion, Vector};
+use super::frame::{Frame, Pose, exact_rotation};
 
-/// Largest departure from unit length, and of a matrix from orthonormal, that counts as rounding.
+/// Largest departure from unit length that counts as rounding.
 const TOLERANCE: f64 = 1e-3;
-
-/// The orientation keys of a `[[probe]]` or `[[view]]`.
-pub(super) struct Orientation<'a> {
-    pub(super) heading: &'a Option<Spanned<f64>>,
-    pub(super) pitch: &'a Option<Spanned<f64>>,
-    pub(super) roll: &'a Option<Spanned<f64>>,
-    pub(super) rotation: &'a Option<Quaternion>,
-    pub(super) matrix: &'a Option<Matrix>,
-    pub(super) look_at: &'a Option<Vector>,
-}
-
-/// The orientation keys of a table.
-macro_rules! orientation {
-    ($t:expr) => {
-        Orientation {
-            heading: &$t.heading,
-            pitch: &$t.pitch,
-            roll: &$t.roll,
-            rotation: &$t.rotation,
-            matrix: &$t.matrix,
-            look_at: &$t.look_at,
-        }
-    };
-}
-pub(super) use orientation;
 
 impl Orientation<'_> {
     /// The pose at `position` (model's axes and units). No orientation key at all is heading 0, level.
@@ -56,22 +32,24 @@ impl Orientation<'_> {
         } else if let Some(rows) = self.matrix {
             frame_from_model(frame, matrix(source, rows)?)
         } else {
-            let angle = |key: &Option<Spanned<f64>>| key.as_ref().map_or(Ok(0.0), |v| finite_number(source, v));
+            let angle = |key: &Option<Number>| key.as_ref().map_or(Ok(0.0), |v| finite_number(source, v));
             frame.rotation(angle(self.heading)?, angle(self.pitch)?, angle(self.roll)?)
         };
         Ok(Pose { position: at, rotation })
     }
 
     /// Where any orientation is given.
-    pub(super) fn given(&self) -> Option<std::ops::Range<usize>> {
+    pub(super) fn given(&self) -> Option<Range<usize>> {
         self.ways().next()
     }
 
     /// Where each way to give it is used.
-    fn ways(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+    fn ways(&self) -> impl Iterator<Item = Range<usize>> {
         let bearings = [self.heading, self.pitch, self.roll].into_iter().flatten().map(Spanned::span).next();
-        let other = [self.rotation.as_ref().map(Spanned::span), self.matrix.as_ref().map(Spanned::span)];
-        [bearings].into_iter().chain(other).chain([self.look_at.as_ref().map(Spanned::span)]).flatten()
+        let rotation = self.rotation.as_ref().map(Spanned::span);
+        let matrix = self.matrix.as_ref().map(Spanned::span);
+        let target = self.look_at.as_ref().map(Spanned::span);
+        [bearings, rotation, matrix, target].into_iter().flatten()
     }
 
     fn only_one_way(&self, source: &Source) -> Result<(), SiteError> {
@@ -110,22 +88,19 @@ pub(super) fn quaternion(source: &Source, wxyz: &Quaternion) -> Result<DMat3, Si
 
 pub(super) fn matrix(source: &Source, rows: &Matrix) -> Result<DMat3, SiteError> {
     let m = DMat3::from_cols_array_2d(&rows.get_ref().map(|row| *row)).transpose();
-    let departure = (m * m.transpose() - DMat3::IDENTITY).to_cols_array().iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    if !m.is_finite() || departure > 2.0 * TOLERANCE {
-        return Err(source.fault(
-            rows.span(),
-            "expected a rotation matrix (rows at right angles and of length 1)",
-            "Give three rows without scale or shear; leave a translation out",
-        ));
-    }
-    if m.determinant() < 0.0 {
-        return Err(source.fault(
-            rows.span(),
-            "expected a rotation matrix, found one that mirrors (its determinant is −1)",
-            "Check the axes: the columns are the camera's right, up and backward in the model's axes",
-        ));
-    }
-    Ok(DMat3::from_quat(DQuat::from_mat3(&m).normalize()))
+    exact_rotation(m).ok_or_else(|| {
+        let (problem, help) = match exact_rotation(-m) {
+            Some(_) => (
+                "expected a rotation matrix, found one that mirrors (its determinant is −1)",
+                "Check the axes: the columns are the camera's right, up and backward in the model's axes",
+            ),
+            None => (
+                "expected a rotation matrix (rows at right angles and of length 1)",
+                "Give three rows without scale or shear; leave a translation out",
+            ),
+        };
+        source.fault(rows.span(), problem, help)
+    })
 }
 
 /// Three finite numbers.
@@ -142,7 +117,7 @@ pub(super) fn finite(source: &Source, vector: &Vector) -> Result<DVec3, SiteErro
 }
 
 /// One finite number.
-pub(super) fn finite_number(source: &Source, number: &Spanned<f64>) -> Result<f64, SiteError> {
+pub(super) fn finite_number(source: &Source, number: &Number) -> Result<f64, SiteError> {
     let v = *number.get_ref();
     if v.is_finite() {
         return Ok(v);

@@ -6,16 +6,16 @@ use std::path::Path;
 use toml::Spanned;
 
 use super::fault::{SiteError, Source};
-use super::file::{Matrix, Quaternion, Vector};
+use super::file::KeyFrameTable;
 use super::numbers::List;
-use super::pose::{Orientation, finite, finite_number, orientation};
+use super::pose::{finite, finite_number};
 use super::{Camera, CameraSource, Pose, Site, View};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WalkFile {
     path: Table,
-    key: Vec<Spanned<KeyTable>>,
+    key: Vec<Spanned<KeyFrameTable>>,
 }
 
 #[derive(Deserialize)]
@@ -23,28 +23,9 @@ struct WalkFile {
 struct Table {
     frames: Spanned<u32>,
     size: Option<List<u32, 2>>,
-    #[serde(default = "default_fov")]
-    fov_y: f64,
+    fov_y: Option<f64>,
     #[serde(default)]
     ease: bool,
-}
-
-fn default_fov() -> f64 {
-    60.0
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct KeyTable {
-    view: Option<Spanned<String>>,
-    position: Option<Vector>,
-    heading: Option<Spanned<f64>>,
-    pitch: Option<Spanned<f64>>,
-    roll: Option<Spanned<f64>>,
-    rotation: Option<Quaternion>,
-    matrix: Option<Matrix>,
-    look_at: Option<Vector>,
-    fov_y: Option<Spanned<f64>>,
 }
 
 /// A key frame.
@@ -82,7 +63,8 @@ pub fn walk(site: &Site, path: &Path) -> Result<Vec<View>, SiteError> {
             "Correct frames or size",
         ));
     }
-    let mut keys = file.key.iter().map(|k| key(site, &source, k, fov_y)).collect::<Result<Vec<_>, _>>()?;
+    let mut keys =
+        file.key.iter().map(|k| key(site, &source, k, fov_y.unwrap_or(60.0))).collect::<Result<Vec<_>, _>>()?;
     time(&mut keys);
     if keys.is_empty() {
         return Err(source.fault(frames.span(), "a walk without key frames", "Add [[key]] tables"));
@@ -102,12 +84,9 @@ pub fn walk(site: &Site, path: &Path) -> Result<Vec<View>, SiteError> {
     Ok((0..count).map(frame).collect())
 }
 
-fn key(site: &Site, source: &Source, table: &Spanned<KeyTable>, usual_fov: f64) -> Result<Key, SiteError> {
+fn key(site: &Site, source: &Source, table: &Spanned<KeyFrameTable>, usual_fov: f64) -> Result<Key, SiteError> {
     let k = table.get_ref();
-    let fov_y = match &k.fov_y {
-        Some(fov) => finite_number(source, fov)?,
-        None => usual_fov,
-    };
+    let fov_y = k.fov_y.as_ref().map_or(Ok(usual_fov), |fov| finite_number(source, fov))?;
     if !(1.0..=170.0).contains(&fov_y) {
         return Err(source.fault(table.span(), format!("a field of view of {fov_y}°"), "Give fov_y from 1 to 170"));
     }
@@ -120,7 +99,7 @@ fn key(site: &Site, source: &Source, table: &Spanned<KeyTable>, usual_fov: f64) 
                 source.fault(name.span(), problem, format!("The site's views: {}", names.join(", ")))
             })?
         }
-        (None, Some(position)) => orientation!(k).pose(source, &site.frame, finite(source, position)?)?,
+        (None, Some(position)) => k.orientation().pose(source, &site.frame, finite(source, position)?)?,
         _ => {
             let help = "Give each key frame a position with an orientation, or the name of a view";
             return Err(source.fault(table.span(), "expected either a position or a view", help));

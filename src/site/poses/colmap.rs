@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, bytes};
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, bytes, text};
 use crate::panorama::{Distortion, Lens};
 
 /// The models' names, by number, and how many parameters each has.
@@ -39,10 +39,6 @@ pub(super) fn read(folder: &Path, ending: &str) -> Result<PoseFile> {
         text_images(&images, &text(&images)?, &known)?
     };
     Ok(PoseFile { cameras: solved, ..PoseFile::default() })
-}
-
-fn text(path: &Path) -> Result<String> {
-    Ok(String::from_utf8_lossy(&bytes(path)?).into_owned())
 }
 
 fn text_cameras(path: &Path, text: &str) -> Result<Cameras> {
@@ -175,7 +171,7 @@ fn intrinsics(at: &FilePlace, model: &str, size: [u32; 2], p: &[f64]) -> Result<
         return Err(at.damaged(&format!("expected a size and a focal length above zero, found {size:?} and {p:?}")));
     }
     let lens = if model.ends_with("FISHEYE") { Lens::Fisheye } else { Lens::Perspective };
-    Ok(Intrinsics { size: Some(size), lens, focal, centre, skew: 0.0, distortion, as_stored: true })
+    Ok(Intrinsics { size: Some(size), lens, focal, centre, skew: 0.0, distortion })
 }
 
 /// Where in a file something is.

@@ -5,14 +5,15 @@
 //! x, y the ideal coordinates: x' = x (1 + k1 r² + …) + p1 (r² + 2x²) + 2 p2 x y, y' alike with p1 and p2 exchanged, and
 //! u = w/2 + cx + x' (f + b1) + y' b2, v = h/2 + cy + y' f. So p1 and p2 are OpenCV's in the other order.
 
-use glam::{DMat3, DMat4, DVec2, DVec3};
+use glam::{DMat3, DMat4, DVec2, DVec3, UVec2};
 use roxmltree::Node;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
-use super::xml::{child, damaged, number, numbers, parse, text, value};
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, Similarity, SolvedCamera, text};
+use super::xml::{child, damaged, number, numbers, parse, value};
 use crate::panorama::{Distortion, Lens};
+use crate::site::frame::exact_rotation;
 
 pub(super) fn read(path: &Path) -> Result<PoseFile> {
     let text = text(path)?;
@@ -40,35 +41,24 @@ pub(super) fn read(path: &Path) -> Result<PoseFile> {
     let cameras = chunk.descendants().filter(|n| n.has_tag_name("camera") && n.attribute("label").is_some());
     for node in cameras {
         let label = node.attribute("label").unwrap_or_default().to_owned();
-        let sensor = node.attribute("sensor_id").and_then(|id| sensors.get(id));
+        let sensor = node.attribute("sensor_id").and_then(|id| sensors.get(id).copied());
         let (Some(text), Some(sensor)) = (child(node, "transform").and_then(|n| n.text()), sensor) else {
             left_out.push(label);
             continue;
         };
-        let intrinsics = match sensor {
-            Sensor::Lens(intrinsics) => *intrinsics,
-            Sensor::Spherical => {
-                left_out.push(label);
-                continue;
-            }
-            Sensor::Unread(kind) => {
-                return Err(PoseFileError::Unsupported {
-                    path: path.into(),
-                    what: format!("the camera type “{kind}” of {label} is not read here"),
-                    remedy: "set the camera type to Frame or Equidistant Fisheye, align and export again",
-                });
-            }
-        };
+        let intrinsics = sensor.map_err(|kind| PoseFileError::Unsupported {
+            path: path.into(),
+            what: format!("the camera type “{kind}” of {label} is not read here"),
+            remedy: "set the camera type to Frame or Equidistant Fisheye, align and export again",
+        })?;
         let m = DMat4::from_cols_array(&numbers::<16>(path, node, text)?).transpose();
-        let turn = rotation(DMat3::from_mat4(m))
+        let rotation = exact_rotation(DMat3::from_mat4(m))
             .ok_or_else(|| damaged(path, node, "expected a rotation in the camera's transform"))?;
+        let camera = SolvedCamera { photo: label, position: m.w_axis.truncate(), rotation, intrinsics };
         let component = node.attribute("component_id").and_then(|id| components.get(id).copied().flatten());
-        let (scale, to_world, shift) = component.or(whole).unwrap_or((1.0, DMat3::IDENTITY, DVec3::ZERO));
-        found.cameras.push(SolvedCamera {
-            photo: label,
-            position: to_world * m.w_axis.truncate() * scale + shift,
-            rotation: to_world * turn,
-            intrinsics,
+        found.cameras.push(match component.or(whole) {
+            Some(to_world) => camera.moved(&to_world),
+            None => camera,
         });
     }
     if !left_out.is_empty() {
@@ -82,40 +72,34 @@ pub(super) fn read(path: &Path) -> Result<PoseFile> {
     Ok(found)
 }
 
-/// Scale, rotation and translation of a `<transform>`; `None` where it is empty.
-fn similarity(path: &Path, node: Node) -> Result<Option<(f64, DMat3, DVec3)>> {
+/// What a `<transform>` does; `None` where it is empty.
+fn similarity(path: &Path, node: Node) -> Result<Option<Similarity>> {
     let (Some(rows), Some(shift)) = (child(node, "rotation"), child(node, "translation")) else { return Ok(None) };
     let turn: [f64; 9] = numbers(path, rows, rows.text().unwrap_or_default())?;
-    let turn = rotation(DMat3::from_cols_array(&turn).transpose())
+    let rotation = exact_rotation(DMat3::from_cols_array(&turn).transpose())
         .ok_or_else(|| damaged(path, rows, "expected the rows of a rotation matrix"))?;
     let shift: [f64; 3] = numbers(path, shift, shift.text().unwrap_or_default())?;
     let scale = number(path, node, "scale", 1.0)?;
     if scale <= 0.0 {
         return Err(damaged(path, node, format!("expected a scale above zero, found {scale}")));
     }
-    Ok(Some((scale, turn, DVec3::from_array(shift))))
+    Ok(Some(Similarity { scale, rotation, translation: DVec3::from_array(shift) }))
 }
 
-enum Sensor {
-    Lens(Intrinsics),
-    /// A panorama: no photograph of a view.
-    Spherical,
-    Unread(String),
-}
-
-fn sensors<'a>(path: &Path, chunk: Node<'a, '_>) -> Result<BTreeMap<&'a str, Sensor>> {
+/// The lens of each sensor that photographs of views can have, or its type where that is not read here.
+fn sensors<'a>(
+    path: &Path,
+    chunk: Node<'a, '_>,
+) -> Result<BTreeMap<&'a str, std::result::Result<Intrinsics, &'a str>>> {
     let mut sensors = BTreeMap::new();
     for node in chunk.descendants().filter(|n| n.has_tag_name("sensor")) {
         let Some(id) = node.attribute("id") else { continue };
         let lens = match node.attribute("type").unwrap_or("frame") {
             "frame" => Lens::Perspective,
             "fisheye" | "equidistant_fisheye" => Lens::Fisheye,
-            "spherical" => {
-                sensors.insert(id, Sensor::Spherical);
-                continue;
-            }
+            "spherical" => continue,
             other => {
-                sensors.insert(id, Sensor::Unread(other.to_owned()));
+                sensors.insert(id, Err(other));
                 continue;
             }
         };
@@ -125,7 +109,7 @@ fn sensors<'a>(path: &Path, chunk: Node<'a, '_>) -> Result<BTreeMap<&'a str, Sen
         };
         // a sensor without calibration has no aligned camera
         let Some(calibration) = of("adjusted").or_else(|| of("initial")) else { continue };
-        sensors.insert(id, Sensor::Lens(intrinsics(path, node, calibration, lens)?));
+        sensors.insert(id, Ok(intrinsics(path, node, calibration, lens)?));
     }
     Ok(sensors)
 }
@@ -143,7 +127,7 @@ fn intrinsics(path: &Path, sensor: Node, node: Node, lens: Lens) -> Result<Intri
         })
     };
     let size = [side("width")?, side("height")?];
-    let middle = DVec2::new(f64::from(size[0]), f64::from(size[1])) * 0.5;
+    let middle = 0.5 * UVec2::from(size).as_dvec2();
     let of = |name| number(path, node, name, 0.0);
     let (f, fx, fy) = (of("f")?, of("fx")?, of("fy")?);
     // before version 1.3: fx, fy, skew, and cx, cy from the corner
@@ -164,5 +148,5 @@ fn intrinsics(path: &Path, sensor: Node, node: Node, lens: Lens) -> Result<Intri
         });
     }
     let distortion = Distortion::brown([of("k1")?, of("k2")?, of("k3")?, of("k4")?], [of("p2")?, of("p1")?]);
-    Ok(Intrinsics { size: Some(size), lens, focal, centre, skew, distortion, as_stored: true })
+    Ok(Intrinsics { size: Some(size), lens, focal, centre, skew, distortion })
 }

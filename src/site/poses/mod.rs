@@ -10,7 +10,7 @@ mod solved;
 mod xml;
 
 pub use solved::PoseFileError;
-pub(super) use solved::{PoseFile, SolvedCamera, listed};
+pub(super) use solved::{PoseFile, Similarity, SolvedCamera, listed};
 
 use std::path::{Path, PathBuf};
 
@@ -31,10 +31,8 @@ pub(super) fn read(path: &Path) -> Result<PoseFile> {
         })
     };
     if path.is_dir() {
-        for ending in ["bin", "txt"] {
-            if path.join(format!("images.{ending}")).is_file() {
-                return colmap::read(path, ending);
-            }
+        if let Some(ending) = colmap_ending(path) {
+            return colmap::read(path, ending);
         }
         let files = xmp_files(path)?;
         if files.is_empty() {
@@ -60,15 +58,19 @@ pub fn photographs(path: &Path) -> Result<Vec<String>> {
 }
 
 /// The files that [`read`] reads: of a folder, those that hold poses.
-pub(super) fn files(path: &Path) -> Vec<PathBuf> {
+pub(crate) fn files(path: &Path) -> Vec<PathBuf> {
     if !path.is_dir() {
         return vec![path.to_owned()];
     }
-    let ending = ["bin", "txt"].into_iter().find(|e| path.join(format!("images.{e}")).is_file());
-    match ending {
+    match colmap_ending(path) {
         Some(ending) => ["cameras", "images"].map(|stem| path.join(format!("{stem}.{ending}"))).into(),
         None => xmp_files(path).unwrap_or_default(),
     }
+}
+
+/// The ending of COLMAP's files in a folder that holds them.
+fn colmap_ending(folder: &Path) -> Option<&'static str> {
+    ["bin", "txt"].into_iter().find(|ending| folder.join(format!("images.{ending}")).is_file())
 }
 
 fn xmp_files(folder: &Path) -> Result<Vec<PathBuf>> {
@@ -76,7 +78,7 @@ fn xmp_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(io)? {
         let path = entry.map_err(io)?.path();
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("xmp")) {
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("xmp")) && path.is_file() {
             files.push(path);
         }
     }

@@ -8,9 +8,10 @@
 use glam::{DMat3, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
-use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, rotation};
-use super::xml::{damaged, number, numbers, parse, text, value};
+use super::solved::{Intrinsics, PoseFile, PoseFileError, Result, SolvedCamera, text};
+use super::xml::{damaged, number, numbers, parse, value};
 use crate::panorama::{Distortion, Lens};
+use crate::site::frame::exact_rotation;
 
 pub(super) fn read(files: &[PathBuf]) -> Result<PoseFile> {
     let mut found = PoseFile::default();
@@ -34,9 +35,8 @@ fn camera(path: &Path) -> Result<Option<SolvedCamera>> {
     let described = document.descendants().find(|n| value(*n, "Rotation").is_some() && value(*n, "Position").is_some());
     let Some(node) = described else { return Ok(None) };
     let rows: [f64; 9] = numbers(path, node, value(node, "Rotation").unwrap_or_default())?;
-    let to_camera = DMat3::from_cols_array(&rows).transpose();
-    let to_camera =
-        rotation(to_camera).ok_or_else(|| damaged(path, node, "expected the rows of a rotation matrix in Rotation"))?;
+    let to_camera = exact_rotation(DMat3::from_cols_array(&rows).transpose())
+        .ok_or_else(|| damaged(path, node, "expected the rows of a rotation matrix in Rotation"))?;
     let position: [f64; 3] = numbers(path, node, value(node, "Position").unwrap_or_default())?;
     let photo = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Some(SolvedCamera {
@@ -79,6 +79,5 @@ fn intrinsics(path: &Path, node: roxmltree::Node) -> Result<Intrinsics> {
         centre: DVec2::new(number(path, node, "PrincipalPointU", 0.0)?, number(path, node, "PrincipalPointV", 0.0)?),
         skew: number(path, node, "Skew", 0.0)?,
         distortion,
-        as_stored: false,
     })
 }

@@ -1,9 +1,9 @@
 //! What another program's pose file holds, and what can be wrong with it.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, UVec2};
 use std::path::{Path, PathBuf};
 
-use crate::panorama::{Distortion, Lens};
+use crate::panorama::{CameraModel, Distortion, Lens};
 
 /// A camera of a pose file.
 #[derive(Clone, Debug)]
@@ -18,19 +18,47 @@ pub(in crate::site) struct SolvedCamera {
     pub(in crate::site) intrinsics: Intrinsics,
 }
 
-/// A lens, in pixels of its picture.
+impl SolvedCamera {
+    /// The camera in other axes and units.
+    pub(in crate::site) fn moved(self, by: &Similarity) -> Self {
+        let position = by.rotation * self.position * by.scale + by.translation;
+        Self { position, rotation: by.rotation * self.rotation, ..self }
+    }
+}
+
+/// From some axes and units to others: scale · rotation · x + translation.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::site) struct Similarity {
+    pub(in crate::site) scale: f64,
+    pub(in crate::site) rotation: DMat3,
+    pub(in crate::site) translation: DVec3,
+}
+
+/// A lens.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::site) struct Intrinsics {
-    /// Width and height; `None`: all lengths are in units of the longer side, and the centre from the middle.
+    /// Width and height of the picture as it is stored, whatever its EXIF orientation says, which the lengths below count in
+    /// pixels of. `None`: they are in units of the longer side of the upright picture, and the centre is from its middle.
     pub(in crate::site) size: Option<[u32; 2]>,
     pub(in crate::site) lens: Lens,
     pub(in crate::site) focal: DVec2,
     pub(in crate::site) centre: DVec2,
     pub(in crate::site) skew: f64,
     pub(in crate::site) distortion: Distortion,
-    /// Whether pixels are those stored in the file, whatever its EXIF orientation says; else those of the upright
-    /// picture.
-    pub(in crate::site) as_stored: bool,
+}
+
+impl Intrinsics {
+    /// The lens before its picture; `size` is the picture's where the file does not tell it.
+    pub(in crate::site) fn model(&self, size: [u32; 2]) -> CameraModel {
+        let Self { lens, focal, centre, skew, distortion, .. } = *self;
+        let Some(size) = self.size else {
+            let sides = UVec2::from(size).as_dvec2();
+            let unit = sides.max_element();
+            let (focal, centre) = (focal * unit, centre * unit + 0.5 * sides);
+            return CameraModel { size, lens, focal, centre, skew: skew * unit, distortion };
+        };
+        CameraModel { size, lens, focal, centre, skew, distortion }
+    }
 }
 
 /// What a pose file holds.
@@ -82,14 +110,12 @@ pub(in crate::site) fn bytes(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|source| PoseFileError::Io { path: path.into(), source })
 }
 
-pub(in crate::site) type Result<T> = std::result::Result<T, PoseFileError>;
-
-/// A rotation matrix made exactly one, if it is one to 10⁻³.
-pub(in crate::site) fn rotation(m: DMat3) -> Option<DMat3> {
-    let departure = (m * m.transpose() - DMat3::IDENTITY).to_cols_array().iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-    (m.is_finite() && departure < 2e-3 && m.determinant() > 0.0)
-        .then(|| DMat3::from_quat(glam::DQuat::from_mat3(&m).normalize()))
+/// A file's text, without a byte order mark.
+pub(in crate::site) fn text(path: &Path) -> Result<String> {
+    Ok(String::from_utf8_lossy(&bytes(path)?).trim_start_matches('\u{feff}').to_owned())
 }
+
+pub(in crate::site) type Result<T> = std::result::Result<T, PoseFileError>;
 
 /// A few names, and how many more there are.
 pub(in crate::site) fn listed(names: &[String]) -> String {

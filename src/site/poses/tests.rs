@@ -15,28 +15,23 @@ const T: [f64; 3] = [2.0, 3.0, -1.0];
 
 /// The camera as the program uses it, in a z-up model of metres.
 fn pixel(c: &SolvedCamera, size: [u32; 2], point: DVec3) -> DVec2 {
-    let axis = |v: DVec3| c.rotation * v;
-    let (unit, middle) = match c.intrinsics.size {
-        Some(_) => (1.0, DVec2::ZERO),
-        None => (f64::from(size[0].max(size[1])), 0.5 * DVec2::new(f64::from(size[0]), f64::from(size[1]))),
-    };
-    let camera = crate::site::Camera {
-        pose: crate::site::Pose {
-            position: c.position,
-            rotation: DMat3::from_cols(axis(DVec3::X), axis(DVec3::Z), axis(DVec3::NEG_Y)),
-        },
-        width: size[0],
-        height: size[1],
-        lens: c.intrinsics.lens,
-        focal: c.intrinsics.focal * unit,
-        centre: c.intrinsics.centre * unit + middle,
-        skew: c.intrinsics.skew * unit,
-        distortion: c.intrinsics.distortion,
-    };
-    camera.project(point).unwrap()
+    let DMat3 { x_axis: right, y_axis: down, z_axis: forward } = c.rotation;
+    let pose = crate::site::Pose { position: c.position, rotation: DMat3::from_cols(right, forward, -down) };
+    crate::site::Camera::new(pose, &c.intrinsics.model(size)).project(point).unwrap()
 }
 
 const POINT: DVec3 = DVec3::new(5.0, 1.0, 4.0);
+
+/// The point's r².
+const R2: f64 = 0.125;
+
+/// Where Brown's terms move the point: radial ones to so many times its distance, tangential ones that go with x and with y.
+fn brown(radial: f64, with_x: f64, with_y: f64) -> DVec2 {
+    let (x, y) = (0.25, -0.25);
+    let dx = x * radial + with_x * (R2 + 2.0 * x * x) + 2.0 * with_y * x * y;
+    let dy = y * radial + with_y * (R2 + 2.0 * y * y) + 2.0 * with_x * x * y;
+    DVec2::new(dx, dy)
+}
 
 #[track_caller]
 fn near(found: DVec2, expected: [f64; 2]) {
@@ -81,18 +76,16 @@ fn colmap_binary(model: u32, parameters: &[f64]) -> (Vec<u8>, Vec<u8>) {
 
 #[test]
 fn colmaps_models_and_axes() {
-    // distorted by hand: r² = 0.125
-    let r2: f64 = 0.125;
+    // distorted by hand
+    let r2 = R2;
     let theta = r2.sqrt().atan();
     let fish = |k: [f64; 4]| {
         let t2 = theta * theta;
         theta * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])))) / r2.sqrt() * 0.25
     };
     let opencv = |radial: f64, p1: f64, p2: f64| {
-        let (x, y) = (0.25, -0.25);
-        let dx = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
-        let dy = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
-        [320.0 + 400.0 * dx, 240.0 + 410.0 * dy]
+        let d = brown(radial, p2, p1);
+        [320.0 + 400.0 * d.x, 240.0 + 410.0 * d.y]
     };
     let one = |d: f64| [320.0 + 400.0 * d, 240.0 - 400.0 * d];
     let cases: Vec<(u32, &str, Vec<f64>, [f64; 2])> = vec![
@@ -208,11 +201,11 @@ fn realitycaptures_units_axes_and_order_of_terms() {
                 xcr:PrincipalPointV=\"0.005\"";
     let pose = format!("<xcr:Rotation>{ROWS}</xcr:Rotation><xcr:Position>1 2 3</xcr:Position>");
     let coefficients = "<xcr:DistortionCoeficients>0.1 -0.2 0.3 0 0.02 0.01</xcr:DistortionCoeficients>";
-    let brown = xmp(&format!("{lens} xcr:DistortionModel=\"brown3t2\">{pose}{coefficients}"));
+    let distorted = xmp(&format!("{lens} xcr:DistortionModel=\"brown3t2\">{pose}{coefficients}"));
     let plain =
         xmp(&format!("xcr:Rotation=\"{ROWS}\" xcr:Position=\"1 2 3\" {lens} xcr:DistortionModel=\"perspective\">"));
     let folder = folder(&[
-        ("a.xmp", brown.as_bytes()),
+        ("a.xmp", distorted.as_bytes()),
         ("b.XMP", plain.as_bytes()),
         ("c.xmp", xmp("xcr:FocalLength35mm=\"20\">").as_bytes()),
     ]);
@@ -223,11 +216,22 @@ fn realitycaptures_units_axes_and_order_of_terms() {
     // in portrait the longer side is the height
     near(pixel(&found.cameras[1], [480, 640], POINT), [246.4 + 100.0, 323.2 - 100.0]);
     // t1 goes with x, as Metashape's p1
-    let (r2, x, y, t1, t2) = (0.125, 0.25, -0.25, 0.02, 0.01);
-    let radial = 1.0 + 0.1 * r2 - 0.2 * r2 * r2 + 0.3 * r2 * r2 * r2;
-    let dx = x * radial + t1 * (r2 + 2.0 * x * x) + 2.0 * t2 * x * y;
-    let dy = y * radial + t2 * (r2 + 2.0 * y * y) + 2.0 * t1 * x * y;
-    near(pixel(&found.cameras[0], [640, 480], POINT), [326.4 + 400.0 * dx, 243.2 + 400.0 * dy]);
+    let d = brown(1.0 + 0.1 * R2 - 0.2 * R2.powi(2) + 0.3 * R2.powi(3), 0.02, 0.01);
+    near(pixel(&found.cameras[0], [640, 480], POINT), [326.4 + 400.0 * d.x, 243.2 + 400.0 * d.y]);
+}
+
+#[test]
+fn byte_order_marks_and_folders_called_like_files_do_no_harm() {
+    let colmap = colmap_text("PINHOLE 640 480 400 400 320 240");
+    for name in ["cameras.txt", "images.txt"] {
+        let path = colmap.path().join(name);
+        fs::write(&path, format!("\u{feff}{}", fs::read_to_string(&path).unwrap())).unwrap();
+    }
+    assert_eq!(read(colmap.path()).unwrap().cameras.len(), 2);
+    let pose = format!("xcr:Rotation=\"{ROWS}\" xcr:Position=\"1 2 3\" xcr:FocalLength35mm=\"22.5\">");
+    let solved = folder(&[("a.xmp", xmp(&pose).as_bytes())]);
+    fs::create_dir(solved.path().join("b.xmp")).unwrap();
+    assert_eq!(read(solved.path()).unwrap().cameras.len(), 1);
 }
 
 fn metashape(chunk_transform: &str, reference: &str) -> String {
@@ -264,11 +268,8 @@ fn metashapes_axes_offsets_and_order_of_terms() {
     assert!(plain.warnings[0].contains("1 cameras") && plain.warnings[0].contains("IMG_3"), "{:?}", plain.warnings);
     // half of (1, 2, 3): the point is halved too
     assert!(plain.cameras[0].position.distance(DVec3::new(0.5, 1.0, 1.5)) < 1e-12);
-    let (r2, x, y, p1, p2) = (0.125, 0.25, -0.25, 0.02, 0.01);
-    let radial = 1.0 + 0.1 * r2 - 0.2 * r2 * r2 + 0.3 * r2 * r2 * r2;
-    let dx = x * radial + p1 * (r2 + 2.0 * x * x) + 2.0 * p2 * x * y;
-    let dy = y * radial + p2 * (r2 + 2.0 * y * y) + 2.0 * p1 * x * y;
-    let expected = [320.0 + 6.4 + dx * (400.0 + 8.0) + dy * 2.0, 240.0 - 3.2 + dy * 400.0];
+    let d = brown(1.0 + 0.1 * R2 - 0.2 * R2.powi(2) + 0.3 * R2.powi(3), 0.02, 0.01);
+    let expected = [320.0 + 6.4 + d.x * (400.0 + 8.0) + d.y * 2.0, 240.0 - 3.2 + d.y * 400.0];
     near(pixel(&plain.cameras[0], [640, 480], POINT * 0.5), expected);
     // the chunk's transform turns by 90° about z, doubles and shifts: the picture stays
     let moved = at("moved.xml");

@@ -3,12 +3,7 @@
 use roxmltree::{Document, Node};
 use std::path::Path;
 
-use super::solved::{PoseFileError, Result, bytes};
-
-/// An XML file's text.
-pub(super) fn text(path: &Path) -> Result<String> {
-    Ok(String::from_utf8_lossy(&bytes(path)?).trim_start_matches('\u{feff}').to_owned())
-}
+use super::solved::{PoseFileError, Result};
 
 /// The parsed file.
 pub(super) fn parse<'a>(path: &Path, text: &'a str) -> Result<Document<'a>> {

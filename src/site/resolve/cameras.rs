@@ -1,6 +1,6 @@
 //! The `[cameras]` table: views and probes from another program's pose file.
 
-use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DMat3, DVec3, UVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -11,19 +11,13 @@ use super::super::file::{CamerasTable, ProbesKey};
 use super::super::files::is_url;
 use super::super::frame::Pose;
 use super::super::pose::{finite, matrix, quaternion};
-use super::super::poses::{self, SolvedCamera, listed};
+use super::super::poses::{self, Similarity, SolvedCamera, listed};
 use super::super::{CameraSource, LitPicture, Pictures, Probe, View};
 use super::Resolver;
 use super::names::lighting_name;
+use super::photographs::{Masks, Pool, agreement, view_name};
 use super::picture::ASPECT_TOLERANCE;
 use crate::panorama::{self, Projection};
-
-/// From a pose file's axes and units to the model's: scale · rotation · x + translation.
-struct Similarity {
-    scale: f64,
-    rotation: DMat3,
-    translation: DVec3,
-}
 
 /// What a camera of a pose file becomes.
 #[derive(Clone, Copy)]
@@ -51,7 +45,7 @@ impl Resolver<'_> {
         let fault = |problem: String, help: &str| self.source.fault(t.path.span(), problem, help);
         let path = self.there(&t.path, "the pose file")?;
         let similarity = self.similarity(t)?;
-        let mut file =
+        let file =
             poses::read(&path).map_err(|e| fault(e.to_string(), "Export the cameras again, or leave [cameras] out"))?;
         let moved = t.translation.is_some() || t.rotation.is_some() || t.matrix.is_some();
         if file.geocentric && !moved {
@@ -63,6 +57,7 @@ impl Resolver<'_> {
             ));
         }
         let parts = self.parts(t, &file.cameras)?;
+        let lighting = t.lighting.as_ref().map_or(Ok(String::new()), |name| lighting_name(&self.source, name))?;
         let wanted = parts.iter().filter(|part| part.is_used()).count();
         if wanted == 0 {
             return Err(fault(
@@ -77,18 +72,17 @@ impl Resolver<'_> {
         let mut masks = masks.map(Masks::of);
         let mut missing = Vec::new();
         let before = views.len() + probes.len();
-        let lighting = t.lighting.as_ref().map_or("", |l| l.get_ref().as_str());
-        for ((solved, part), photo) in file.cameras.iter().zip(parts).zip(found).filter(|((_, part), _)| part.is_used())
-        {
-            let photo = match photo {
-                Some(photo) => Some(photo),
-                None if self.pictures == Pictures::MayBeMissing && solved.intrinsics.size.is_some() => None,
-                None => {
-                    missing.push(solved.photo.clone());
-                    continue;
-                }
-            };
-            let camera = self.solved(t, solved, photo.as_deref(), &similarity)?;
+        for ((solved, part), photo) in file.cameras.into_iter().zip(parts).zip(found) {
+            if !part.is_used() {
+                continue;
+            }
+            let may_be_missing = self.pictures == Pictures::MayBeMissing && solved.intrinsics.size.is_some();
+            if photo.is_none() && !may_be_missing {
+                missing.push(solved.photo);
+                continue;
+            }
+            let solved = solved.moved(&similarity);
+            let camera = self.solved(t, &solved, photo.as_deref())?;
             let name = view_name(&solved.photo);
             let twice = |what: &str| {
                 fault(
@@ -106,11 +100,7 @@ impl Resolver<'_> {
                     name: name.clone(),
                     pose: camera.pose,
                     placed: true,
-                    pictures: vec![LitPicture {
-                        lighting: lighting.to_owned(),
-                        path: photo.clone(),
-                        frames: Vec::new(),
-                    }],
+                    pictures: vec![LitPicture { lighting: lighting.clone(), path: photo.clone(), frames: Vec::new() }],
                     projection: Projection::Camera(camera.model()),
                     gain: Vec3::ONE,
                     vignetting: Vec2::ZERO,
@@ -159,7 +149,7 @@ impl Resolver<'_> {
                 listed(&missing)
             ));
         }
-        warnings.append(&mut file.warnings);
+        warnings.extend(file.warnings);
         Ok(path)
     }
 
@@ -172,7 +162,7 @@ impl Resolver<'_> {
         parts: &[PoseUse],
         photos: &Pool,
     ) -> Result<Vec<Option<PathBuf>>, SiteError> {
-        let mut found: Vec<_> = cameras.iter().map(|c| photos.find(&photos.folder, &c.photo)).collect();
+        let mut found: Vec<_> = cameras.iter().map(|c| photos.find(&c.photo)).collect();
         let mut takers: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
         for (i, path) in found.iter().enumerate() {
             if let Some(path) = path {
@@ -219,6 +209,7 @@ impl Resolver<'_> {
         ))
     }
 
+    /// From the pose file's axes and units to the model's.
     fn similarity(&self, t: &CamerasTable) -> Result<Similarity, SiteError> {
         let scale = t.scale.as_ref().map_or(Ok(1.0), |v| self.number(v, |v| v > 0.0, "a scale above zero"))?;
         let rotation = match (&t.rotation, &t.matrix) {
@@ -265,22 +256,17 @@ impl Resolver<'_> {
                 "Say in cameras.probes which photographs are probes, or leave the lighting out",
             ));
         }
-        t.lighting.as_ref().map_or(Ok(()), |name| lighting_name(&self.source, name))?;
         Ok(cameras.iter().map(one).collect())
     }
 
-    /// A pose file's camera in the program's axes, for its photograph set upright.
-    fn solved(
-        &self,
-        t: &CamerasTable,
-        solved: &SolvedCamera,
-        photo: Option<&Path>,
-        to_model: &Similarity,
-    ) -> Result<Camera, SiteError> {
+    /// A camera, solved in the model's axes, in the program's, for its photograph set upright.
+    fn solved(&self, t: &CamerasTable, solved: &SolvedCamera, photo: Option<&Path>) -> Result<Camera, SiteError> {
         let fault = |problem: String, help: &str| self.source.fault(t.path.span(), problem, help);
         let upright = photo.map(|p| self.size_of(p, t.path.span())).transpose()?;
+        let lens = &solved.intrinsics;
+        // without a size, lengths belong to the upright picture
         let (quarters, mirrored) = match photo {
-            Some(path) if solved.intrinsics.as_stored => panorama::quarter_turns(path).unwrap_or((0, false)),
+            Some(path) if lens.size.is_some() => panorama::quarter_turns(path).unwrap_or((0, false)),
             _ => (0, false),
         };
         if mirrored {
@@ -289,8 +275,7 @@ impl Resolver<'_> {
                 "Save it unmirrored, and solve the cameras again",
             ));
         }
-        let stored = upright.map(|(w, h)| if quarters % 2 == 1 { [h, w] } else { [w, h] });
-        let lens = &solved.intrinsics;
+        let stored = upright.map(|[w, h]| if quarters % 2 == 1 { [h, w] } else { [w, h] });
         let Some(size) = lens.size.or(stored) else {
             return Err(fault(
                 format!("the size of “{}” is not known", solved.photo),
@@ -301,8 +286,7 @@ impl Resolver<'_> {
         // a photograph that was turned upright after its camera had been solved as it is now needs no turn
         let already = quarters % 2 == 1 && wanted != size && [wanted[1], wanted[0]] == size;
         let (wanted, quarters) = if already { (size, 0) } else { (wanted, quarters) };
-        let by =
-            DVec2::new(f64::from(wanted[0]), f64::from(wanted[1])) / DVec2::new(f64::from(size[0]), f64::from(size[1]));
+        let by = UVec2::from(wanted).as_dvec2() / UVec2::from(size).as_dvec2();
         if (by.x / by.y - 1.0).abs() > ASPECT_TOLERANCE {
             return Err(fault(
                 format!(
@@ -318,146 +302,12 @@ impl Resolver<'_> {
                 "Solve the cameras without skew, or turn the photographs upright first",
             ));
         }
-        let (unit, middle) = match lens.size {
-            Some(_) => (1.0, DVec2::ZERO),
-            None => (f64::from(size[0].max(size[1])), 0.5 * DVec2::new(f64::from(size[0]), f64::from(size[1]))),
+        let axis = |v: DVec3| self.frame.direction_in(solved.rotation * v);
+        let pose = Pose {
+            position: self.frame.point_in(solved.position),
+            rotation: DMat3::from_cols(axis(DVec3::X), axis(DVec3::Z), axis(DVec3::NEG_Y)),
         };
-        let axis = |v: DVec3| self.frame.direction_in(to_model.rotation * (solved.rotation * v));
-        let position = to_model.rotation * solved.position * to_model.scale + to_model.translation;
-        let camera = Camera {
-            pose: Pose {
-                position: self.frame.point_in(position),
-                rotation: DMat3::from_cols(axis(DVec3::X), axis(DVec3::Z), axis(DVec3::NEG_Y)),
-            },
-            width: wanted[0],
-            height: wanted[1],
-            lens: lens.lens,
-            focal: lens.focal * unit * by,
-            centre: (lens.centre * unit + middle) * by,
-            skew: lens.skew * unit * by.x,
-            distortion: lens.distortion,
-        };
-        Ok(camera.turned(quarters))
-    }
-}
-
-/// A view's name after its photograph's.
-fn view_name(photo: &str) -> String {
-    let photo = photo.replace('\\', "/");
-    let stem = match photo.rsplit_once('.') {
-        Some((stem, ending)) if is_picture(ending) => stem,
-        _ => &photo,
-    };
-    let name: String = stem.chars().map(|c| if c.is_control() || "/:*?\"<>|".contains(c) { '_' } else { c }).collect();
-    name.trim_matches([' ', '.']).to_owned()
-}
-
-fn is_picture(ending: &str) -> bool {
-    ["jpg", "jpeg", "png", "tif", "tiff", "exr", "hdr"].iter().any(|e| ending.eq_ignore_ascii_case(e))
-}
-
-/// A picture's name without its ending.
-fn stem(name: &str) -> &str {
-    match name.rsplit_once('.') {
-        Some((stem, ending)) if is_picture(ending) => stem,
-        _ => name,
-    }
-}
-
-/// How many last parts of a file's path a pose file's path has, too, leaving the ending aside; and whether that is the same.
-fn agreement(file: &Path, photo: &str) -> (usize, bool) {
-    let parts = |path: &str| -> Vec<String> {
-        path.to_lowercase().replace('\\', "/").split('/').rev().map(str::to_owned).collect()
-    };
-    // so that “.” has a name, too
-    let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-    let (file, photo) = (parts(&file.to_string_lossy()), parts(photo));
-    let pairs = || file.iter().zip(&photo);
-    let alike = pairs().enumerate().take_while(|(i, (a, b))| if *i == 0 { stem(a) == stem(b) } else { a == b });
-    (alike.count(), pairs().next().is_some_and(|(a, b)| a == b))
-}
-
-/// A folder of masks.
-struct Masks {
-    folder: PathBuf,
-    /// It and the folders in it that were looked into.
-    pools: BTreeMap<PathBuf, Pool>,
-    /// Photographs with one.
-    found: usize,
-    /// Photographs without one.
-    without: Vec<String>,
-}
-
-impl Masks {
-    fn of(folder: PathBuf) -> Self {
-        Self { folder, pools: BTreeMap::new(), found: 0, without: Vec::new() }
-    }
-
-    /// The mask of what the pose file calls `photo` and what lies at `path`, by that path or by its name, as `a.*`,
-    /// `a.jpg.png`, `a_mask.*` or `a.jpg.mask.png`. Notes whether there is one.
-    fn find(&mut self, photo: &str, path: &Path) -> Option<PathBuf> {
-        let mask = self.of_photo(&photo.replace('\\', "/"), path);
-        match mask {
-            Some(_) => self.found += 1,
-            // where pictures may be missing
-            None if !path.is_file() => {}
-            None => self.without.push(photo.to_owned()),
-        }
-        mask
-    }
-
-    fn of_photo(&mut self, photo: &str, path: &Path) -> Option<PathBuf> {
-        let exact = self.folder.join(photo);
-        if exact.is_file() && exact != path {
-            return Some(exact);
-        }
-        let (parent, name) = photo.rsplit_once('/').unwrap_or(("", photo));
-        // the pose file may leave the ending out
-        let full =
-            if stem(name) == name { path.file_name().unwrap_or_default().to_string_lossy() } else { name.into() };
-        let stem = stem(name);
-        let names = [stem.to_owned(), full.to_string(), format!("{stem}_mask"), format!("{full}.mask")];
-        let names = names.map(|name| name.to_lowercase());
-        for place in [self.folder.join(parent), self.folder.clone()] {
-            let pool = self.pools.entry(place).or_insert_with_key(|place| Pool::of(place));
-            let mut masks = names.iter().filter_map(|name| pool.by_stem.get(name)).filter(|mask| *mask != path);
-            if let Some(mask) = masks.next() {
-                return Some(mask.clone());
-            }
-        }
-        None
-    }
-}
-
-/// The pictures of a folder, by their names without ending in small letters.
-struct Pool {
-    folder: PathBuf,
-    by_stem: BTreeMap<String, PathBuf>,
-}
-
-impl Pool {
-    fn of(folder: &Path) -> Self {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
-        let mut files: Vec<PathBuf> =
-            entries.filter(|p| p.extension().is_some_and(|e| is_picture(&e.to_string_lossy()))).collect();
-        files.sort();
-        let mut by_stem = BTreeMap::new();
-        for file in files {
-            let stem = file.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
-            by_stem.entry(stem).or_insert(file);
-        }
-        Self { folder: folder.to_owned(), by_stem }
-    }
-
-    /// The picture that a pose file means: by its path, else by its name in any case and with any ending.
-    fn find(&self, folder: &Path, photo: &str) -> Option<PathBuf> {
-        let photo = photo.replace('\\', "/");
-        let exact = folder.join(&photo);
-        if exact.is_file() {
-            return Some(exact);
-        }
-        let name = photo.rsplit('/').next().unwrap_or(&photo);
-        self.by_stem.get(&stem(name).to_lowercase()).cloned()
+        Ok(Camera::new(pose, &lens.model(size).resized(wanted[0], wanted[1])).turned(quarters))
     }
 }
 

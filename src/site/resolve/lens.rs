@@ -5,34 +5,10 @@ use std::ops::Range;
 use toml::Spanned;
 
 use super::super::fault::SiteError;
+use super::super::file::{LensKeys, Number};
 use super::super::pose::finite_number;
 use super::Resolver;
 use crate::panorama::{CameraModel, Distortion, Lens};
-
-type Key<'a> = &'a Option<Spanned<f64>>;
-
-/// A view's or a probe's lens as the site file gives it.
-pub(super) struct LensKeys<'a> {
-    pub(super) fov_y: Key<'a>,
-    pub(super) focal: [Key<'a>; 2],
-    pub(super) centre: [Key<'a>; 2],
-    pub(super) radial: [Key<'a>; 4],
-    pub(super) tangential: [Key<'a>; 2],
-}
-
-/// The lens keys of a table.
-macro_rules! lens_keys {
-    ($t:expr) => {
-        LensKeys {
-            fov_y: &$t.fov_y,
-            focal: [&$t.fx, &$t.fy],
-            centre: [&$t.cx, &$t.cy],
-            radial: [&$t.k1, &$t.k2, &$t.k3, &$t.k4],
-            tangential: [&$t.p1, &$t.p2],
-        }
-    };
-}
-pub(super) use lens_keys;
 
 impl LensKeys<'_> {
     /// Where the first key is that only a calibrated lens has.
@@ -58,7 +34,7 @@ impl Resolver<'_> {
         solved: bool,
         (what, at): (&str, Range<usize>),
     ) -> Result<CameraModel, SiteError> {
-        let pixels = |key: Key, default: f64, positive: bool| match key {
+        let pixels = |key: &Option<Number>, default: f64, positive: bool| match key {
             None => Ok(default),
             Some(v) if positive => self.number(v, |v| v > 0.0, "a focal length in pixels above zero"),
             Some(v) => finite_number(&self.source, v),
@@ -94,7 +70,7 @@ impl Resolver<'_> {
         }
         let [cx, cy] = keys.centre;
         model.centre = DVec2::new(pixels(cx, model.centre.x, false)?, pixels(cy, model.centre.y, false)?);
-        let term = |key: Key| pixels(key, 0.0, false);
+        let term = |key| pixels(key, 0.0, false);
         let [k1, k2, k3, k4] = keys.radial;
         let [p1, p2] = keys.tangential;
         model.distortion = Distortion::brown([term(k1)?, term(k2)?, term(k3)?, term(k4)?], [term(p1)?, term(p2)?]);

@@ -4,6 +4,7 @@ mod cameras;
 mod lens;
 mod light;
 mod names;
+mod photographs;
 mod picture;
 mod plan;
 mod probe;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use toml::Spanned;
 
 use super::super::fault::{SiteError, Source};
+use super::super::files::is_unfit_in_names;
 
 pub(super) fn unique<'a>(
     source: &Source,
@@ -34,7 +35,7 @@ pub(super) fn safe_name(source: &Source, name: &Spanned<String>, what: &str) -> 
             && stem.ends_with(|c: char| c.is_ascii_digit()));
     let problem = if n.trim().is_empty() {
         "it is empty".to_owned()
-    } else if let Some(c) = n.chars().find(|c| c.is_control() || "/\\:*?\"<>|".contains(*c)) {
+    } else if let Some(c) = n.chars().find(|c| is_unfit_in_names(*c)) {
         format!("it holds {c:?}")
     } else if n.starts_with([' ', '.']) || n.ends_with([' ', '.']) {
         "it begins or ends with a blank or a dot".to_owned()
@@ -52,10 +53,10 @@ pub(super) fn safe_name(source: &Source, name: &Spanned<String>, what: &str) -> 
     ))
 }
 
-pub(super) fn lighting_name(source: &Source, name: &Spanned<String>) -> Result<(), SiteError> {
+pub(super) fn lighting_name(source: &Source, name: &Spanned<String>) -> Result<String, SiteError> {
     let n = name.get_ref();
     if !n.trim().is_empty() && !n.chars().any(|c| c.is_control() || c == '/' || c == '\\') {
-        return Ok(());
+        return Ok(n.clone());
     }
     Err(source.fault(
         name.span(),

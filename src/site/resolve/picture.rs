@@ -59,7 +59,7 @@ impl Resolver<'_> {
     /// A picture that exists and whose aspect can be its projection's.
     pub(super) fn panorama(&self, name: &str, at: Range<usize>, projection: &Projection) -> Result<PathBuf, SiteError> {
         let path = self.existing(name, at.clone(), "the picture")?;
-        let (width, height) = self.size_of(&path, at.clone())?;
+        let [width, height] = self.size_of(&path, at.clone())?;
         let (shape, aspects) = match projection {
             Projection::LatLong => ("twice as wide as high", vec![2.0]),
             Projection::Angular | Projection::MirrorBall | Projection::Fisheye => ("square", vec![1.0]),
@@ -104,13 +104,12 @@ impl Resolver<'_> {
         for frame in &frames[1..] {
             let other = self.size_of(frame, at.clone())?;
             if other != size {
+                let [width, height] = other;
                 let problem = format!(
-                    "“{}” has {} × {} pixels, the first of its sequence {} × {}",
+                    "“{}” has {width} × {height} pixels, the first of its sequence {} × {}",
                     frame.display(),
-                    other.0,
-                    other.1,
-                    size.0,
-                    size.1
+                    size[0],
+                    size[1]
                 );
                 return Err(fault(problem, "Give all pictures of a sequence one size"));
             }
@@ -119,9 +118,9 @@ impl Resolver<'_> {
     }
 
     /// Width and height, from the picture's header alone.
-    pub(super) fn size_of(&self, path: &Path, at: Range<usize>) -> Result<(u32, u32), SiteError> {
+    pub(super) fn size_of(&self, path: &Path, at: Range<usize>) -> Result<[u32; 2], SiteError> {
         let why = match panorama::dimensions(path).map(|(w, h)| (u32::try_from(w), u32::try_from(h))) {
-            Ok((Ok(width), Ok(height))) => return Ok((width, height)),
+            Ok((Ok(width), Ok(height))) => return Ok([width, height]),
             Ok(_) => format!("{}: the picture is too large", path.display()),
             Err(why) => why.to_string(),
         };

@@ -5,12 +5,11 @@ use std::ops::Range;
 use toml::Spanned;
 
 use super::super::fault::SiteError;
-use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey};
-use super::super::pose::{Orientation, finite, orientation};
+use super::super::file::{GainKey, ImageKey, Pair, ProbeTable, ProjectionKey, Text};
+use super::super::pose::finite;
 use super::super::sequence::numbered;
 use super::super::site::{LitPicture, Places, Probe, Site};
 use super::Resolver;
-use super::lens::{LensKeys, lens_keys};
 use super::names::{lighting_name, safe_name};
 use crate::panorama::{Exif, Lens, Projection, response_rises as rises};
 
@@ -18,10 +17,10 @@ impl Resolver<'_> {
     pub(super) fn probe(&self, table: &Spanned<ProbeTable>) -> Result<Probe, SiteError> {
         let t = table.get_ref();
         safe_name(&self.source, &t.name, "probe")?;
-        let orientation = orientation!(t);
+        let orientation = t.orientation();
         let position = match &t.position {
             Some(position) => finite(&self.source, position)?,
-            None if self.places == Places::MayBeMissing && t.look_at.is_none() => DVec3::ZERO,
+            None if self.places == Places::MayBeMissing && orientation.look_at.is_none() => DVec3::ZERO,
             None => {
                 return Err(self.source.fault(
                     table.span(),
@@ -32,31 +31,25 @@ impl Resolver<'_> {
         };
         let pose = orientation.pose(&self.source, &self.frame, position)?;
         let projection = self.probe_projection(table)?;
-        let picture = |lighting: &str, name: &str, at: Range<usize>| {
-            let lighting = lighting.to_owned();
+        let picture = |(lighting, name, at): (Option<&Text>, &str, Range<usize>)| {
+            let lighting = match lighting {
+                Some(lighting) => lighting_name(&self.source, lighting)?,
+                None => String::new(),
+            };
             if let Some(frames) = self.sequence(name, &projection, &at)? {
                 return Ok(LitPicture { lighting, path: frames[0].clone(), frames });
             }
             let path = self.to_be_made(name).map_or_else(|| self.panorama(name, at, &projection), Ok)?;
             Ok(LitPicture { lighting, path, frames: Vec::new() })
         };
-        let pictures = match t.image.get_ref() {
-            ImageKey::One(name) => vec![picture("", name, t.image.span())?],
-            ImageKey::PerLighting(table) if table.is_empty() => {
-                return Err(self.source.fault(
-                    t.image.span(),
-                    "the table of lightings is empty",
-                    "Give image = \"picture.exr\", or at least one \"lighting\" = \"picture.exr\"",
-                ));
-            }
-            ImageKey::PerLighting(table) => table
-                .iter()
-                .map(|(lighting, path)| {
-                    lighting_name(&self.source, lighting)?;
-                    picture(lighting.get_ref(), path.get_ref(), path.span())
-                })
-                .collect::<Result<_, SiteError>>()?,
-        };
+        let pictures = named_pictures(&t.image).into_iter().map(picture).collect::<Result<Vec<_>, SiteError>>()?;
+        if pictures.is_empty() {
+            return Err(self.source.fault(
+                t.image.span(),
+                "the table of lightings is empty",
+                "Give image = \"picture.exr\", or at least one \"lighting\" = \"picture.exr\"",
+            ));
+        }
         let gain = t.gain.as_ref().map_or(Ok(Vec3::ONE), |g| self.gain(g))?;
         let two = |key: &Option<Pair>| key.as_ref().map_or(Ok(Vec2::ZERO), |k| self.two(k));
         let (vignetting, response) = (two(&t.vignetting)?, two(&t.response)?);
@@ -99,14 +92,12 @@ impl Resolver<'_> {
             )),
         }
     }
-}
 
-impl Resolver<'_> {
     /// How a probe's pixels map to directions. A calibrated lens counts the pixels of the probe's first picture.
     fn probe_projection(&self, table: &Spanned<ProbeTable>) -> Result<Projection, SiteError> {
         let t = table.get_ref();
-        let keys = lens_keys!(t);
-        let any = keys.calibrated().or(t.fov_y.as_ref().map(Spanned::span));
+        let keys = t.lens();
+        let any = keys.calibrated().or(keys.fov_y.as_ref().map(Spanned::span));
         let kind = t.projection.as_ref().map_or(ProjectionKey::LatLong, |key| *key.get_ref());
         let lens = match (kind, any, &t.projection) {
             (ProjectionKey::Perspective, Some(_), _) => Lens::Perspective,
@@ -127,21 +118,27 @@ impl Resolver<'_> {
             }
             (kind, None, _) => return Ok(kind.panorama().unwrap_or(Projection::LatLong)),
         };
-        if let (Lens::Perspective, None, Some(fov)) = (lens, keys.calibrated(), &t.fov_y) {
+        if let (Lens::Perspective, None, Some(fov)) = (lens, keys.calibrated(), keys.fov_y) {
             return Ok(Projection::Perspective { fov_y: self.field_of_view(fov)?.to_radians() });
         }
-        let first = match t.image.get_ref() {
-            ImageKey::One(name) => Some((name.as_str(), t.image.span())),
-            ImageKey::PerLighting(all) => all.first().map(|(_, path)| (path.get_ref().as_str(), path.span())),
-        };
-        let Some((name, at)) = first else { return Ok(Projection::LatLong) };
+        let Some((_, name, at)) = named_pictures(&t.image).into_iter().next() else { return Ok(Projection::LatLong) };
         let path = match numbered(&self.folder, name) {
             Ok(frames) => frames[0].clone(),
             Err(_) => self.existing(name, at.clone(), "the picture")?,
         };
-        let (width, height) = self.size_of(&path, at)?;
-        let model = self.camera_model(&keys, [width, height], lens, false, ("probe", table.span()))?;
+        let size = self.size_of(&path, at)?;
+        let model = self.camera_model(&keys, size, lens, false, ("probe", table.span()))?;
         Ok(Projection::Camera(model))
+    }
+}
+
+/// The pictures that a probe's key names: lighting, unless there is one picture only, name, and its place in the text.
+fn named_pictures(image: &Spanned<ImageKey>) -> Vec<(Option<&Text>, &str, Range<usize>)> {
+    match image.get_ref() {
+        ImageKey::One(name) => vec![(None, name, image.span())],
+        ImageKey::PerLighting(all) => {
+            all.iter().map(|(lighting, name)| (Some(lighting), name.get_ref().as_str(), name.span())).collect()
+        }
     }
 }
 

@@ -8,11 +8,10 @@ use super::super::camera::Camera;
 use super::super::fault::SiteError;
 use super::super::file::{LensKey, MatchTable, ViewTable};
 use super::super::frame::Pose;
-use super::super::pose::{Orientation, finite, orientation};
+use super::super::pose::finite;
 use super::super::resection::{Resection, ResectionError};
 use super::super::{CameraSource, Match, View};
 use super::Resolver;
-use super::lens::{LensKeys, lens_keys};
 use super::names::safe_name;
 use super::picture::ASPECT_TOLERANCE;
 use crate::panorama::{Exif, Lens, MAX_PIXELS};
@@ -30,15 +29,15 @@ impl Resolver<'_> {
             None => file(&t.photo, "the photograph")?,
         };
         let mask = file(&t.mask, "the mask")?;
-        let [width, height] = self.picture_size_of(table, photo.as_deref(), mask.as_deref())?;
-        let matches = self.matches(t, width, height)?;
-        let orientation = orientation!(t);
+        let size = self.picture_size_of(table, photo.as_deref(), mask.as_deref())?;
+        let matches = self.matches(t, size)?;
+        let orientation = t.orientation();
         let lens = match t.projection.as_ref().map(Spanned::get_ref) {
             Some(LensKey::Fisheye) => Lens::Fisheye,
             Some(LensKey::Perspective) | None => Lens::Perspective,
         };
-        let keys = lens_keys!(t);
-        let model = |solved| self.camera_model(&keys, [width, height], lens, solved, ("view", table.span()));
+        let keys = t.lens();
+        let model = |solved| self.camera_model(&keys, size, lens, solved, ("view", table.span()));
         let (camera, source) = match &t.position {
             Some(position) => {
                 let pose = orientation.pose(&self.source, &self.frame, finite(&self.source, position)?)?;
@@ -122,7 +121,7 @@ impl Resolver<'_> {
                     "Correct the size",
                 ));
             }
-            (None, Some((width, height))) => [width, height],
+            (None, Some(size)) => size,
             (None, None) => {
                 return Err(self.source.fault(
                     table.span(),
@@ -134,7 +133,7 @@ impl Resolver<'_> {
         let mask_size = mask.map(|p| self.size_of(p, at(&t.mask))).transpose()?;
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         for (what, found, key) in [("photograph", photo_size, &t.photo), ("mask", mask_size, &t.mask)] {
-            if let Some((w, h)) = found
+            if let Some([w, h]) = found
                 && (f64::from(w) / f64::from(h) / aspect - 1.0).abs() > ASPECT_TOLERANCE
             {
                 return Err(self.source.fault(
@@ -150,7 +149,7 @@ impl Resolver<'_> {
         Ok(size)
     }
 
-    fn matches(&self, t: &ViewTable, width: u32, height: u32) -> Result<Vec<Match>, SiteError> {
+    fn matches(&self, t: &ViewTable, [width, height]: [u32; 2]) -> Result<Vec<Match>, SiteError> {
         let one = |pair: &Spanned<MatchTable>| {
             let pixel = DVec2::from_array(**pair.get_ref().pixel.get_ref());
             let inside = pixel.cmpge(DVec2::ZERO).all() && pixel.x <= f64::from(width) && pixel.y <= f64::from(height);
