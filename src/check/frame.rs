@@ -8,6 +8,7 @@
 use glam::{DVec3, Vec3};
 
 use super::cause::{Cause, CauseKind};
+use super::surroundings::BESIDE;
 use crate::scene::{Ray, Scene};
 use crate::site::{Frame, Site, UNITS, Unit, Up};
 use crate::statistics::median;
@@ -41,6 +42,12 @@ const UPRIGHT: f64 = 10.0;
 const FEW: usize = 3;
 const SIXFOLD: f64 = 6.0;
 
+/// The log-likelihood, but for a constant, of a ratio to what is usual, whose logarithm has this standard deviation.
+pub(crate) fn log_normal(ratio: f64, sd: f64) -> f64 {
+    let off = ratio.ln() / sd;
+    -0.5 * off * off
+}
+
 /// A range within which all is equally likely.
 struct Usual {
     least: f64,
@@ -50,8 +57,7 @@ struct Usual {
 
 impl Usual {
     fn log_likelihood(&self, value: f64) -> f64 {
-        let beyond = (self.least / value).max(value / self.most).max(1.0).ln() / self.sd;
-        -0.5 * beyond * beyond
+        log_normal((self.least / value).max(value / self.most).max(1.0), self.sd)
     }
 }
 
@@ -96,8 +102,8 @@ struct Hypothesis {
     axis: usize,
     /// True metres per metre by the site file's unit.
     scale: f64,
-    /// Index into [`UNITS`]; `None` is what the site file says.
-    unit: Option<usize>,
+    /// `None` is what the site file says.
+    unit: Option<Unit>,
 }
 
 fn likeliest(cues: &Cues, metres_per_unit: f64) -> Hypothesis {
@@ -105,7 +111,7 @@ fn likeliest(cues: &Cues, metres_per_unit: f64) -> Hypothesis {
     let mut best = (0.0, declared);
     for axis in 0..cues.axes.len() {
         let known = cues.axes[axis].height.map_or(0, |_| cues.eyes);
-        let others = UNITS.iter().enumerate().map(|(i, unit)| (Some(i), unit.metres / metres_per_unit));
+        let others = UNITS.map(|unit| (Some(unit), unit.metres / metres_per_unit));
         for (unit, scale) in std::iter::once((None, 1.0)).chain(others) {
             let fold = scale.max(1.0 / scale);
             let same = unit.is_some() && fold < 1.1;
@@ -134,10 +140,9 @@ impl Cues {
     /// Log-likelihood of sizes.
     fn sizes(&self, h: &Hypothesis) -> f64 {
         let standing = &self.axes[h.axis];
-        let height = standing.height.map_or(0.0, |m| {
-            let off = (m * h.scale / EYE_HEIGHT_M).ln() / EYE_HEIGHT_SD;
-            (-0.5 * off * off).max(LEAST_EYE_HEIGHT)
-        });
+        let height = standing
+            .height
+            .map_or(0.0, |m| log_normal(m * h.scale / EYE_HEIGHT_M, EYE_HEIGHT_SD).max(LEAST_EYE_HEIGHT));
         let headroom = standing.headroom.map_or(0.0, |m| HEADROOM_M.log_likelihood(m * h.scale));
         let elbow_room = self.elbow_room.map_or(0.0, |m| ELBOW_ROOM_M.log_likelihood(m * h.scale));
         height + headroom + elbow_room + BREADTH_M.log_likelihood(self.breadth * h.scale)
@@ -153,10 +158,7 @@ impl Standing {
         let Some(median) = median(heights.iter().copied()) else { return 0.0 };
         let stray = STRAY_SHARE / STRAY_RANGE;
         let peak = (1.0 - STRAY_SHARE) / (HEIGHTS_SD * (2.0 * std::f64::consts::PI).sqrt());
-        let near = |h: &f64| {
-            let off = (h / median).ln() / HEIGHTS_SD;
-            (peak * (-0.5 * off * off).exp() + stray).ln()
-        };
+        let near = |h: &f64| (peak * log_normal(h / median, HEIGHTS_SD).exp() + stray).ln();
         heights.iter().map(near).sum()
     }
 }
@@ -191,9 +193,8 @@ fn cameras_up(site: &Site) -> Vec<Vec3> {
 
 fn standing(scene: &Scene, eyes: &[Vec3], ups: &[Vec3], up: Vec3) -> Standing {
     let (right, ahead) = up.any_orthonormal_pair();
-    // a ray that meets an edge exactly may slip through
     let along = |eye: Vec3, sign: f32| {
-        [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)].into_iter().find_map(|(x, y)| {
+        BESIDE.into_iter().find_map(|(x, y)| {
             let direction = (up * sign + right * x + ahead * y).normalize();
             scene.tracer.closest(&Ray { origin: eye, direction }, 0.0).map(|hit| f64::from(hit.t.max(1e-6)))
         })
@@ -217,8 +218,7 @@ fn lowest_level(scene: &Scene, up: Vec3) -> Option<f32> {
     for t in 0..mesh.triangles.len() as u32 {
         if mesh.normal(t).dot(up).abs() > 0.9 {
             let [a, b, c] = mesh.corners(t);
-            let area = 0.5 * f64::from((b - a).cross(c - a).length());
-            level.push(((a + b + c).dot(up) / 3.0, area));
+            level.push(((a + b + c).dot(up) / 3.0, f64::from(mesh.area(t))));
         }
     }
     level.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -252,8 +252,7 @@ fn sentences(frame: &Frame, cues: &Cues, likely: &Hypothesis) -> Vec<Cause> {
             sentence: format!("The model's up axis is likely {name}, not {declared}: {why}. Set site.up = \"{name}\"."),
         });
     }
-    if let Some(unit) = likely.unit {
-        let Unit { key, name, .. } = UNITS[unit];
+    if let Some(Unit { key, name, .. }) = likely.unit {
         let is = |unit: &&Unit| (unit.metres / frame.metres_per_unit - 1.0).abs() < 1e-6;
         let declared = UNITS
             .iter()
@@ -324,14 +323,15 @@ mod tests {
 
     #[test]
     fn each_unit_is_found_from_how_cameras_stand() {
-        for (own, Unit { metres, .. }) in UNITS.iter().enumerate() {
+        for own in UNITS {
+            let metres = own.metres;
             // as the site file should have it
-            assert_eq!(likeliest(&hall(&EVEN, &SPREAD, [0.0; 2]), *metres), RIGHT);
+            assert_eq!(likeliest(&hall(&EVEN, &SPREAD, [0.0; 2]), metres), RIGHT);
             // inches taken for centimetres are not told: cameras do stand 63 cm above a floor
             let told = |d: f64| (d / metres).max(metres / d) > 3.0;
-            for declared in UNITS.iter().map(|unit| &unit.metres).filter(|d| told(**d)) {
+            for declared in UNITS.map(|unit| unit.metres).into_iter().filter(|d| told(*d)) {
                 let wrong = scaled(hall(&EVEN, &SPREAD, [0.0; 2]), declared / metres);
-                let found = likeliest(&wrong, *declared);
+                let found = likeliest(&wrong, declared);
                 assert_eq!((found.axis, found.unit), (0, Some(own)), "{metres} declared as {declared}");
             }
         }
@@ -358,6 +358,6 @@ mod tests {
         assert_eq!(likeliest(&hall(&SPREAD, &EVEN, [0.0; 2]), 1.0), turned);
         assert_eq!(likeliest(&hall(&[2.6, 2.5, 2.8], &[1.4, 1.5, 1.3], [-2.0, 8.0]), 1.0), turned);
         let both = scaled(hall(&SPREAD, &EVEN, [0.0; 2]), 100.0);
-        assert_eq!(likeliest(&both, 1.0), Hypothesis { axis: 1, scale: 0.01, unit: Some(1) });
+        assert_eq!(likeliest(&both, 1.0), Hypothesis { axis: 1, scale: 0.01, unit: Some(UNITS[1]) });
     }
 }

@@ -12,7 +12,6 @@
 //! ```
 
 mod cause;
-mod eyes;
 mod frame;
 mod pictures;
 mod probes;
@@ -21,10 +20,9 @@ mod stages;
 mod surroundings;
 mod views;
 pub use cause::{Cause, CauseKind};
-pub use eyes::eyes;
-pub(crate) use frame::length;
+pub(crate) use frame::{length, log_normal};
 pub use probes::{PictureCheck, ProbeCheck};
-pub use reach::unreachable;
+pub use reach::{eyes, unreachable};
 pub use stages::{Saving, Stage, stages};
 pub use views::ViewCheck;
 
@@ -125,22 +123,18 @@ pub fn check(site: &Site) -> Result<Check, CheckError> {
 
 /// Rims and cracks are usual in models of interiors; only what misleads is worth a sentence.
 fn edge_warnings(edges: &Edges) -> Vec<String> {
-    let share = |count: usize| count as f64 / edges.total.max(1) as f64;
     let mut warnings = Vec::new();
-    if share(edges.inverted) > 0.02 {
-        warnings.push(format!(
-            "{} edges ({:.1} %) lie between triangles that are wound against each other: some faces are inside out. \
-             Surfaces count as two-sided here, so pictures stay right.",
-            edges.inverted,
-            100.0 * share(edges.inverted)
-        ));
-    }
-    if share(edges.non_manifold) > 0.02 {
-        warnings.push(format!(
-            "{} edges ({:.1} %) belong to three or more triangles: look for faces that are modelled twice.",
-            edges.non_manifold,
-            100.0 * share(edges.non_manifold)
-        ));
-    }
+    let mut warn = |count: usize, what: &str| {
+        let share = count as f64 / edges.total.max(1) as f64;
+        if share > 0.02 {
+            warnings.push(format!("{count} edges ({:.1} %) {what}.", 100.0 * share));
+        }
+    };
+    warn(
+        edges.inverted,
+        "lie between triangles that are wound against each other: some faces are inside out. Surfaces count as two-sided \
+         here, so pictures stay right",
+    );
+    warn(edges.non_manifold, "belong to three or more triangles: look for faces that are modelled twice");
     warnings
 }

@@ -99,15 +99,11 @@ pub(super) fn probes(
 
 /// What surrounds a probe: a photograph's field of view, else all around.
 pub(super) fn surroundings(scene: &Scene, probe: &Probe) -> Surroundings {
-    let position = scene.local(probe.pose.position);
     if !probe.projection.is_photograph() {
-        return Surroundings::of(scene, position);
+        return Surroundings::of(scene, scene.local(probe.pose.position));
     }
     let size = probe.pictures.first().and_then(|lit| panorama::dimensions(&lit.path).ok());
-    let (width, height) = size.unwrap_or((4, 3));
-    let to_camera = probe.pose.rotation.transpose();
-    let shows = |d: glam::Vec3| probe.projection.pixel(width, height, to_camera * d.as_dvec3()).is_some();
-    Surroundings::in_field(scene, position, shows)
+    Surroundings::in_photograph(scene, &probe.pose, &probe.projection, size.unwrap_or((4, 3)).into())
 }
 
 fn picture_warnings(lighting: &str, health: &PictureHealth) -> Vec<String> {

@@ -4,10 +4,18 @@
 //! views are on one side of it, no ray of theirs, however often reflected, comes to the other side: what lies there
 //! wholly can be left out of the ray caster, and no picture changes.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::components::members;
 use crate::scene::{Mesh, Ray, Tracer};
+use crate::site::Site;
+
+/// Where rays start: all probes, and the views, or those named; metres from `origin`.
+pub fn eyes(site: &Site, origin: DVec3, views: Option<&[&str]>) -> Vec<Vec3> {
+    let wanted = |name: &str| views.is_none_or(|v| v.contains(&name));
+    let cameras = site.views.iter().filter(|v| wanted(&v.name)).map(|v| v.camera.pose);
+    site.probes.iter().map(|p| p.pose).chain(cameras).map(|pose| (pose.position - origin).as_vec3()).collect()
+}
 
 /// Triangles that no ray from `eyes` (local metres) can reach, as a mark for each; `None` where all can be reached, or
 /// where that cannot be ruled out.

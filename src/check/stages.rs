@@ -25,6 +25,12 @@ pub struct Stage {
     pub saves: Option<Saving>,
 }
 
+impl Stage {
+    fn of(stage: &'static str, needed: bool, why: impl Into<String>) -> Self {
+        Self { stage, needed, why: why.into(), saves: None }
+    }
+}
+
 /// What is not spent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Saving {
@@ -44,8 +50,6 @@ const TWO_STOREYS_M: f64 = 3.6;
 ///
 /// A probe's picture that cannot be read.
 pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Result<Vec<Stage>, PanoramaError> {
-    let stage = |stage, needed, why: String| Stage { stage, needed, why, saves: None };
-    let saving = |s: Stage, saves: Option<Saving>| Stage { saves: saves.filter(|_| !s.needed), ..s };
     let probes = site.probes.len();
     let lightings = site.lightings().len();
     let photos = site.views.iter().filter(|v| v.photo.is_some()).count();
@@ -56,10 +60,17 @@ pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Result<V
         n => format!("the site has {n} {many}"),
     };
     let volume = match unseen_share {
-        _ if probes == 0 => (false, "the site has no probe to fill it from".to_owned()),
-        None => (false, "no view shows the model".to_owned()),
-        Some(0.0) => (false, "every sampled point in every view is seen by a probe".to_owned()),
-        Some(share) => (true, format!("no probe sees {:.1} % of what the views show", 100.0 * share)),
+        _ if probes == 0 => Stage::of("volume", false, "the site has no probe to fill it from"),
+        Some(share) if share > 0.0 => {
+            Stage::of("volume", true, format!("no probe sees {:.1} % of what the views show", 100.0 * share))
+        }
+        _ => {
+            let why = match unseen_share {
+                None => "no view shows the model",
+                Some(_) => "every sampled point in every view is seen by a probe",
+            };
+            Stage { saves: Some(volume_cost(scene)), ..Stage::of("volume", false, why) }
+        }
     };
     let light = site.environment.is_some() || site.sun.is_some() || scene.materials.iter().any(emits);
     let simulate = match light {
@@ -85,22 +96,22 @@ pub fn stages(site: &Site, scene: &Scene, unseen_share: Option<f64>) -> Result<V
         n => format!("the model has {n} pictures on its materials"),
     };
     Ok(vec![
-        stage("textures", textures > 0, pictures),
+        Stage::of("textures", textures > 0, pictures),
         unreached_stage(site, scene),
-        stage("shoot", probes > 0, count(probes, "probe", "probes")),
+        Stage::of("shoot", probes > 0, count(probes, "probe", "probes")),
         lightings_stage(site, count(lightings, "lighting", "lightings"))?,
-        stage("merge", probes > 1, count(probes, "probe", "probes")),
-        saving(stage("volume", volume.0, volume.1), (probes > 0).then(|| volume_cost(scene))),
-        stage("subdivision", false, subdivision(scene)),
-        stage(
+        Stage::of("merge", probes > 1, count(probes, "probe", "probes")),
+        volume,
+        Stage::of("subdivision", false, subdivision(scene)),
+        Stage::of(
             "render",
             probes > 0 && views > 0,
             format!("{}, {}", count(probes, "probe", "probes"), count(views, "view", "views")),
         ),
-        stage("audit", probes > 0 && photos > 0, count(photos, "photograph", "photographs")),
-        stage("simulate", light, simulate.to_owned()),
-        stage("floors", height >= TWO_STOREYS_M, floors),
-        stage("plan", probes == 0, plan.to_owned()),
+        Stage::of("audit", probes > 0 && photos > 0, count(photos, "photograph", "photographs")),
+        Stage::of("simulate", light, simulate),
+        Stage::of("floors", height >= TWO_STOREYS_M, floors),
+        Stage::of("plan", probes == 0, plan),
     ])
 }
 
@@ -110,7 +121,7 @@ fn lightings_stage(site: &Site, count: String) -> Result<Stage, PanoramaError> {
     let others: Vec<_> =
         site.probes.iter().flat_map(|p| &p.pictures).filter(|lit| Some(&lit.lighting) != all.first()).collect();
     let Some(one) = others.first() else {
-        return Ok(Stage { stage: "lightings", needed: false, why: count, saves: None });
+        return Ok(Stage::of("lightings", false, count));
     };
     let start = Instant::now();
     let pixels = panorama::read(&one.path)?.pixels.len();
@@ -122,15 +133,14 @@ fn lightings_stage(site: &Site, count: String) -> Result<Stage, PanoramaError> {
     }
     let saves = Saving { seconds: rate * all_pixels as f64, bytes: (all_pixels * size_of::<glam::Vec3>()) as u64 };
     let why = format!("{count}; only the one that is asked for is decoded");
-    Ok(Stage { stage: "lightings", needed: true, why, saves: Some(saves) })
+    Ok(Stage { saves: Some(saves), ..Stage::of("lightings", true, why) })
 }
 
 /// Whether all of the model can be reached from probes and views.
 fn unreached_stage(site: &Site, scene: &Scene) -> Stage {
     let eyes = super::eyes(site, scene.origin, None);
     let Some(marked) = unreachable(&scene.mesh, &eyes) else {
-        let why = "all triangles may be reached from the probes and views".to_owned();
-        return Stage { stage: "unreached", needed: true, why, saves: None };
+        return Stage::of("unreached", true, "all triangles may be reached from the probes and views");
     };
     let start = Instant::now();
     let whole = Tracer::new(&scene.mesh).bytes();
@@ -146,14 +156,19 @@ fn unreached_stage(site: &Site, scene: &Scene) -> Stage {
     bytes += pictures.map(|t| scene.textures[t].bytes()).sum::<usize>();
     let seconds = seconds * count as f64 / marked.len() as f64;
     let why = format!("{count} triangles lie behind closed walls that part them from all probes and views");
-    Stage { stage: "unreached", needed: false, why, saves: Some(Saving { seconds, bytes: bytes as u64 }) }
+    Stage { saves: Some(Saving { seconds, bytes: bytes as u64 }), ..Stage::of("unreached", false, why) }
+}
+
+/// The volume's cells.
+fn grid(scene: &Scene) -> Grid {
+    let (low, high) = scene.mesh.bounds();
+    Grid::over(low, high, volume::VolumeSettings::default().cells)
 }
 
 /// What the volume takes where nothing wants it: the places that it would put values at.
 fn volume_cost(scene: &Scene) -> Saving {
     let start = Instant::now();
-    let (low, high) = scene.mesh.bounds();
-    let grid = Grid::over(low, high, volume::VolumeSettings::default().cells);
+    let grid = grid(scene);
     let cache_points = CachePoints::over(scene, grid);
     let bytes = cache_points.list.len() * size_of::<CachePoint>() + grid.len() * size_of::<u32>();
     Saving { seconds: start.elapsed().as_secs_f64(), bytes: bytes as u64 }
@@ -162,8 +177,7 @@ fn volume_cost(scene: &Scene) -> Saving {
 /// Why the volume's cells are not divided further where the scene is fine: whatever its size, its values stand on
 /// surfaces only, and only those that a view asks for are worked out.
 fn subdivision(scene: &Scene) -> String {
-    let (low, high) = scene.mesh.bounds();
-    let grid = Grid::over(low, high, volume::VolumeSettings::default().cells);
+    let grid = grid(scene);
     let kib = (grid.len() * size_of::<u32>()) as f64 / 1024.0;
     let [x, y, z] = grid.size.to_array();
     format!(

@@ -3,9 +3,14 @@
 use glam::Vec3;
 
 use super::cause::{Cause, CauseKind};
+use crate::panorama::Projection;
 use crate::scene::{Ray, Scene};
+use crate::site::Pose;
 use crate::sphere::sphere;
 use crate::statistics::median;
+
+/// Straight on, and a little beside it on either side: a ray that meets an edge exactly may slip through.
+pub(super) const BESIDE: [(f32, f32); 3] = [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)];
 
 /// What a few thousand rays from a point tell of its surroundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +54,15 @@ impl Surroundings {
         Self::along(scene, position, sphere(RAYS), false)
     }
 
+    /// In the field of view of a photograph of so many pixels that was taken there.
+    pub(super) fn in_photograph(scene: &Scene, pose: &Pose, projection: &Projection, size: [usize; 2]) -> Self {
+        let to_camera = pose.rotation.transpose();
+        let shows = |d: Vec3| projection.pixel(size[0], size[1], to_camera * d.as_dvec3()).is_some();
+        Self::in_field(scene, scene.local(pose.position), shows)
+    }
+
     /// In the field of view that `shows` directions in the program's axes.
-    pub(super) fn in_field(scene: &Scene, position: Vec3, shows: impl Fn(Vec3) -> bool) -> Self {
+    fn in_field(scene: &Scene, position: Vec3, shows: impl Fn(Vec3) -> bool) -> Self {
         // a photograph of 50° × 40° takes about 800 of these
         const RAYS: usize = 1 << 14;
         Self::along(scene, position, sphere(RAYS).filter(|d| shows(*d)), true)
@@ -157,12 +169,8 @@ fn beneath(distance: impl Fn(Vec3) -> Option<f32>) -> Option<f32> {
         let heights: Vec<f32> = rays.collect();
         median(heights.iter().copied()).filter(|_| 2 * heights.len() > RAYS)
     };
-    downward().into_iter().find_map(&distance).or_else(|| TILTS_DEG.iter().find_map(around))
-}
-
-/// Straight down, and a little beside it: a ray that meets an edge exactly may slip through.
-fn downward() -> [glam::Vec3; 3] {
-    [(0.0, 0.0), (1e-3, 2e-3), (-2e-3, 1e-3)].map(|(x, y)| glam::Vec3::new(x, y, -1.0).normalize())
+    let down = BESIDE.map(|(x, y)| Vec3::new(x, y, -1.0).normalize());
+    down.into_iter().find_map(&distance).or_else(|| TILTS_DEG.iter().find_map(around))
 }
 
 #[cfg(test)]

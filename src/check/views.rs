@@ -1,11 +1,11 @@
 //! Whether a view's camera and photograph are fit for use.
 
-use glam::{DVec2, Vec3};
 use serde::Serialize;
 use std::path::PathBuf;
 
 use super::cause::Cause;
 use super::surroundings::Surroundings;
+use crate::panorama::Projection;
 use crate::photograph::{Fitness, Photograph};
 use crate::scene::Scene;
 use crate::site::{CameraSource, Site, View};
@@ -86,13 +86,8 @@ const LEAST_USABLE: f64 = 0.5;
 /// What surrounds a view, in its field.
 pub(super) fn surroundings(scene: &Scene, view: &View) -> Surroundings {
     let camera = &view.camera;
-    let (model, to_camera) = (camera.model(), camera.pose.rotation.transpose());
-    let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
-    let shows = |d: Vec3| {
-        let pixel = model.pixel(to_camera * d.as_dvec3());
-        pixel.is_some_and(|p| p.cmpge(DVec2::ZERO).all() && p.cmple(size).all())
-    };
-    Surroundings::in_field(scene, scene.local(camera.pose.position), shows)
+    let size = [camera.width as usize, camera.height as usize];
+    Surroundings::in_photograph(scene, &camera.pose, &Projection::Camera(camera.model()), size)
 }
 
 /// Checks a view that has these surroundings; also gives what is wrong with its place.
