@@ -497,12 +497,12 @@ fn a_first_site_file_has_the_right_unit_and_axis() {
         |model: PathBuf| draft(&folder.path().join("site.toml"), &Sources { model, ..Sources::default() }).unwrap();
     for (key, unit, z_up) in [("m", 1.0, false), ("cm", 0.01, true), ("mm", 0.001, false), ("ft", 0.3048, true)] {
         let found = drafted(chapel_as(folder.path(), unit, z_up)).guess;
-        assert_eq!((found.unit.value.key, found.unit.sure), (key, true), "{}", found.unit.why);
-        assert_eq!((found.up.value.name(), found.up.sure), (if z_up { "z" } else { "y" }.to_owned(), true), "{key}");
+        assert_eq!((found.unit.value.key, found.unit.sure()), (key, true), "{}", found.unit.why);
+        assert_eq!((found.up.value.name(), found.up.sure()), (if z_up { "z" } else { "y" }.to_owned(), true), "{key}");
     }
     // centimetres would do as well, and it says so
     let inches = drafted(chapel_as(folder.path(), 0.0254, false)).guess.unit;
-    assert_eq!((inches.value.key, inches.sure, inches.rival.map(|u| u.key)), ("in", false, Some("cm")));
+    assert_eq!((inches.value.key, inches.sure(), inches.rival.map(|u| u.key)), ("in", false, Some("cm")));
     // of a scan that lies askew, too; it shows no ceiling and stands on no axis
     for (name, unit, up, sure) in [
         ("copyroom/copyroom_c2000_opt.obj", "m", [0.0, -0.8, -0.6], false),
@@ -512,7 +512,7 @@ fn a_first_site_file_has_the_right_unit_and_axis() {
         let found = drafted(model.join(name)).guess;
         assert_eq!(found.unit.value.key, unit);
         let off = found.up.value.direction().distance(up.into());
-        assert!(off < 0.01 && found.up.sure == sure, "{name}: {}", found.up.value.name());
+        assert!(off < 0.01 && found.up.sure() == sure, "{name}: {}", found.up.value.name());
     }
 }
 
@@ -581,7 +581,7 @@ fn cameras_beside_photographs_are_found_and_tell_which_way_is_up() {
         let sources = solved_visit(folder.path(), before);
         let draft = draft(&path("site.toml"), &sources).unwrap();
         assert_eq!((draft.probes, draft.views, draft.unplaced), (8, 2, 0), "{}", draft.text);
-        assert_eq!((draft.guess.up.value.name().as_str(), draft.guess.up.sure), ("-y", true));
+        assert_eq!((draft.guess.up.value.name().as_str(), draft.guess.up.sure()), ("-y", true));
         assert_eq!(draft.guess.unit.value.key, "m");
         assert!(draft.guess.unit.why.contains("cameras 1.6 m above"), "{}", draft.guess.unit.why);
         fs::write(path("site.toml"), &draft.text).unwrap();
@@ -654,7 +654,7 @@ fn a_structured_scan_is_the_place_it_was_taken_in() {
     let file = folder.path().join("site.toml");
     let draft = draft(&file, &Sources { model: path.clone(), ..Sources::default() }).unwrap();
     assert!(
-        draft.guess.up.sure && draft.guess.unit.sure && draft.warnings.is_empty(),
+        draft.guess.up.sure() && draft.guess.unit.sure() && draft.warnings.is_empty(),
         "{:?} {:?}",
         draft.guess,
         draft.warnings

@@ -70,14 +70,13 @@ struct Told {
 impl Told {
     fn of<T>(guessed: &Guessed<T>, name: impl Fn(&T) -> String) -> Self {
         let rival = guessed.rival.as_ref().map(&name);
-        Self { value: name(&guessed.value), sure: guessed.sure, why: guessed.why.clone(), rival }
+        Self { value: name(&guessed.value), sure: guessed.sure(), why: guessed.why.clone(), rival }
     }
 
     fn sentence(&self) -> String {
         let doubt = match &self.rival {
-            _ if self.sure => String::new(),
             Some(rival) => format!(". Not sure: is it {rival}?"),
-            None => ". Not sure: look at it".to_owned(),
+            None => String::new(),
         };
         format!("{} ({}){doubt}", self.value, self.why)
     }

@@ -10,6 +10,7 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::check::{length, log_normal};
 use crate::scene::Mesh;
 use crate::site::{UNITS, Unit, Up};
 use crate::statistics::{median, quantile};
@@ -22,10 +23,10 @@ const SURE_UNIT: f64 = 2.0;
 const LEVEL: f32 = 0.97;
 
 /// What is known of a model beside its triangles.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Hints {
     /// The up axis by the format's own rules or habits, and by how much to believe it.
-    pub(super) axis: Option<(DVec3, f64)>,
+    pub(super) axis: (DVec3, f64),
     /// Metres in a unit by the file itself, and where it says so.
     pub(super) metres_per_unit: Option<(f64, &'static str)>,
     /// Where cameras stand, in the model's axes and units.
@@ -39,12 +40,17 @@ pub(super) struct Hints {
 pub struct Guessed<T> {
     /// What is taken.
     pub value: T,
-    /// Whether nothing else comes near.
-    pub sure: bool,
     /// What speaks for it, as part of a sentence.
     pub why: String,
-    /// What comes next, where it is not sure.
+    /// What would do nearly as well, where it is not sure.
     pub rival: Option<T>,
+}
+
+impl<T> Guessed<T> {
+    /// Whether nothing else comes near.
+    pub fn sure(&self) -> bool {
+        self.rival.is_none()
+    }
 }
 
 /// The frame of a model.
@@ -67,8 +73,7 @@ pub(super) fn guess(mesh: &Mesh, origin: DVec3, hints: &Hints) -> Guess {
     let next = others.reduce(|a, b| if scores[b] > scores[a] { b } else { a });
     let rival = next.filter(|n| scores[best] - scores[*n] < SURE_AXIS).and_then(|n| standings[n].axis());
     let standing = standings.swap_remove(best);
-    let up =
-        Guessed { value: standing.axis().unwrap_or(Up::Y), sure: rival.is_none(), why: standing.reason(hints), rival };
+    let up = Guessed { value: standing.axis().unwrap_or(Up::Y), why: standing.reason(hints), rival };
     Guess { unit: unit(&standing, &facets, origin, hints), up }
 }
 
@@ -84,15 +89,11 @@ struct Facets<'a> {
 
 impl<'a> Facets<'a> {
     fn of(mesh: &'a Mesh) -> Self {
-        let facet = |t: u32| {
+        let count = mesh.triangles.len();
+        let (mut all, mut edges) = (Vec::with_capacity(count), Vec::with_capacity(3 * count));
+        for t in 0..count as u32 {
             let [a, b, c] = mesh.corners(t);
-            ((a + b + c) / 3.0, mesh.normal(t), mesh.area(t))
-        };
-        let count = mesh.triangles.len() as u32;
-        let all: Vec<_> = (0..count).map(facet).collect();
-        let mut edges: Vec<f32> = Vec::with_capacity(3 * all.len());
-        for t in 0..count {
-            let [a, b, c] = mesh.corners(t);
+            all.push(((a + b + c) / 3.0, mesh.normal(t), mesh.area(t)));
             edges.extend([a.distance(b), b.distance(c), c.distance(a)]);
         }
         let area = all.iter().map(|f| f64::from(f.2)).sum::<f64>().max(f64::MIN_POSITIVE);
@@ -154,8 +155,8 @@ fn prior(up: Vec3, hints: &Hints) -> f64 {
         Vec3::NEG_Y => -1.5,
         _ => -2.0,
     };
-    let by_format = hints.axis.map_or(0.0, |(axis, weight)| if axis.as_vec3() == up { weight } else { 0.0 });
-    habit + by_format
+    let (axis, weight) = hints.axis;
+    habit + if axis.as_vec3() == up { weight } else { 0.0 }
 }
 
 /// The mean up direction of cameras, where they agree.
@@ -275,9 +276,9 @@ impl Standing {
         let [foot, top] = self.level_share.map(|share| share + 0.01);
         let floor = FLOOR * (foot / top).ln().clamp(-2.0, 2.0);
         let fuller = FULLER[0] * self.low[0] + FULLER[1] * self.low[1];
-        let off = (self.slenderness / SLENDER.0).ln() / SLENDER.1;
+        let slender = log_normal(self.slenderness / SLENDER.0, SLENDER.1);
         let held = mean_up(hints).map_or(0.0, |held| HELD * f64::from(held.dot(self.up)));
-        self.prior + floor + fuller - 0.5 * off * off + held
+        self.prior + floor + fuller + slender + held
     }
 
     /// What speaks for this direction.
@@ -315,27 +316,21 @@ const RAISED: [(&str, f64, f64, f64); 4] = [
     ("a counter or railing", 1.0, 0.15, 0.1),
 ];
 
-/// The log-likelihood of a height above a floor, metres, and what it most likely is.
-fn raised(height: f64) -> (f64, Option<&'static str>) {
+/// The log-likelihood of a height above a floor, metres, and the same height with what it most likely is.
+fn raised(height: f64) -> (f64, Option<(f64, &'static str)>) {
     /// Anything else, over a range of logarithms.
     const OTHER: f64 = 0.15 / 5.0;
-    let density = |(_, usual, sd, often): &(&str, f64, f64, f64)| {
-        let off = (height / usual).ln() / sd;
-        often * (-0.5 * off * off).exp() / (sd * (2.0 * std::f64::consts::PI).sqrt())
+    let density = |&(_, usual, sd, often): &(&str, f64, f64, f64)| {
+        often * log_normal(height / usual, sd).exp() / (sd * (2.0 * std::f64::consts::PI).sqrt())
     };
     let sum: f64 = RAISED.iter().map(density).sum::<f64>() + OTHER;
-    let likely = RAISED.iter().find(|r| density(r) > 0.5 * sum).map(|r| r.0);
+    let likely = RAISED.iter().find(|r| density(r) > 0.5 * sum).map(|r| (height, r.0));
     (sum.ln(), likely)
 }
 
-/// What a unit makes of the model.
-struct Sized {
-    log_likelihood: f64,
-    /// A height above a floor that suits people, metres, and what it is.
-    thing: Option<(f64, &'static str)>,
-}
-
-fn sized(standing: &Standing, facets: &Facets, eye_height: Option<f64>, metres: f64) -> Sized {
+/// How likely a unit of so many metres is, by the sizes that it makes of the model, and these as part of a sentence: how large it
+/// is, and what in it is of a size that people know.
+fn sized(standing: &Standing, facets: &Facets, eye_height: Option<f64>, metres: f64) -> (f64, String) {
     /// Usual values in metres, and the spread of their logarithms: of heights of interiors, breadths, and details of models
     /// that were drawn; cameras above floors.
     const HEIGHT: (f64, f64) = (6.0, 0.8);
@@ -348,62 +343,51 @@ fn sized(standing: &Standing, facets: &Facets, eye_height: Option<f64>, metres: 
     const FLOOR: f64 = 0.12;
     const ABOVE_M: std::ops::Range<f64> = 0.04..1.4;
     const TOLD: usize = 3;
-    let usual = |value: f64, (usual, sd): (f64, f64)| {
-        let off = (value.max(1e-12) * metres / usual).ln() / sd;
-        -0.5 * off * off
-    };
+    let usual = |value: f64, (usual, sd): (f64, f64)| log_normal(value.max(1e-12) * metres / usual, sd);
     let detail = if facets.all.len() < SCANNED { usual(facets.detail, DETAIL) } else { 0.0 };
     let eyes = eye_height.map_or(0.0, |h| usual(h, EYES).max(-15.0));
-    let mut things: Vec<(f64, Option<(f64, &str)>)> = Vec::new();
+    let mut things = Vec::new();
     for floor in standing.levels.iter().filter(|l| l.1 > FLOOR) {
         let above = standing.levels.iter().map(|l| (l.0 - floor.0) * metres).filter(|h| ABOVE_M.contains(h));
-        things.extend(above.take(TOLD).map(|h| (raised(h).0, raised(h).1.map(|what| (h, what)))));
+        things.extend(above.take(TOLD).map(raised));
     }
     let best = things.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a });
     let (told, thing) = best.unwrap_or((-1.0, None));
     let log_likelihood = usual(standing.height, HEIGHT) + usual(standing.breadth, BREADTH) + detail + eyes + told;
-    Sized { log_likelihood, thing }
+    let cameras = eye_height.map_or_else(String::new, |h| format!(", cameras {} above its floor", length(h * metres)));
+    let thing = thing.map_or_else(String::new, |(h, what)| format!(", {what} {} high in it", length(h)));
+    let [high, across] = [standing.height, standing.breadth].map(|v| length(v * metres));
+    (log_likelihood, format!("it is then {high} high and {across} across{cameras}{thing}"))
 }
 
 fn unit(standing: &Standing, facets: &Facets, origin: DVec3, hints: &Hints) -> Guessed<Unit> {
     /// How often people model in each of [`UNITS`].
     const USE: [f64; 5] = [0.5, 0.2, 0.13, 0.08, 0.09];
     let eye_height = standing.eye_height(origin, hints);
-    let all: Vec<(Unit, Sized, f64)> = UNITS
+    // the likeliest first: score, unit, and what speaks for it
+    let mut all: Vec<(f64, Unit, String)> = UNITS
         .into_iter()
         .zip(USE)
         .map(|(unit, often)| {
-            let sized = sized(standing, facets, eye_height, unit.metres);
-            let score = often.ln() + sized.log_likelihood;
-            (unit, sized, score)
+            let (log_likelihood, why) = sized(standing, facets, eye_height, unit.metres);
+            (often.ln() + log_likelihood, unit, why)
         })
         .collect();
-    if let Some((metres, says)) = hints.metres_per_unit
-        && let Some((unit, sized, _)) = all.iter().find(|(unit, ..)| (unit.metres / metres - 1.0).abs() < 1e-6)
-    {
-        let best = all.iter().map(|a| a.2).fold(f64::NEG_INFINITY, f64::max);
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let told = hints.metres_per_unit.and_then(|(metres, says)| {
+        let is = |(_, unit, _): &&(f64, Unit, String)| (unit.metres / metres - 1.0).abs() < 1e-6;
+        all.iter().find(is).map(|found| (found, says))
+    });
+    let (best, next) = (&all[0], &all[1]);
+    match told {
         // exporters forget to scale
-        let sure = all.iter().any(|a| a.0.metres == unit.metres && best - a.2 < 3.0 * SURE_UNIT);
-        let rival = all.iter().find(|a| a.2 == best).filter(|_| !sure).map(|a| a.0);
-        let why = format!("{says}; {}", size(standing, eye_height, unit.metres, sized));
-        return Guessed { value: *unit, sure, why, rival };
+        Some(((score, unit, why), says)) => {
+            let sure = best.0 - score < 3.0 * SURE_UNIT;
+            Guessed { value: *unit, why: format!("{says}; {why}"), rival: (!sure).then_some(best.1) }
+        }
+        None => {
+            let sure = best.0 - next.0 >= SURE_UNIT;
+            Guessed { value: best.1, why: best.2.clone(), rival: (!sure).then_some(next.1) }
+        }
     }
-    let mut order: Vec<usize> = (0..all.len()).collect();
-    order.sort_by(|a, b| all[*b].2.total_cmp(&all[*a].2));
-    let (best, next) = (&all[order[0]], &all[order[1]]);
-    let sure = best.2 - next.2 >= SURE_UNIT;
-    let why = size(standing, eye_height, best.0.metres, &best.1);
-    Guessed { value: best.0, sure, why, rival: (!sure).then_some(next.0) }
-}
-
-/// How large the model is in a unit, and what in it is of a size that people know.
-fn size(standing: &Standing, eye_height: Option<f64>, metres: f64, sized: &Sized) -> String {
-    let length = crate::check::length;
-    let eyes = eye_height.map_or_else(String::new, |h| format!(", cameras {} above its floor", length(h * metres)));
-    let thing = sized.thing.map_or_else(String::new, |(h, what)| format!(", {what} {} high in it", length(h)));
-    format!(
-        "it is then {} high and {} across{eyes}{thing}",
-        length(standing.height * metres),
-        length(standing.breadth * metres)
-    )
 }

@@ -14,14 +14,12 @@ pub(super) fn of_file(path: &Path, mesh: &Mesh) -> Hints {
     const RULE: f64 = 4.0;
     const HABIT: f64 = 0.7;
     let (axis, metres_per_unit) = match ModelFormat::of(path) {
-        Some(ModelFormat::Gltf) => (Some((DVec3::Y, RULE)), Some((1.0, "glTF is in metres"))),
-        Some(ModelFormat::E57) => (Some((DVec3::Z, RULE)), Some((1.0, "E57 is in metres"))),
-        Some(ModelFormat::Ply) => (Some((DVec3::Z, HABIT)), None),
-        Some(ModelFormat::Obj) | None => {
-            (Some((if is_scan(mesh) { DVec3::Z } else { DVec3::Y }, HABIT)), obj_unit(path))
-        }
+        Some(ModelFormat::Gltf) => ((DVec3::Y, RULE), Some((1.0, "glTF is in metres"))),
+        Some(ModelFormat::E57) => ((DVec3::Z, RULE), Some((1.0, "E57 is in metres"))),
+        Some(ModelFormat::Ply) => ((DVec3::Z, HABIT), None),
+        Some(ModelFormat::Obj) | None => ((if is_scan(mesh) { DVec3::Z } else { DVec3::Y }, HABIT), obj_unit(path)),
     };
-    Hints { axis, metres_per_unit, ..Hints::default() }
+    Hints { axis, metres_per_unit, eyes: Vec::new(), ups: Vec::new() }
 }
 
 /// Whether a mesh looks fused from a scan: one material, coloured or bare, of many triangles.
