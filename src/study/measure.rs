@@ -6,17 +6,17 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::clock::{Clock, Seconds};
-use super::conclusions::compare::compare;
+use super::conclusions::compare::{compare, hidden};
 use super::metrics::blocks::Block;
 use super::sweep::{Base, Method, Parameter, Setting};
-use super::truth::TruthView;
+use super::truth::{TruthView, part_of};
 use super::{Comparison, Ranked, StudyError};
 use crate::panorama::{self, Layer, Panorama, Picture, Projection, convert, write_exr};
 use crate::paper::{self, Plain, PlainRelit};
 use crate::reference::{Estimate, Eye, Lights, ReferenceSettings, add_samples};
 use crate::render::{Irradiance, Options, Relit, prepare, render, shoot_probes};
 use crate::scene::Scene;
-use crate::site::Site;
+use crate::site::{Camera, Site};
 use crate::volume::{self, Volume};
 
 /// A frame is rendered again until it has been so often, or so long, whichever comes first.
@@ -66,7 +66,6 @@ pub(super) struct Bench<'a> {
     pub(super) lights: Option<&'a Lights>,
     pub(super) lighting: &'a str,
     pub(super) truth: &'a [TruthView],
-    pub(super) photos: &'a [Option<Picture>],
     pub(super) order: &'a [Ranked],
     pub(super) base: Base,
     /// Reading the model.
@@ -107,13 +106,16 @@ impl Bench<'_> {
         let relit = Relit { scene: self.scene, light, volume: volume.as_ref(), volume_only: false };
         let probes: Vec<_> = site.probes.iter().map(|p| self.scene.local(p.pose.position)).collect();
         let mut views = Vec::new();
-        for (truth, photo) in self.truth.iter().zip(self.photos) {
+        for truth in self.truth {
             let (frame, picture) = self.frames(&relit, truth, value(Parameter::Samples));
-            let whole = photo.as_ref().filter(|_| setting.parameter == Parameter::AsItComes);
-            let parts = whole.and_then(|photo| compare(self.scene, &probes, &truth.camera, &picture, photo, None));
+            let whole = truth.photo.as_ref().filter(|_| setting.parameter == Parameter::AsItComes);
+            let parts = whole.and_then(|photo| {
+                let hidden = hidden(self.scene, &probes, &truth.camera);
+                compare(&hidden, &truth.camera, &picture, photo, None)
+            });
             let blocks = truth.errors(&truth.cut(&picture.radiance));
             let whole = whole.filter(|_| truth.share() < 1.0).map(|photo| {
-                let all = TruthView::whole(&truth.name, truth.camera, photo);
+                let all = TruthView::of_photo(&truth.name, truth.camera, photo, 1.0);
                 all.errors(std::slice::from_ref(&picture.radiance))
             });
             views.push(ViewRun { view: truth.name.clone(), frame, blocks, whole, parts });
@@ -158,7 +160,8 @@ impl Bench<'_> {
         go_on: &(dyn Fn() -> bool + Sync),
     ) -> Option<ViewRun> {
         let clock = Clock::start();
-        let traced = trace(self.scene, lights, truth, samples.max(2), 2 * self.seed + 1, go_on)?;
+        let cameras = truth.tiles.iter().map(|tile| part_of(&truth.camera, tile.at));
+        let traced = trace(self.scene, lights, cameras, samples.max(2), 2 * self.seed + 1, go_on)?;
         // the tracer takes samples in pairs, one a half: a single sample is a half, in half the time
         let (pictures, share): (Vec<Picture>, f64) = match samples {
             1 => (traced.iter().map(|e| e.half(0)).collect(), 0.5),
@@ -218,23 +221,23 @@ impl Bench<'_> {
     }
 }
 
-/// Path-traces the tiles of a view, each with its own random numbers; `None` when stopped.
+/// Path-traces what each camera sees, each with its own random numbers; `None` when stopped.
 pub(super) fn trace(
     scene: &Scene,
     lights: &Lights,
-    truth: &TruthView,
+    cameras: impl Iterator<Item = Camera>,
     samples: u32,
     seed: u64,
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<Estimate>> {
-    let one = |(i, camera): (usize, crate::site::Camera)| {
+    let one = |(i, camera): (usize, Camera)| {
         let mut estimate = Estimate::new(camera.width as usize, camera.height as usize);
         let settings = ReferenceSettings { samples, seed: seed + ((i as u64) << 20), ..ReferenceSettings::default() };
         let tell = |_, _| if go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
         add_samples(scene, lights, &Eye::Camera(camera), &settings, &mut estimate, &tell).ok()?;
         Some(estimate)
     };
-    truth.cameras().into_iter().enumerate().map(one).collect()
+    cameras.enumerate().map(one).collect()
 }
 
 /// The settings as they come, for a site under a lighting.
@@ -251,11 +254,6 @@ pub(super) fn base(site: &Site, lighting: &str) -> Result<Base, StudyError> {
 }
 
 impl Run {
-    /// Whether the run is of this setting.
-    pub(super) fn is(&self, setting: &Setting) -> bool {
-        self.setting == *setting
-    }
-
     /// Mean over views of a frame.
     pub fn frame(&self) -> Seconds {
         let sum = self.views.iter().fold(Seconds::default(), |sum, v| sum + v.frame);

@@ -30,7 +30,7 @@ mod sweep;
 mod truth;
 
 pub use clock::{Clock, Seconds, has_processor_time};
-pub use conclusions::compare::{Comparison, Errors, compare, compare_parts, hidden};
+pub use conclusions::compare::{Comparison, Errors, compare, hidden};
 pub use conclusions::result::{Convergence, EqualTime, Recommended, Row, SpeedUp, Summary, rounded};
 pub use conclusions::summary::summary;
 pub use curve::{Curve, How, order, pareto};
@@ -45,4 +45,3 @@ pub use outside::{Outside, OutsidePoint, read as read_outside};
 pub use run::{Progress, study};
 pub use state::{Study, TruthNote};
 pub use sweep::{Base, Method, Parameter, Setting};
-pub use truth::{Tile, TruthNoise, TruthView, tiles};

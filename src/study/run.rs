@@ -62,7 +62,7 @@ pub fn study(
     std::fs::create_dir_all(folder).map_err(|source| StudyError::Io { path: folder.to_owned(), source })?;
     let begun = begun(&file, &fingerprint, options.fresh, &mut notes)?;
 
-    let (truth, photos) = if photographs {
+    let truth = if photographs {
         photographed(&views, options.share)?
     } else {
         let Some(lights) = &lights else {
@@ -77,7 +77,7 @@ pub fn study(
             tell(&Progress { doing: format!("reference of {view}"), done: 0, planned: 1 });
         };
         let known = begun.is_some();
-        (referenced(scene, lights, &views, options, folder, known, &doing)?, vec![None; views.len()])
+        referenced(scene, lights, &views, options, folder, known, &doing)?
     };
     let blocks: Vec<usize> = truth.iter().map(TruthView::blocks).collect();
     if begun.as_ref().is_some_and(|study| !study.is_of(&blocks)) {
@@ -111,7 +111,6 @@ pub fn study(
         lights: lights.as_ref(),
         lighting: &lighting,
         truth: &truth,
-        photos: &photos,
         order: &order,
         base,
         load,
@@ -174,7 +173,7 @@ impl Driver<'_> {
     }
 
     fn run(&self, setting: &Setting) -> Option<&Run> {
-        self.study.runs.iter().find(|r| r.is(setting))
+        self.study.runs.iter().find(|r| r.setting == *setting)
     }
 
     fn try_one(&mut self, setting: Setting, planned: usize) -> Result<(), StudyError> {
@@ -227,7 +226,7 @@ impl Driver<'_> {
                 self.study.pending.push(doing.to_owned());
                 break;
             };
-            if let Some(run) = self.study.runs.iter_mut().find(|r| r.is(&setting)) {
+            if let Some(run) = self.study.runs.iter_mut().find(|r| r.setting == setting) {
                 run.views.push(view);
                 run.spent_s += clock.read().wall_s;
             }

@@ -7,7 +7,7 @@ use clerestory::photograph::{Fitness, Photograph};
 use clerestory::render::{Irradiance, Lit, ShadingPoint, Source, render};
 use clerestory::scene::{self, Health};
 use clerestory::site::{Camera, CameraSource, Lens, Site};
-use clerestory::study::compare;
+use clerestory::study::{compare, hidden};
 use clerestory::volume::Nearby;
 use glam::{DVec2, DVec3, Vec3};
 use image::{ImageBuffer, ImageEncoder, Luma, Rgb};
@@ -190,12 +190,12 @@ fn a_mask_keeps_people_out_of_comparisons() {
     }
     let mask = clerestory::photograph::left_out(view).unwrap().unwrap();
     assert!(mask.iter().enumerate().all(|(i, out)| *out == (i % 64 < 32)));
-    let probes = [scene.local(view.camera.pose.position)];
-    let with = compare(&scene, &probes, &view.camera, &frame, &photo, Some(&mask)).unwrap().all;
-    let without = compare(&scene, &probes, &view.camera, &frame, &photo, None).unwrap().all;
+    let hidden = hidden(&scene, &[scene.local(view.camera.pose.position)], &view.camera);
+    let with = compare(&hidden, &view.camera, &frame, &photo, Some(&mask)).unwrap().all;
+    let without = compare(&hidden, &view.camera, &frame, &photo, None).unwrap().all;
     assert!(with.flip < 1e-6 && with.relmse == 0.0 && with.share == 0.5, "{with:?}");
     assert!(without.flip > 0.1 && without.relmse > 0.1 && without.share == 1.0, "{without:?}");
-    assert!(compare(&scene, &probes, &view.camera, &frame, &photo, Some(&mask[1..])).is_none());
+    assert!(compare(&hidden, &view.camera, &frame, &photo, Some(&mask[1..])).is_none());
 }
 
 /// `match` lines for corners and marks of the room as a camera shows them.

@@ -6,7 +6,7 @@ use clerestory::radiometry::{PhotographFit, fit_to_render};
 use clerestory::render::{Frame, Source};
 use clerestory::scene::Scene;
 use clerestory::site::{Camera, View};
-use clerestory::study::{Comparison, compare_parts, hidden};
+use clerestory::study::{Comparison, compare, hidden};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ pub(super) struct Compared {
 pub(super) fn compared(scene: &Scene, probes: &[Vec3], camera: &Camera, frame: &Frame, photo: &Masked) -> Compared {
     let hidden = hidden(scene, probes, camera);
     let left_out = photo.left_out.as_deref();
-    let error = |photo: &Picture| compare_parts(&hidden, camera, frame, photo, left_out);
+    let error = |photo: &Picture| compare(&hidden, camera, frame, photo, left_out);
     let lit = |i: usize| frame.source[i] != Source::None && left_out.is_none_or(|out| !out[i]);
     let fit = fit_to_render(&photo.picture, &frame.radiance, photo.clipped, lit);
     let error_after_fit = fit.and_then(|fit| error(&fit.develop(&photo.picture)));

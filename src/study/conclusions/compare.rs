@@ -46,22 +46,10 @@ pub struct Errors {
     pub median: f64,
 }
 
-/// Compares a frame with a photograph of the same size, taken by the same camera. `probes` are the probes' places, local
-/// metres. Pixels set in `left_out` take no part, nor do those where the lens shows nothing. `None` where the sizes
-/// differ.
+/// Compares a frame with a photograph of the same size, taken by the same camera, given for each pixel whether it is
+/// [`hidden`] from all probes. Pixels set in `left_out` take no part, nor do those where the lens shows nothing. `None`
+/// where the sizes differ.
 pub fn compare(
-    scene: &Scene,
-    probes: &[Vec3],
-    camera: &Camera,
-    frame: &Frame,
-    photo: &Picture,
-    left_out: Option<&[bool]>,
-) -> Option<Comparison> {
-    compare_parts(&hidden(scene, probes, camera), camera, frame, photo, left_out)
-}
-
-/// [`compare`] for several photographs of one view, given for each pixel whether it is [`hidden`] from all probes.
-pub fn compare_parts(
     hidden: &[bool],
     camera: &Camera,
     frame: &Frame,

@@ -6,6 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::reference::random::splitmix64;
+
 /// Sums over the pixels of one block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f32; 7]", into = "[f32; 7]")]
@@ -111,13 +113,19 @@ impl Resamples {
     /// `count` draws for views of so many blocks each, whose blocks stand one view after the other.
     pub fn new(blocks_of_view: &[usize], count: usize) -> Self {
         let total = blocks_of_view.iter().sum();
-        let mut random = SplitMix(0x5EED);
+        // Steele, Lea and Flood, *Fast splittable pseudorandom number generators*, 2014
+        let mut state = 0x5EED_u64;
+        let mut below = |n: usize| {
+            let drawn = splitmix64(state);
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            ((u128::from(drawn) * n as u128) >> 64) as usize
+        };
         let draw = |_| {
             let mut weights = vec![0.0; total];
             let mut first = 0;
             for &n in blocks_of_view {
                 for _ in 0..n {
-                    weights[first + random.below(n)] += 1.0;
+                    weights[first + below(n)] += 1.0;
                 }
                 first += n;
             }
@@ -137,19 +145,6 @@ impl Resamples {
             n => all[((q * n as f64) as usize).min(n - 1)],
         };
         Interval { value: middle, low: at(0.025), high: at(0.975) }
-    }
-}
-
-/// Steele, Lea and Flood, *Fast splittable pseudorandom number generators*, 2014.
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((u128::from(z ^ (z >> 31)) * n as u128) >> 64) as usize
     }
 }
 

@@ -10,6 +10,7 @@ use std::f32::consts::PI;
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
+use super::mean_where;
 use crate::panorama::{Exposure, Picture};
 
 /// Pixels per degree of a 0.7 m wide 3840-pixel screen at 0.7 m, the paper's default.
@@ -17,8 +18,7 @@ const PIXELS_PER_DEGREE: f32 = 67.0;
 
 /// Mean ꟻLIP of a picture against the truth, 0 (same) to 1; see [`flip_map`].
 pub fn flip(test: &Picture, truth: &Picture) -> f64 {
-    let map = flip_map(test, truth);
-    map.iter().map(|&e| f64::from(e)).sum::<f64>() / map.len().max(1) as f64
+    mean_where(&flip_map(test, truth), |_| true)
 }
 
 /// ꟻLIP per pixel, 0..=1, of two linear pictures of the same size, both seen through the truth's [`Exposure`] and
@@ -28,7 +28,11 @@ pub fn flip_map(test: &Picture, truth: &Picture) -> Vec<f32> {
     if (test.width, test.height) != (truth.width, truth.height) {
         return vec![1.0; truth.pixels.len()];
     }
-    let exposure = Exposure::of(truth);
+    flip_under(Exposure::of(truth), test, truth)
+}
+
+/// [`flip_map`] under a given exposure, of pictures that have the same size.
+pub(crate) fn flip_under(exposure: Exposure, test: &Picture, truth: &Picture) -> Vec<f32> {
     let seen = |p: &Picture| p.pixels.iter().map(|&p| exposure.clip(p)).collect::<Vec<_>>();
     flip_ldr(&seen(test), &seen(truth), truth.width, truth.height)
 }

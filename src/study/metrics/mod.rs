@@ -15,7 +15,8 @@ pub(crate) const TRIMMED: f64 = 0.001;
 
 /// Root of the mean squared error over all pixels and channels; 0 where no pixel is left.
 pub fn rmse(x: &[Vec3], t: &[Vec3]) -> f64 {
-    let (sum, count) = pairs(x, t).fold((0.0, 0usize), |(s, n), (x, t)| (s + (x - t).length_squared(), n + 1));
+    let pairs = x.iter().zip(t).filter_map(|(x, t)| usable(*x, *t));
+    let (sum, count) = pairs.fold((0.0, 0usize), |(s, n), (x, t)| (s + (x - t).length_squared(), n + 1));
     per(sum, 3 * count).sqrt()
 }
 
@@ -28,17 +29,21 @@ pub fn relmse(x: &[Vec3], t: &[Vec3]) -> f64 {
 
 /// [`relmse`] over the pixels that `chosen` picks by index; m stays that of the whole truth.
 pub fn relmse_where(x: &[Vec3], t: &[Vec3], chosen: impl Fn(usize) -> bool) -> f64 {
-    let (sum, count) =
-        t.iter().filter(|t| Picture::valid(**t)).fold((0.0, 0usize), |(s, n), t| (s + sum3(t.as_dvec3()), n + 1));
-    let mean = per(sum, 3 * count);
-    // keeps a wholly black truth from dividing by zero
-    let floor = (0.01 * mean * mean).max(f64::MIN_POSITIVE);
+    let floor = relative_floor(t);
     let error = |(x, t): (DVec3, DVec3)| sum3((x - t) * (x - t) / (t * t + floor)) / 3.0;
     let indexed = x.iter().zip(t).enumerate().filter(|(i, _)| chosen(*i));
     let mut errors: Vec<f64> = indexed.filter_map(|(_, (x, t))| usable(*x, *t)).map(error).collect();
     errors.sort_unstable_by(f64::total_cmp);
     errors.truncate(errors.len() - (errors.len() as f64 * TRIMMED) as usize);
     per(errors.iter().sum(), errors.len())
+}
+
+/// 0.01·m² of [`relmse`], above 0: what keeps it from dividing by black.
+pub(crate) fn relative_floor(t: &[Vec3]) -> f64 {
+    let valid = t.iter().filter(|t| Picture::valid(**t));
+    let (sum, count) = valid.fold((0.0, 0usize), |(s, n), t| (s + sum3(t.as_dvec3()), n + 1));
+    let mean = per(sum, 3 * count);
+    (0.01 * mean * mean).max(f64::MIN_POSITIVE)
 }
 
 /// Median over pixels of Σ|x − t| / Σt, sums over channels; pixels whose truth is black are left out; 0 where none is
@@ -124,11 +129,7 @@ fn window_means(values: &[f64], w: usize, h: usize) -> Vec<f64> {
     (0..columns * (h + 1 - side)).map(|i| weighted(&|k| rows[i + k * columns])).collect()
 }
 
-/// The pairs that count, in f64.
-fn pairs<'a>(x: &'a [Vec3], t: &'a [Vec3]) -> impl Iterator<Item = (DVec3, DVec3)> + 'a {
-    x.iter().zip(t).filter_map(|(x, t)| usable(*x, *t))
-}
-
+/// Both in f64, what is no light as black; `None` where the truth is no light.
 pub(crate) fn usable(x: Vec3, t: Vec3) -> Option<(DVec3, DVec3)> {
     let x = if Picture::valid(x) { x } else { Vec3::ZERO };
     Picture::valid(t).then(|| (x.as_dvec3(), t.as_dvec3()))

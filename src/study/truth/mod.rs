@@ -4,9 +4,9 @@ pub(crate) mod views;
 
 use glam::{DVec2, DVec3};
 
-use super::flip_ldr;
 use super::metrics::blocks::Block;
-use super::metrics::{TRIMMED, WINDOW, ssim_map, sum3, usable};
+use super::metrics::flip::flip_under;
+use super::metrics::{TRIMMED, WINDOW, relative_floor, ssim_map, sum3, usable};
 use crate::panorama::{Exposure, Picture};
 use crate::site::Camera;
 
@@ -16,53 +16,45 @@ const TILE: u32 = 64;
 /// So many blocks along the shorter side of a picture.
 const BLOCKS_ALONG: usize = 4;
 
+/// A rectangle of a picture: left, top, width and height in pixels.
+pub(crate) type Rectangle = [u32; 4];
+
 /// A part of a picture in which error is measured.
-#[derive(Clone, Debug)]
-pub struct Tile {
-    /// Its left edge in the picture, pixels.
-    pub x: u32,
-    /// Its upper edge.
-    pub y: u32,
+pub(crate) struct Tile {
+    /// Where it is.
+    pub(crate) at: Rectangle,
     /// The truth there.
-    pub truth: Picture,
+    pub(crate) truth: Picture,
     /// Two independent measurements of it, if it has any: what they differ by is noise.
-    pub halves: Option<[Picture; 2]>,
+    pub(crate) halves: Option<[Picture; 2]>,
 }
 
 /// The truth of one view.
-#[derive(Clone, Debug)]
-pub struct TruthView {
+pub(crate) struct TruthView {
     /// The view's name.
-    pub name: String,
+    pub(crate) name: String,
     /// The view's camera.
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// Where error is measured: the whole picture, or some tiles of it.
-    pub tiles: Vec<Tile>,
+    pub(crate) tiles: Vec<Tile>,
+    /// The whole photograph, where the truth is one.
+    pub(crate) photo: Option<Picture>,
     /// The exposure under which FLIP and SSIM look.
     exposure: Exposure,
     /// What keeps relative error from dividing by black: 0.01·(mean radiance)².
     floor: f64,
 }
 
-/// How well a truth is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TruthNoise {
-    /// Root mean squared noise of the truth: half that of its halves' difference.
-    pub rmse: f64,
-    /// FLIP of one half against the other: the noise of the truth is less visible than that.
-    pub flip: f64,
-}
-
-/// The tiles (left, top, width, height) that stand for a picture: all of it for a `share` of 1, else tiles of 64 pixels
-/// a side that make up about that share, spread evenly, at least one.
-pub fn tiles(width: u32, height: u32, share: f64) -> Vec<[u32; 4]> {
+/// The tiles that stand for a picture: all of it for a `share` of 1, else tiles of 64 pixels a side that make up about that
+/// share, spread evenly, at least one.
+pub(crate) fn tiles(width: u32, height: u32, share: f64) -> Vec<Rectangle> {
     let side = TILE.min(width).min(height);
     let (columns, rows) = (width / side.max(1), height / side.max(1));
     let wanted = (share * f64::from(width) * f64::from(height) / f64::from(side * side)).round() as usize;
     if share >= 1.0 || wanted >= (columns * rows) as usize {
         return vec![[0, 0, width, height]];
     }
-    let mut found: Vec<[u32; 4]> = Vec::new();
+    let mut found: Vec<Rectangle> = Vec::new();
     for k in 0.. {
         // Roberts's additive recurrence on the plastic number
         let at = (DVec2::splat(0.5) + DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053) * f64::from(k)).fract();
@@ -80,48 +72,36 @@ pub fn tiles(width: u32, height: u32, share: f64) -> Vec<[u32; 4]> {
 
 impl TruthView {
     /// The truth of a view; exposure and mean are those of `known`, all pixels whose truth is known.
-    pub fn new(name: &str, camera: Camera, tiles: Vec<Tile>, known: &Picture) -> Self {
-        let valid = known.pixels.iter().filter(|p| Picture::valid(**p));
-        let (sum, count) = valid.fold((0.0, 0usize), |(s, n), p| (s + sum3(p.as_dvec3()), n + 1));
-        let mean = if count > 0 { sum / (3.0 * count as f64) } else { 0.0 };
-        let floor = (0.01 * mean * mean).max(f64::MIN_POSITIVE);
-        Self { name: name.to_owned(), camera, tiles, exposure: Exposure::of(known), floor }
+    pub(crate) fn new(name: &str, camera: Camera, tiles: Vec<Tile>, known: &Picture) -> Self {
+        let (exposure, floor) = (Exposure::of(known), relative_floor(&known.pixels));
+        Self { name: name.to_owned(), camera, tiles, photo: None, exposure, floor }
     }
 
-    /// The truth of a view that is all of a photograph.
-    pub(crate) fn whole(name: &str, camera: Camera, photo: &Picture) -> Self {
-        Self::new(name, camera, vec![Tile { x: 0, y: 0, truth: photo.clone(), halves: None }], photo)
-    }
-
-    /// The cameras that see the tiles, pixel for pixel as the view does.
-    pub fn cameras(&self) -> Vec<Camera> {
-        let one = |tile: &Tile| Camera {
-            width: tile.truth.width as u32,
-            height: tile.truth.height as u32,
-            centre: self.camera.centre - DVec2::new(f64::from(tile.x), f64::from(tile.y)),
-            ..self.camera
-        };
-        self.tiles.iter().map(one).collect()
+    /// A photograph as truth, in tiles that make up about a share of it.
+    pub(crate) fn of_photo(name: &str, camera: Camera, photo: &Picture, share: f64) -> Self {
+        let tile = |at| Tile { at, truth: cut(photo, at), halves: None };
+        let tiles = tiles(camera.width, camera.height, share).into_iter().map(tile).collect();
+        Self::new(name, camera, tiles, photo)
     }
 
     /// The share of the view's pixels that lie in tiles.
-    pub fn share(&self) -> f64 {
+    pub(crate) fn share(&self) -> f64 {
         let inside: usize = self.tiles.iter().map(|t| t.truth.pixels.len()).sum();
         inside as f64 / (f64::from(self.camera.width) * f64::from(self.camera.height))
     }
 
     /// The tiles of a picture of the whole view.
-    pub fn cut(&self, picture: &Picture) -> Vec<Picture> {
-        self.tiles.iter().map(|t| cut(picture, [t.x, t.y, t.truth.width as u32, t.truth.height as u32])).collect()
+    pub(crate) fn cut(&self, picture: &Picture) -> Vec<Picture> {
+        self.tiles.iter().map(|t| cut(picture, t.at)).collect()
     }
 
     /// Number of blocks that [`TruthView::errors`] gives.
-    pub fn blocks(&self) -> usize {
+    pub(crate) fn blocks(&self) -> usize {
         self.tiles.iter().map(|t| grid(&t.truth).1).sum()
     }
 
     /// The errors of pictures of the tiles, block by block.
-    pub fn errors(&self, pictures: &[Picture]) -> Vec<Block> {
+    pub(crate) fn errors(&self, pictures: &[Picture]) -> Vec<Block> {
         let mut all = Vec::new();
         // per counted pixel: its block, its error without and with the noise taken off
         let mut relative: Vec<(u32, f64, f64)> = Vec::new();
@@ -129,11 +109,10 @@ impl TruthView {
             let (side, count) = grid(&tile.truth);
             let first = all.len();
             let mut sums = vec![[0.0f64; 5]; count];
-            let (width, height) = (tile.truth.width, tile.truth.height);
+            let width = tile.truth.width;
             let columns = width.div_ceil(side);
             let block = |x: usize, y: usize| y / side * columns + x / side;
-            let seen = |p: &Picture| p.pixels.iter().map(|&p| self.exposure.clip(p)).collect::<Vec<_>>();
-            let flip = flip_ldr(&seen(picture), &seen(&tile.truth), width, height);
+            let flip = flip_under(self.exposure, picture, &tile.truth);
             for (i, (&x, &t)) in picture.pixels.iter().zip(&tile.truth.pixels).enumerate() {
                 let Some((x, t)) = usable(x, t) else { continue };
                 let b = block(i % width, i / width);
@@ -177,17 +156,17 @@ impl TruthView {
         all
     }
 
-    /// The noise of this truth, from its halves; `None` without.
-    pub fn noise(&self) -> Option<TruthNoise> {
+    /// The noise of this truth, from its halves: its root mean square, which is half that of their difference, and FLIP of one
+    /// half against the other, which is more visible than the truth's noise. `None` without halves.
+    pub(crate) fn noise(&self) -> Option<[f64; 2]> {
         let (mut squares, mut flip, mut count) = (0.0, 0.0, 0usize);
         for tile in &self.tiles {
             let [a, b] = tile.halves.as_ref()?;
             squares += a.pixels.iter().zip(&b.pixels).map(|(a, b)| f64::from((*a - *b).length_squared())).sum::<f64>();
-            let seen = |p: &Picture| p.pixels.iter().map(|&p| self.exposure.clip(p)).collect::<Vec<_>>();
-            flip += flip_ldr(&seen(a), &seen(b), a.width, a.height).iter().map(|e| f64::from(*e)).sum::<f64>();
+            flip += flip_under(self.exposure, a, b).iter().map(|e| f64::from(*e)).sum::<f64>();
             count += a.pixels.len();
         }
-        Some(TruthNoise { rmse: 0.5 * (squares / (3.0 * count as f64)).sqrt(), flip: flip / count as f64 })
+        Some([0.5 * (squares / (3.0 * count as f64)).sqrt(), flip / count as f64])
     }
 }
 
@@ -201,8 +180,13 @@ fn grid(tile: &Picture) -> (usize, usize) {
     (side, tile.width.div_ceil(side) * tile.height.div_ceil(side))
 }
 
-/// A rectangle (left, top, width, height) of a picture.
-pub(crate) fn cut(picture: &Picture, [x, y, width, height]: [u32; 4]) -> Picture {
+/// The camera that sees a rectangle of what another sees, pixel for pixel as that does.
+pub(crate) fn part_of(camera: &Camera, [x, y, width, height]: Rectangle) -> Camera {
+    Camera { width, height, centre: camera.centre - DVec2::new(f64::from(x), f64::from(y)), ..*camera }
+}
+
+/// A rectangle of a picture.
+pub(crate) fn cut(picture: &Picture, [x, y, width, height]: Rectangle) -> Picture {
     let [x, y, width, height] = [x, y, width, height].map(|v| v as usize);
     let row = |r: usize| &picture.pixels[r * picture.width + x..][..width];
     Picture { width, height, pixels: (y..y + height).flat_map(row).copied().collect() }
@@ -236,12 +220,8 @@ mod tests {
     fn view(truth: &Picture, share: f64, halves: Option<[Picture; 2]>) -> TruthView {
         let pose = Pose { position: DVec3::ZERO, rotation: DMat3::IDENTITY };
         let camera = Camera::with_fov(pose, 96, 80, 60.0);
-        let tile = |r: [u32; 4]| Tile {
-            x: r[0],
-            y: r[1],
-            truth: cut(truth, r),
-            halves: halves.as_ref().map(|h| h.each_ref().map(|h| cut(h, r))),
-        };
+        let halves = |at| halves.as_ref().map(|h| h.each_ref().map(|h| cut(h, at)));
+        let tile = |at| Tile { at, truth: cut(truth, at), halves: halves(at) };
         TruthView::new("v", camera, tiles(96, 80, share).into_iter().map(tile).collect(), truth)
     }
 
@@ -274,14 +254,14 @@ mod tests {
         };
         let (a, b) = (noisy(1.0), noisy(-1.0));
         let view = view(&clean, 1.0, Some([a, b]));
-        let noise = view.noise().unwrap();
+        let [noise, flip] = view.noise().unwrap();
         // half of |a − b| is the uniform draw itself, of spread 0.1/√3
-        assert!((noise.rmse / (0.1 / 3f64.sqrt()) - 1.0).abs() < 0.03, "{noise:?}");
-        assert!(noise.flip > 0.0);
+        assert!((noise / (0.1 / 3f64.sqrt()) - 1.0).abs() < 0.03, "{noise}");
+        assert!(flip > 0.0);
         let blocks = view.errors(&[waves(0.5)]);
         let net = Metric::Rmse.over(&blocks, &vec![1.0; blocks.len()]);
         let plain = rmse(&waves(0.5).pixels, &clean.pixels);
-        assert!((net * net - (plain * plain - noise.rmse * noise.rmse)).abs() < 1e-3 * plain * plain);
+        assert!((net * net - (plain * plain - noise * noise)).abs() < 1e-3 * plain * plain);
     }
 
     #[test]
@@ -296,9 +276,10 @@ mod tests {
         assert_eq!(tiles(512, 300, 1.0), [[0, 0, 512, 300]]);
         assert_eq!(tiles(96, 80, 0.5), [[0, 0, 96, 80]], "no room for tiles apart");
         let whole = view(&waves(0.3), 1.0, None);
-        let tile = Tile { x: 20, y: 9, truth: cut(&waves(0.3), [20, 9, 48, 40]), halves: None };
+        let at = [20, 9, 48, 40];
+        let tile = Tile { at, truth: cut(&waves(0.3), at), halves: None };
         let view = TruthView::new("v", whole.camera, vec![tile], &waves(0.3));
-        let through_tile = view.cameras()[0].direction(3.5, 4.5);
+        let through_tile = part_of(&view.camera, at).direction(3.5, 4.5);
         assert!((through_tile - whole.camera.direction(23.5, 13.5)).length() < 1e-12);
         assert!((view.share() - 0.25).abs() < 1e-12);
         assert_eq!(view.cut(&waves(0.3))[0], view.tiles[0].truth);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Tile, TruthNoise, TruthView, cut, stack, tiles};
+use super::{Tile, TruthView, cut, part_of, stack, tiles};
 use crate::panorama;
 use crate::panorama::{Layer, Picture, write_exr};
 use crate::photograph;
@@ -14,20 +14,15 @@ use crate::study::measure::trace;
 use crate::study::options::Options;
 use crate::study::state::TruthNote;
 
-/// Photographs as truth, and whole.
-pub(crate) type Photographed = (Vec<TruthView>, Vec<Option<Picture>>);
-
-pub(crate) fn photographed(views: &[&View], share: f64) -> Result<Photographed, StudyError> {
-    let (mut truth, mut photos) = (Vec::new(), Vec::new());
+/// Photographs as truth.
+pub(crate) fn photographed(views: &[&View], share: f64) -> Result<Vec<TruthView>, StudyError> {
+    let mut all = Vec::new();
     for view in views {
         let Some((photo, _)) = photograph::read_masked(view)? else { continue };
-        let (w, h) = (view.camera.width, view.camera.height);
-        let tile = |r: [u32; 4]| Tile { x: r[0], y: r[1], truth: cut(&photo, r), halves: None };
-        let tiles = tiles(w, h, share).into_iter().map(tile).collect();
-        truth.push(TruthView::new(&view.name, view.camera, tiles, &photo));
-        photos.push(Some(photo));
+        let truth = TruthView::of_photo(&view.name, view.camera, &photo, share);
+        all.push(TruthView { photo: Some(photo), ..truth });
     }
-    Ok((truth, photos))
+    Ok(all)
 }
 
 /// References, traced, or read again where they have been traced for the same study (`known`).
@@ -43,10 +38,6 @@ pub(crate) fn referenced(
     let mut all = Vec::new();
     for view in views {
         let rectangles = tiles(view.camera.width, view.camera.height, options.share);
-        let blank =
-            |r: &[u32; 4]| Tile { x: r[0], y: r[1], truth: Picture::new(r[2] as usize, r[3] as usize), halves: None };
-        let empty = rectangles.iter().map(blank).collect();
-        let outline = TruthView::new(&view.name, view.camera, empty, &Picture::new(0, 0));
         let files = ["a", "b"].map(|half| folder.join(format!("study-truth-{}-{half}.exr", view.name)));
         let [width, height] = [rectangles[0][2], rectangles.iter().map(|r| r[3]).sum()];
         let fits = |half: &Picture| [half.width, half.height] == [width, height].map(|side: u32| side as usize);
@@ -58,8 +49,9 @@ pub(crate) fn referenced(
             halves
         } else {
             doing(&view.name);
-            let seed = 2 * options.seed;
-            let traced = trace(scene, lights, &outline, options.reference_samples, seed, &|| true).unwrap_or_default();
+            let cameras = rectangles.iter().map(|at| part_of(&view.camera, *at));
+            let (samples, seed) = (options.reference_samples, 2 * options.seed);
+            let traced = trace(scene, lights, cameras, samples, seed, &|| true).unwrap_or_default();
             let halves = [0, 1].map(|h| stack(&traced.iter().map(|e: &Estimate| e.half(h)).collect::<Vec<_>>()));
             for (file, half) in files.iter().zip(&halves) {
                 write_exr(file, half.width, half.height, &[Layer::rgb("", half)], None)?;
@@ -68,12 +60,13 @@ pub(crate) fn referenced(
         };
         let mut below = 0;
         let mut tiles = Vec::new();
-        for r in &rectangles {
-            let pair = halves.each_ref().map(|h| cut(h, [0, below, r[2], r[3]]));
+        for at in rectangles {
+            let [_, _, width, height] = at;
+            let pair = halves.each_ref().map(|h| cut(h, [0, below, width, height]));
             let mut truth = pair[0].clone();
             truth.pixels.iter_mut().zip(&pair[1].pixels).for_each(|(a, b)| *a = 0.5 * (*a + *b));
-            tiles.push(Tile { x: r[0], y: r[1], truth, halves: Some(pair) });
-            below += r[3];
+            tiles.push(Tile { at, truth, halves: Some(pair) });
+            below += height;
         }
         let known = stack(&tiles.iter().map(|t| t.truth.clone()).collect::<Vec<_>>());
         all.push(TruthView::new(&view.name, view.camera, tiles, &known));
@@ -82,13 +75,13 @@ pub(crate) fn referenced(
 }
 
 pub(crate) fn note(truth: &[TruthView], photographs: bool, options: &Options) -> TruthNote {
-    let noise: Option<Vec<_>> = truth.iter().map(TruthView::noise).collect();
+    let noise: Option<Vec<[f64; 2]>> = truth.iter().map(TruthView::noise).collect();
     let mean =
-        |part: fn(&TruthNoise) -> f64| noise.as_ref().map(|n| n.iter().map(part).sum::<f64>() / n.len().max(1) as f64);
+        |part: fn(&[f64; 2]) -> f64| noise.as_ref().map(|n| n.iter().map(part).sum::<f64>() / n.len().max(1) as f64);
     TruthNote {
         kind: if photographs { "photographs" } else { "reference" }.to_owned(),
         samples: (!photographs).then_some(options.reference_samples),
-        noise_rmse: mean(|n| n.rmse * n.rmse).map(f64::sqrt),
-        noise_flip: mean(|n| n.flip),
+        noise_rmse: mean(|[rmse, _]| rmse * rmse).map(f64::sqrt),
+        noise_flip: mean(|[_, flip]| *flip),
     }
 }
