@@ -191,8 +191,7 @@ fn sheet(
     };
     let command = super::terminal::command::own_command();
     let about = RegisterSheet { site, scene, found, picture: &picture, command: &command, sheet: number };
-    let [svg, _] = write_sheet(&register_sheet(&about), folder, &register_stem(site, found.subject))?;
-    Ok(svg)
+    Ok(write_sheet(&register_sheet(&about), folder, &register_stem(site, found.subject))?)
 }
 
 /// The file to write, if it may be written: beside the site file, whose paths are relative, and new unless `overwrite`.

@@ -2,13 +2,15 @@
 
 use anyhow::Context;
 use clap::{Args, ValueEnum, ValueHint};
-use clerestory::audit::{self, Audit, Finding};
+use clerestory::audit;
 use clerestory::check::check;
-use clerestory::panorama::{self, Exposure, Picture, write_png};
+use clerestory::panorama::{self, Exposure, write_png};
 use clerestory::plan::{self, stations::run::plan};
 use clerestory::report::page::{Archive, ViewPictures, page};
-use clerestory::report::{Manifest, Mark, Run, fingerprints, marked, pdf, write_file, write_json, write_plan};
-use clerestory::site::{Site, View};
+use clerestory::report::{
+    Manifest, Run, fingerprints, marked, pdf, remove_earlier, write_file, write_json, write_plan,
+};
+use clerestory::site::Site;
 use clerestory::study;
 use clerestory::viewer::Extras;
 use std::io::{self, Write};
@@ -113,12 +115,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     let bar = args.output.told.bar("{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
     bar.set_length(1 + parts.iter().filter(|p| p.left_out(&site, args).is_none()).count() as u64);
 
-    let mut archive = Archive {
-        site: site.name.clone(),
-        project: site.project.clone(),
-        software: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into(),
-        ..Archive::default()
-    };
+    let mut archive = Archive { site: site.name.clone(), project: site.project.clone(), ..Archive::default() };
     let mut report = Report { args, site: &site, folder: &folder, registered: None };
     for part in parts {
         let mut run = Run { verb: part.verb().into(), command: report.by_hand(part, &archive), ..Run::default() };
@@ -195,7 +192,7 @@ impl Report<'_> {
                 let check = check(site)?;
                 apart(folder, &check.model.files)?;
                 // it is there only where all else is, and of one run
-                cleared(&folder.join("manifest.json"))?;
+                remove_earlier(&folder.join("manifest.json"))?;
                 write_json(&folder.join("check.json"), &check)?;
                 archive.check = Some(check);
             }
@@ -294,8 +291,12 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
         if let Some(photo) = photo {
             let file = format!("view-{name}-photo.png");
             write_png(&folder.join(&file), &photo, exposure)?;
-            if let Some(audit) = &archive.audit {
-                pictures.findings = findings(view, audit, &photo, exposure, folder)?;
+            if let Some(audit) = &archive.audit
+                && let Some(png) = marked(audit, name, &photo, exposure)?
+            {
+                let file = marked_file(name);
+                write_file(&folder.join(&file), &png)?;
+                pictures.findings = Some(file);
             }
             pictures.photo = Some(file);
         }
@@ -306,7 +307,7 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
     // an earlier report may have had more; names may differ in letter case alone, which some file systems do not tell apart
     let now: Vec<String> = all.iter().filter_map(|v| v.findings.as_ref()).map(|f| f.to_lowercase()).collect();
     for file in site.views.iter().map(|v| marked_file(&v.name)).filter(|f| !now.contains(&f.to_lowercase())) {
-        cleared(&folder.join(file))?;
+        remove_earlier(&folder.join(file))?;
     }
     Ok(all)
 }
@@ -314,47 +315,6 @@ fn pictures(site: &Site, archive: &Archive, folder: &Path) -> anyhow::Result<Vec
 /// The file of a view's photograph with its findings marked.
 fn marked_file(view: &str) -> String {
     format!("view-{view}-findings.png")
-}
-
-/// Removes a file of an earlier report, if it is there.
-fn cleared(file: &Path) -> anyhow::Result<()> {
-    if file.is_file() {
-        std::fs::remove_file(file).with_context(|| file.display().to_string())?;
-    }
-    Ok(())
-}
-
-/// The photograph with this view's findings marked; `None` where there are none, or the view was not audited.
-fn findings(
-    view: &View,
-    audit: &Audit,
-    photo: &Picture,
-    exposure: Exposure,
-    folder: &Path,
-) -> anyhow::Result<Option<String>> {
-    let audited = audit.views.iter().find(|v| v.summary.view == view.name);
-    let found = audit.findings.iter().map(|f| (f, f.kind.name()));
-    let doubted = audit.doubts.iter().map(|f| (f, "ambiguous"));
-    let mark = |(finding, kind): (&Finding, &str)| {
-        let audited = audited?;
-        let (_, inside) = audited.masks.iter().find(|(id, _)| *id == finding.id)?;
-        let [width, height] = audited.summary.size;
-        let bytes = inside.iter().map(|&m| if m { 255 } else { 0 }).collect();
-        let mask = image::GrayImage::from_raw(width, height, bytes)?;
-        Some(Mark { id: finding.id.clone(), kind: kind.to_owned(), mask, bbox: finding.bbox.map(f64::from) })
-    };
-    let marks: Vec<Mark> = found.chain(doubted).filter(|(f, _)| f.view == view.name).filter_map(mark).collect();
-    if marks.is_empty() {
-        return Ok(None);
-    }
-    let file = marked_file(&view.name);
-    let shown = |x: u32, y: u32| {
-        let p = exposure.show(photo.pixels[y as usize * photo.width + x as usize]);
-        image::Rgb((p * 255.0 + 0.5).to_array().map(|v| v as u8))
-    };
-    let shown = image::RgbImage::from_fn(photo.width as u32, photo.height as u32, shown);
-    write_file(&folder.join(&file), &marked(&shown, &marks)?)?;
-    Ok(Some(file))
 }
 
 /// Writes all sheets of a report as one PDF file for archives, `report.pdf`: floors, views, the study; gives whether there
@@ -370,7 +330,7 @@ fn sheets_together(archive: &Archive, made: &str, folder: &Path) -> anyhow::Resu
     }
     let file = folder.join("report.pdf");
     if texts.is_empty() {
-        cleared(&file)?;
+        remove_earlier(&file)?;
         return Ok(false);
     }
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();

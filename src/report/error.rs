@@ -28,12 +28,4 @@ pub enum ReportError {
         /// What was found.
         what: String,
     },
-    /// A result that JSON cannot hold.
-    #[error("{path}: {source}")]
-    Json {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: serde_json::Error,
-    },
 }

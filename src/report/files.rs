@@ -11,7 +11,7 @@ use super::error::ReportError;
 use crate::atomic_write::write_atomically;
 
 /// Dots per inch of the PNG that goes with a sheet.
-pub const DPI: f32 = 150.0;
+const DPI: f32 = 150.0;
 
 /// Writes a file, whole or not at all, making its folder if need be.
 ///
@@ -25,26 +25,37 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     write_atomically(path, io, |file| std::io::Write::write_all(file, bytes).map_err(io))
 }
 
+/// Removes a file that an earlier run left, if it is there.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn remove_earlier(path: &Path) -> Result<(), ReportError> {
+    if path.is_file() {
+        std::fs::remove_file(path).map_err(|source| ReportError::Io { path: path.into(), source })?;
+    }
+    Ok(())
+}
+
 /// Writes a value as JSON for people to read, with a line's end.
 ///
 /// # Errors
 /// If JSON cannot hold it, or the file system refuses.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ReportError> {
-    let json = |source| ReportError::Json { path: path.into(), source };
-    let text = serde_json::to_string_pretty(value).map_err(json)? + "\n";
+    let io = |e: serde_json::Error| ReportError::Io { path: path.into(), source: e.into() };
+    let text = serde_json::to_string_pretty(value).map_err(io)? + "\n";
     write_file(path, text.as_bytes())
 }
 
-/// Writes a sheet as `<stem>.svg`, `<stem>.png` (at [`DPI`]) and `<stem>.pdf`; gives the paths of the first two.
+/// Writes a sheet as `<stem>.svg`, `<stem>.png` (150 dots per inch) and `<stem>.pdf`; gives the first one's path.
 ///
 /// # Errors
 /// If the sheet cannot be drawn, or the file system refuses.
-pub fn write_sheet(sheet: &Svg, folder: &Path, stem: &str) -> Result<[PathBuf; 2], ReportError> {
+pub fn write_sheet(sheet: &Svg, folder: &Path, stem: &str) -> Result<PathBuf, ReportError> {
     let svg = sheet.finish();
+    let path = folder.join(format!("{stem}.svg"));
     let picture = png(&svg, DPI)?;
-    let paths = [folder.join(format!("{stem}.svg")), folder.join(format!("{stem}.png"))];
-    write_file(&paths[0], svg.as_bytes())?;
-    write_file(&paths[1], &picture)?;
+    write_file(&path, svg.as_bytes())?;
+    write_file(&folder.join(format!("{stem}.png")), &picture)?;
     write_file(&folder.join(format!("{stem}.pdf")), &pdf(stem, &[&svg], None)?)?;
-    Ok(paths)
+    Ok(path)
 }

@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 use serde::Serialize;
 use serde_json::Value;
 
 use super::error::ReportError;
-use super::page::{SCRIPT, STYLE};
+use super::page::{document, sortable};
 use crate::csv::Table;
+use crate::plan::export::tables::counted;
 use crate::statistics::mean;
 
 /// What one report comes to. What the report does not hold is `None`.
@@ -157,7 +158,7 @@ pub fn overview_csv(rows: &[Overview]) -> String {
 
 /// The rows as a page that needs no network. `links` are the addresses of the reports' own pages, one a row.
 pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
-    let [heads @ .., _] = Overview::default().columns();
+    let [heads @ .., _] = Overview::default().columns().map(|(_, head, _)| (head, false));
     let row = |(row, link): (&Overview, &String)| -> Markup {
         let [_, cells @ .., _] = row.columns();
         html! {
@@ -169,31 +170,14 @@ pub fn overview_page(rows: &[Overview], links: &[String]) -> String {
             }
         }
     };
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (rows.len()) " reports" }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                header { h1 { "Reports" } p { (crate::plan::export::tables::counted(rows.len(), "site")) ", one a row." } }
-                main {
-                    div class="scroll" tabindex="0" role="region" aria-label="Reports" {
-                        table class="sortable" {
-                            thead { tr { @for (_, head, _) in &heads { th scope="col" { (head) } } } }
-                            tbody { @for pair in rows.iter().zip(links) { (row(pair)) } }
-                        }
-                    }
-                    p { "Shares are of 1. FLIP: 0 is the same as the photograph, 1 black against white." }
-                }
-                script { (PreEscaped(SCRIPT)) }
-            }
+    let body = html! {
+        header { h1 { "Reports" } p { (counted(rows.len(), "site")) ", one a row." } }
+        main {
+            (sortable("Reports", &heads, &html! { @for pair in rows.iter().zip(links) { (row(pair)) } }))
+            p { "Shares are of 1. FLIP: 0 is the same as the photograph, 1 black against white." }
         }
     };
-    markup.into_string()
+    document(&format!("{} reports", rows.len()), &html! {}, &body)
 }
 
 #[cfg(test)]

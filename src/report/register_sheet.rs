@@ -5,8 +5,8 @@ use glam::Vec3;
 
 use super::audit_sheet::{picture_png, reduced};
 use super::draw::a3::{GAP, HEADLINE_LINE, MARGIN, SIZE, draw_headline, headline};
-use super::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
-use super::draw::png::{encoded, wrap};
+use super::draw::imprint::{SOFTWARE, TITLE_BLOCK, title_block};
+use super::draw::png::{capital, encoded, wrap};
 use super::draw::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
 use super::draw::svg::{Anchor, Svg, Text};
 use crate::panorama::{Exposure, Picture, luminance};
@@ -112,7 +112,7 @@ const AFTER: Ink = Ink { colour: BLUE, broken: false };
 /// A picture of the sheet.
 struct Panel<'a> {
     class: &'static str,
-    title: String,
+    title: &'static str,
     /// From which pose the model is drawn; the bare picture where there is none.
     pose: Option<(&'a Pose, Ink)>,
     /// The model's surfaces, not the picture, under the outlines.
@@ -126,7 +126,7 @@ pub fn register_sheet(about: &RegisterSheet) -> Svg {
     let name = found.subject.name(site);
     let says = register_words(found);
     let title = format!("{}: pose of the {} {name}", site.name, found.subject.kind());
-    let headline = headline(&sentence(&says));
+    let headline = headline(&(capital(&says) + "."));
     let top = 22.0 + HEADLINE_LINE * headline.len() as f64;
     let panels = panels(found);
     let aspect = picture.width as f64 / picture.height.max(1) as f64;
@@ -142,8 +142,8 @@ pub fn register_sheet(about: &RegisterSheet) -> Svg {
         svg.group(panel.class, panel.class, |svg| draw(svg, about, panel, [left, y, wide, high]));
     }
     svg.group("numbers", "numbers", |svg| numbers(svg, about, below));
-    let imprint = Imprint { site: &site.name, project: &site.project, sheet: about.sheet, made_by: "" };
-    title_block(&mut svg, [MARGIN, below + FOOT - 3.0, SIZE[0] - 2.0 * MARGIN], &imprint);
+    let place = [MARGIN, below + FOOT - 3.0, SIZE[0] - 2.0 * MARGIN];
+    title_block(&mut svg, place, &site.name, &site.project, about.sheet);
     svg
 }
 
@@ -159,32 +159,27 @@ fn layout(count: usize, aspect: f64, height: f64) -> (usize, f64) {
     all.fold((1, 0.0), |best, next| if next.1 >= 0.95 * best.1 { next } else { best })
 }
 
-/// With a capital and a full stop.
-fn sentence(words: &str) -> String {
-    let mut all = words.chars();
-    all.next().into_iter().flat_map(char::to_uppercase).chain(all).chain(".".chars()).collect()
-}
-
 /// Title, command, and the sentence that matters.
 fn header(svg: &mut Svg, about: &RegisterSheet, headline: &[String]) {
     let RegisterSheet { site, found, command, .. } = *about;
     let name = found.subject.name(site);
     let title = format!("{} \u{2014} pose of the {} \u{201c}{name}\u{201d}", site.name, found.subject.kind());
     svg.text([MARGIN, 16.0], &title, &Text::new(6.0).bold());
-    let made = format!("clerestory {}: {command}", env!("CARGO_PKG_VERSION"));
-    svg.text([SIZE[0] - MARGIN, 9.0], &made, &Text::new(2.2).colour(GREY).anchor(Anchor::End));
+    svg.text(
+        [SIZE[0] - MARGIN, 9.0],
+        &format!("{SOFTWARE}: {command}"),
+        &Text::new(2.2).colour(GREY).anchor(Anchor::End),
+    );
     draw_headline(svg, headline);
 }
 
 fn panels(found: &Registered) -> Vec<Panel<'_>> {
-    let over =
-        |class, title: &str, pose, ink| Panel { class, title: title.to_owned(), pose: Some((pose, ink)), model: false };
-    let model =
-        |title: &str| Panel { class: "model", title: title.to_owned(), pose: Some((&found.pose, AFTER)), model: true };
-    let mut panels = vec![Panel { class: "picture", title: "The picture".to_owned(), pose: None, model: false }];
+    let over = |class, title, pose, ink| Panel { class, title, pose: Some((pose, ink)), model: false };
+    let model = |title| Panel { class: "model", title, pose: Some((&found.pose, AFTER)), model: true };
+    let mut panels = vec![Panel { class: "picture", title: "The picture", pose: None, model: false }];
     let before =
         found.given.as_ref().map(|given| over("before", "BEFORE: edges from the pose given (broken)", given, BEFORE));
-    let after = |title: &str| over("after", title, &found.pose, AFTER);
+    let after = |title| over("after", title, &found.pose, AFTER);
     match found.verdict {
         Verdict::Found => {
             panels.push(model("The model from the pose found"));
@@ -208,7 +203,7 @@ fn panels(found: &Registered) -> Vec<Panel<'_>> {
 
 fn draw(svg: &mut Svg, about: &RegisterSheet, panel: &Panel, frame: [f64; 4]) {
     let RegisterSheet { site, scene, found, picture, .. } = *about;
-    svg.text([frame[0], frame[1] - 1.6], &panel.title, &Text::new(3.2).bold());
+    svg.text([frame[0], frame[1] - 1.6], panel.title, &Text::new(3.2).bold());
     let full = [picture.width, picture.height];
     let scale = PIXELS as f64 / picture.width.max(picture.height).max(1) as f64;
     let size = full.map(|n| ((n as f64 * scale).round() as usize).max(1));
@@ -223,7 +218,7 @@ fn draw(svg: &mut Svg, about: &RegisterSheet, panel: &Panel, frame: [f64; 4]) {
         None => picture_png(&reduced(picture, PIXELS), |p| exposure.show(p)),
     };
     if let Some(png) = under {
-        svg.png(frame, &png, &panel.title);
+        svg.png(frame, &png, panel.title);
     }
     if let Some((model, ink)) = shown
         && let Some(png) = outlines(&model, ink, size[0] as f64 / frame[2])

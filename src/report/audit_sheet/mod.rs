@@ -14,6 +14,4 @@ mod write;
 mod tests;
 
 pub(super) use pictures::{png as picture_png, reduced};
-pub use sheet::audit_sheet;
-pub use subject::AuditSheet;
 pub use write::write_audit_sheets;

@@ -4,7 +4,7 @@ use super::subject::{AuditSheet, look};
 use super::{key_plan, pictures, table, words};
 use crate::audit::{Shares, Verdict};
 use crate::report::draw::a3::{GAP, MARGIN, SIZE, draw_headline, headline};
-use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
+use crate::report::draw::imprint::{TITLE_BLOCK, title_block};
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
 use crate::report::{Anchor, Fingerprint, Svg, Text, wrap};
 
@@ -24,7 +24,7 @@ const FOOT: f64 = 39.0;
 
 /// Draws the sheet of one view; its SVG groups are `header`, `photograph`, `render`, `neutral`, `classified`, `legend`, `key-plan`,
 /// `findings` and `method`, with ids of the same names, and a `finding-row` each with the id `row-` and the finding's.
-pub fn audit_sheet(about: &AuditSheet) -> Svg {
+pub(super) fn audit_sheet(about: &AuditSheet) -> Svg {
     let name = &about.view().summary.view;
     let says = words::headline(about);
     let mut svg = Svg::new(SIZE[0], SIZE[1], &format!("{}: audit of the view {name}", about.site.name), &says);
@@ -51,13 +51,9 @@ pub fn audit_sheet(about: &AuditSheet) -> Svg {
         table::draw(svg, about, [left, below, SIZE[0] - MARGIN - left, rest - 2.0]);
     });
     svg.group("method", "method", |svg| foot(svg, about, bottom + 2.0));
-    let imprint = Imprint {
-        site: &about.site.name,
-        project: &about.site.project,
-        sheet: [about.index + 1, about.audit.views.len()],
-        made_by: about.command,
-    };
-    title_block(&mut svg, [MARGIN, SIZE[1] - MARGIN - TITLE_BLOCK, SIZE[0] - 2.0 * MARGIN], &imprint);
+    let place = [MARGIN, SIZE[1] - MARGIN - TITLE_BLOCK, SIZE[0] - 2.0 * MARGIN];
+    let number = [about.index + 1, about.audit.views.len()];
+    title_block(&mut svg, place, &about.site.name, &about.site.project, number);
     svg
 }
 

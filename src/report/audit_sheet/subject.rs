@@ -8,23 +8,23 @@ use crate::site::Site;
 
 /// What an audit sheet is made from.
 #[derive(Clone, Copy)]
-pub struct AuditSheet<'a> {
+pub(super) struct AuditSheet<'a> {
     /// The site that was audited.
-    pub site: &'a Site,
+    pub(super) site: &'a Site,
     /// Its model.
-    pub scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     /// The audit.
-    pub audit: &'a Audit,
+    pub(super) audit: &'a Audit,
     /// Which of the audit's views the sheet is about.
-    pub index: usize,
+    pub(super) index: usize,
     /// When the photograph was taken, as its camera says; empty where that is not known.
-    pub surveyed: &'a str,
+    pub(super) surveyed: &'a str,
     /// When the audit was made.
-    pub audited: &'a str,
+    pub(super) audited: &'a str,
     /// The command line.
-    pub command: &'a str,
+    pub(super) command: &'a str,
     /// Files the audit rests on.
-    pub inputs: &'a [Fingerprint],
+    pub(super) inputs: &'a [Fingerprint],
 }
 
 impl AuditSheet<'_> {

@@ -5,6 +5,7 @@ use super::subject::{AuditSheet, listed, look_of};
 use super::words;
 use crate::audit::Finding;
 use crate::panorama::{Exposure, Picture};
+use crate::report::draw::png::capital;
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
 use crate::report::{Svg, Text, wrap};
 
@@ -77,7 +78,7 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
             svg.text([x[k] + 1.0, line(i)], text, &look);
         }
     };
-    let mut note = wrap(&sentence(&f.note), w[2] - 2.0, BODY, false);
+    let mut note = wrap(&capital(&f.note), w[2] - 2.0, BODY, false);
     if note.len() > most && most > 0 {
         note.truncate(most);
         note[most - 1].push_str(" …");
@@ -124,11 +125,6 @@ fn cut(picture: &Picture, [x0, y0, x1, y1]: [u32; 4]) -> Picture {
     let (left, top) = (from(x0, x1, w), from(y0, y1, h));
     let pixels = (0..side * side).map(|i| picture.pixels[(top + i / side) * w + left + i % side]).collect();
     Picture { width: side, height: side, pixels }
-}
-
-fn sentence(note: &str) -> String {
-    let mut letters = note.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn displacement(f: &Finding) -> Vec<String> {

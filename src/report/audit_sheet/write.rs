@@ -11,8 +11,8 @@ use crate::report::{ReportError, fingerprints, write_sheet};
 use crate::scene::Scene;
 use crate::site::Site;
 
-/// Writes `audit-<view>.svg` and `.png` of each view of an audit, with today's date (UTC); gives the files. `command` is
-/// the command line.
+/// Writes `audit-<view>.svg`, `.png` and `.pdf` of each view of an audit, with today's date (UTC). `command` is the command
+/// line.
 ///
 /// # Errors
 ///
@@ -23,8 +23,7 @@ pub fn write_audit_sheets(
     audit: &Audit,
     command: &str,
     folder: &Path,
-) -> Result<Vec<PathBuf>, ReportError> {
-    let mut files = Vec::new();
+) -> Result<(), ReportError> {
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let audited = now.split('T').next().unwrap_or_default(); // YYYY-MM-DD
     let home = site.file.parent().unwrap_or(Path::new(""));
@@ -37,9 +36,9 @@ pub fn write_audit_sheets(
         let mut inputs = fingerprints(&own, home)?;
         inputs.extend(shared.iter().cloned());
         let about = AuditSheet { site, scene, audit, index, surveyed: &surveyed, audited, command, inputs: &inputs };
-        files.extend(write_sheet(&audit_sheet(&about), folder, &sheet_stem(name))?);
+        write_sheet(&audit_sheet(&about), folder, &sheet_stem(name))?;
     }
-    Ok(files)
+    Ok(())
 }
 
 /// The files that every sheet rests on: site, model, and the probes of the lighting.

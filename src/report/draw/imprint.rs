@@ -6,32 +6,28 @@ use super::svg::{Svg, Text};
 use crate::site::Project;
 
 /// Height of a title block, millimetres.
-pub const TITLE_BLOCK: f64 = 9.0;
+pub(in crate::report) const TITLE_BLOCK: f64 = 9.0;
 /// Height of a row of fields to fill in, millimetres.
 pub(in crate::report) const BLANKS: f64 = 8.0;
 /// Height of a field's name and of what stands in it, millimetres.
 const NAME: f64 = 2.5;
 const VALUE: f64 = 2.8;
 
-/// Who made a sheet, of what, for whom.
-#[derive(Clone, Copy, Debug)]
-pub struct Imprint<'a> {
-    /// The site's name.
-    pub site: &'a str,
-    /// What the site file says of the work.
-    pub project: &'a Project,
-    /// Which sheet of how many of its kind this is, from 1.
-    pub sheet: [usize; 2],
-    /// The program, its version and what it was told.
-    pub made_by: &'a str,
-}
+/// The program and its version.
+pub(crate) const SOFTWARE: &str = concat!("clerestory ", env!("CARGO_PKG_VERSION"));
 
 /// Draws a title block, [`TITLE_BLOCK`] high, with its upper left corner at `[x, y]` and as wide as `width`, all in
-/// millimetres. A field that the site file does not fill is left blank, for a pen.
-pub fn title_block(svg: &mut Svg, [x, y, width]: [f64; 3], imprint: &Imprint) {
-    let p = imprint.project;
-    let title = if p.title.is_empty() { imprint.site } else { &p.title };
-    let sheet = format!("{} of {}", imprint.sheet[0], imprint.sheet[1]);
+/// millimetres: of which site the sheet is, what the site file says of the work, and which sheet of how many of its kind
+/// this is, from 1. A field that the site file does not fill is left blank, for a pen.
+pub(in crate::report) fn title_block(
+    svg: &mut Svg,
+    [x, y, width]: [f64; 3],
+    site: &str,
+    p: &Project,
+    [number, count]: [usize; 2],
+) {
+    let title = if p.title.is_empty() { site } else { &p.title };
+    let sheet = format!("{number} of {count}");
     // names, words and shares of the width
     let fields = [
         ("Project", title, 0.27),
@@ -77,9 +73,8 @@ mod tests {
     #[test]
     fn every_field_stays_in_its_cell_and_what_is_not_known_stays_blank() {
         let project = Project { institution: "Office for the Care of Monuments ".repeat(4), ..Project::default() };
-        let imprint = Imprint { site: "Chapel", project: &project, sheet: [2, 5], made_by: "" };
         let mut svg = Svg::new(200.0, 20.0, "t", "d");
-        title_block(&mut svg, [10.0, 5.0, 180.0], &imprint);
+        title_block(&mut svg, [10.0, 5.0, 180.0], "Chapel", &project, [2, 5]);
         let text = svg.finish();
         let document = roxmltree::Document::parse(&text).unwrap();
         let words: Vec<_> = document.descendants().filter(|n| n.has_tag_name("text")).collect();

@@ -67,6 +67,12 @@ pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     units / f64::from(face.units_per_em()) * size
 }
 
+/// Words that begin with a capital.
+pub(in crate::report) fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+}
+
 /// The text broken into lines no wider than `width` where its spaces allow.
 pub fn wrap(text: &str, width: f64, size: f64, bold: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();

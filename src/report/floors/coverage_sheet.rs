@@ -5,10 +5,11 @@ use super::plan_sheet::{UNREACHABLE, UNSEEN, figures, needed};
 use crate::plan::export::tables::Outward;
 use crate::plan::floors::raster::Map;
 use crate::plan::stations::result::FloorPlan;
-use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
+use crate::report::draw::imprint::{SOFTWARE, TITLE_BLOCK, title_block};
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
 use crate::report::draw::svg::{Anchor, Svg, Text};
+use crate::site::Site;
 
 const PANEL: f64 = 78.0 + TITLE_BLOCK;
 const ONCE: [Style; 2] = [
@@ -23,11 +24,11 @@ const MORE: [Style; 1] = [Style::fill(BLUE).opacity(0.75)];
 const WALL_UNSEEN: Style = Style::line(VERMILION, 1.1).dashed(1.6, 0.8);
 const STAND: Style = Style::line(BLACK, 0.15).dashed(0.8, 0.8);
 
-/// Draws a floor's coverage sheet.
-pub fn coverage_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg {
+/// Draws a floor's coverage sheet; `number` is which sheet of how many it is.
+pub(super) fn coverage_sheet(site: &Site, number: [usize; 2], plan: &FloorPlan, out: &Outward) -> Svg {
     let lengths = Lengths::of(&out.frame);
     let map = FloorMap::of(plan, PANEL, lengths);
-    let title = format!("{}: {}", imprint.site, plan.floor.name);
+    let title = format!("{}: {}", site.name, plan.floor.name);
     let mut svg = Svg::new(map.paper[0], map.paper[1], &title, "How many stations see each part of the floor");
     map.head(&mut svg, &format!("{title} — how often it is seen"), &figures(plan, out));
     let floor = &plan.floor;
@@ -76,8 +77,8 @@ pub fn coverage_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg
     curve(&mut svg, [MARGIN + 74.0, top + 2.0, chart - 8.0, 44.0], plan);
     words(&mut svg, [MARGIN + 74.0 + chart + 2.0, top + 4.0], width - 76.0 - chart, 2.7, &findings(plan, lengths));
     let foot = map.paper[1] - MARGIN - TITLE_BLOCK + 4.0;
-    words(&mut svg, [MARGIN, foot - 2.0], width, 2.4, &[imprint.made_by.to_owned()]);
-    title_block(&mut svg, [MARGIN, foot, width], imprint);
+    words(&mut svg, [MARGIN, foot - 2.0], width, 2.4, &[SOFTWARE.to_owned()]);
+    title_block(&mut svg, [MARGIN, foot, width], &site.name, &site.project, number);
     svg
 }
 

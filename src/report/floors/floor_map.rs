@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use crate::plan::floors::raster::Map;
+use crate::plan::free_space::contour::polygons;
 use crate::plan::stations::result::{FloorPlan, Station};
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::png::{text_width, wrap};
@@ -87,13 +89,13 @@ impl FloorMap {
     /// What is open at probe height, but has another floor below: the void beside a gallery.
     pub(super) fn void(&self, svg: &mut Svg, plan: &FloorPlan) {
         let floor = &plan.floor;
-        let void = crate::plan::floors::raster::Map::of(floor.open.grid, |c| floor.open.on[c] && !floor.target.on[c]);
+        let void = Map::of(floor.open.grid, |c| floor.open.on[c] && !floor.target.on[c]);
         svg.group("void", "void", |svg| self.map(svg, &void.without_specks(0.2), &VOID));
     }
 
     /// The outline of a map's cells, filled.
-    pub(super) fn map(&self, svg: &mut Svg, map: &crate::plan::floors::raster::Map, style: &Style) {
-        for polygon in crate::plan::free_space::contour::polygons(map, 0.7 * map.grid.cell_m) {
+    pub(super) fn map(&self, svg: &mut Svg, map: &Map, style: &Style) {
+        for polygon in polygons(map, 0.7 * map.grid.cell_m) {
             let rings: Vec<Vec<Point>> = polygon.rings().map(|r| self.ring(r)).collect();
             svg.area(&rings, style);
         }
@@ -157,8 +159,8 @@ impl FloorMap {
 /// The void beside a gallery.
 pub(super) const VOID: Style = Style::hatch(Hatch { pattern: Pattern::Dots, colour: GREY, spacing: 2.4, weight: 0.18 });
 
-/// Lines of a legend: a sample and what it means. Returns the height it took, millimetres.
-pub(super) fn legend(svg: &mut Svg, at: Point, entries: &[(Sample, &str)]) -> f64 {
+/// Lines of a legend: a sample and what it means.
+pub(super) fn legend(svg: &mut Svg, at: Point, entries: &[(Sample, &str)]) {
     let step = 5.0;
     svg.group("legend", "legend", |svg| {
         svg.text([at[0], at[1] + 2.0], "Legend", &Text::new(3.2).bold());
@@ -181,7 +183,6 @@ pub(super) fn legend(svg: &mut Svg, at: Point, entries: &[(Sample, &str)]) -> f6
             svg.text([x + 11.0, y + 2.9], text, &Text::new(2.7));
         }
     });
-    4.5 + step * entries.len() as f64
 }
 
 /// What stands before a legend's words.
@@ -196,8 +197,8 @@ pub(super) enum Sample {
     Square,
 }
 
-/// Words in lines of a width, from a point down; returns where the next line would be.
-pub(super) fn words(svg: &mut Svg, [x, mut y]: Point, width: f64, size: f64, paragraphs: &[String]) -> f64 {
+/// Words in lines of a width, from a point down.
+pub(super) fn words(svg: &mut Svg, [x, mut y]: Point, width: f64, size: f64, paragraphs: &[String]) {
     for paragraph in paragraphs {
         for line in wrap(paragraph, width, size, false) {
             svg.text([x, y], &line, &Text::new(size));
@@ -205,5 +206,4 @@ pub(super) fn words(svg: &mut Svg, [x, mut y]: Point, width: f64, size: f64, par
         }
         y += size * 0.4;
     }
-    y
 }

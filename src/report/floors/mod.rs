@@ -7,8 +7,5 @@ mod gallery_sheet;
 mod plan_sheet;
 mod write;
 
-pub use coverage_sheet::coverage_sheet;
-pub use dxf::plan_dxf;
 pub use gallery_sheet::gallery_sheet;
-pub use plan_sheet::plan_sheet;
 pub use write::write_plan;

@@ -4,14 +4,14 @@ use super::floor_map::{FURNITURE, FloorMap, MARGIN, Sample, VOID, WALL, legend, 
 use crate::plan::export::tables::{Outward, at_least, counted};
 use crate::plan::floors::raster::Map;
 use crate::plan::stations::result::FloorPlan;
-use crate::report::draw::imprint::{BLANKS, Imprint, TITLE_BLOCK, blanks, title_block};
+use crate::report::draw::imprint::{BLANKS, SOFTWARE, TITLE_BLOCK, blanks, title_block};
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::png::text_width;
 use crate::report::draw::style::{
     BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW,
 };
 use crate::report::draw::svg::{Anchor, Svg, Text};
-use crate::site::UNITS;
+use crate::site::{Site, UNITS};
 
 const COLOURS: [&str; 7] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW];
 /// Seen by no station, though one could.
@@ -27,13 +27,13 @@ const ROW: f64 = 4.3;
 /// The most rows that a sheet has room for.
 const ROWS: usize = 24;
 
-/// Draws a floor's plan sheet.
-pub fn plan_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg {
+/// Draws a floor's plan sheet; `number` is which sheet of how many it is.
+pub(super) fn plan_sheet(site: &Site, number: [usize; 2], plan: &FloorPlan, out: &Outward) -> Svg {
     let lengths = Lengths::of(&out.frame);
     let rows = plan.stations.len().min(ROWS);
     let panel = (14.0 + ROW * rows as f64).max(48.0) + 26.0 + BLANKS + TITLE_BLOCK;
     let map = FloorMap::of(plan, panel, lengths);
-    let title = format!("{}: {}", imprint.site, plan.floor.name);
+    let title = format!("{}: {}", site.name, plan.floor.name);
     let says =
         format!("Plan of the {} with {}", plan.floor.name.to_lowercase(), counted(plan.stations.len(), "station"));
     let mut svg = Svg::new(map.paper[0], map.paper[1], &title, &says);
@@ -61,9 +61,9 @@ pub fn plan_sheet(imprint: &Imprint, plan: &FloorPlan, out: &Outward) -> Svg {
     legend(&mut svg, [MARGIN, top], &entries(plan));
     table(&mut svg, [MARGIN + left, top + 2.0], width - left, plan, out);
     let foot = map.paper[1] - MARGIN - TITLE_BLOCK + 4.0;
-    words(&mut svg, [MARGIN, foot - BLANKS - 17.0], width, 2.4, &notes(plan, out, imprint.made_by));
+    words(&mut svg, [MARGIN, foot - BLANKS - 17.0], width, 2.4, &notes(plan, out));
     blanks(&mut svg, [MARGIN, foot - BLANKS, width], &["On site: by", "date", "camera", "lens above floor"]);
-    title_block(&mut svg, [MARGIN, foot, width], imprint);
+    title_block(&mut svg, [MARGIN, foot, width], &site.name, &site.project, number);
     svg
 }
 
@@ -230,7 +230,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
     });
 }
 
-fn notes(plan: &FloorPlan, out: &Outward, made_by: &str) -> Vec<String> {
+fn notes(plan: &FloorPlan, out: &Outward) -> Vec<String> {
     let lengths = Lengths::of(&out.frame);
     let mut order = String::new();
     if plan.walk.len() > 1 {
@@ -245,6 +245,6 @@ fn notes(plan: &FloorPlan, out: &Outward, made_by: &str) -> Vec<String> {
              clockwise from true north (N). Sees: open floor seen; total: share seen with all stations up to this one, \
              of what can be seen."
         ),
-        format!("{} {made_by}", needed(plan)),
+        format!("{} {SOFTWARE}", needed(plan)),
     ]
 }

@@ -8,9 +8,8 @@ use super::plan_sheet::plan_sheet;
 use crate::plan::export::ply;
 use crate::plan::export::tables::{self, Outward, PlanJson};
 use crate::plan::stations::result::SitePlan;
-use crate::report::draw::imprint::Imprint;
 use crate::report::error::ReportError;
-use crate::report::files::{write_file, write_json, write_sheet};
+use crate::report::files::{remove_earlier, write_file, write_json, write_sheet};
 use crate::scene::Scene;
 use crate::site::Site;
 
@@ -26,17 +25,13 @@ pub fn write_plan(
     folder: &Path,
 ) -> Result<(PlanJson, Vec<String>), ReportError> {
     let outward = &Outward::of(site, scene);
-    let made_by = format!("clerestory {}", env!("CARGO_PKG_VERSION"));
     let mut names = Vec::new();
     for (i, floor) in plan.floors.iter().enumerate() {
-        let imprint = |number| Imprint {
-            site: &site.name,
-            project: &site.project,
-            sheet: [number, 2 * plan.floors.len()],
-            made_by: &made_by,
-        };
-        let sheets =
-            [plan_sheet(&imprint(2 * i + 1), floor, outward), coverage_sheet(&imprint(2 * i + 2), floor, outward)];
+        let count = 2 * plan.floors.len();
+        let sheets = [
+            plan_sheet(site, [2 * i + 1, count], floor, outward),
+            coverage_sheet(site, [2 * i + 2, count], floor, outward),
+        ];
         for (stem, sheet) in tables::sheets(floor).into_iter().zip(sheets) {
             write_sheet(&sheet, folder, &stem)?;
             names.push(format!("{stem}.svg, .png, .pdf"));
@@ -55,8 +50,8 @@ pub fn write_plan(
         ply::write(surface, outward, &mut bytes).map_err(|source| ReportError::Io { path: path.clone(), source })?;
         write_file(&path, &bytes)?;
         names.push("coverage.ply".to_owned());
-    } else if path.is_file() {
-        std::fs::remove_file(&path).map_err(|source| ReportError::Io { path, source })?;
+    } else {
+        remove_earlier(&path)?;
     }
     Ok((json, names))
 }

@@ -15,8 +15,6 @@ pub struct Archive {
     pub site: String,
     /// What the site file says of the work.
     pub project: Project,
-    /// Name and version of the program.
-    pub software: String,
     /// The files' health.
     pub check: Option<Check>,
     /// Where to put the tripod.

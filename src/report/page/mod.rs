@@ -13,77 +13,62 @@ mod tests;
 
 pub use archive::{Archive, ViewPictures};
 pub use parts::file as address;
-pub(super) use parts::{SCRIPT, STYLE};
+pub(super) use parts::{document, sortable};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
+
+use super::SOFTWARE;
 
 /// Nothing but the page's own style, script and pictures.
 const POLICY: &str =
     "default-src 'none'; img-src 'self' data: file:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// A titled part of the page.
-struct Section {
-    id: &'static str,
-    title: &'static str,
-    html: Markup,
-}
-
-/// What the archive holds, in the order in which a reader asks; the program's own figures come last.
-fn sections(archive: &Archive) -> Vec<Section> {
-    let some = |id, title, html: Option<Markup>| html.map(|html| Section { id, title, html });
+/// The parts of the page, each with its id and its title, in the order in which a reader asks; the program's own figures
+/// come last.
+fn sections(archive: &Archive) -> Vec<(&'static str, &'static str, Markup)> {
     let parts = [
-        some("summary", "In short", Some(summary::summary(archive))),
-        some("findings", "Findings", archive.audit.as_ref().map(|audit| findings::findings(audit, &archive.views))),
-        some("pictures", "Pictures", (!archive.views.is_empty()).then(|| pictures::pictures(&archive.views))),
-        some("plan", "Where to put the tripod", archive.plan.as_ref().map(floors::floors)),
-        some("check", "The site’s health", archive.check.as_ref().map(health::health)),
-        some("method", "How this was made", Some(health::method(archive))),
-        some("figures", "The program’s own figures", figures::figures(archive)),
+        ("summary", "In short", Some(summary::summary(archive))),
+        ("findings", "Findings", archive.audit.as_ref().map(|audit| findings::findings(audit, &archive.views))),
+        ("pictures", "Pictures", (!archive.views.is_empty()).then(|| pictures::pictures(&archive.views))),
+        ("plan", "Where to put the tripod", archive.plan.as_ref().map(floors::floors)),
+        ("check", "The site’s health", archive.check.as_ref().map(health::health)),
+        ("method", "How this was made", Some(health::method(archive))),
+        ("figures", "The program’s own figures", figures::figures(archive)),
     ];
-    parts.into_iter().flatten().collect()
+    parts.into_iter().filter_map(|(id, title, html)| Some((id, title, html?))).collect()
 }
 
 /// The whole of `index.html`. All that it shows lies in its own folder; style and script are inside it.
 pub fn page(archive: &Archive) -> String {
     let parts = sections(archive);
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="generator" content=(archive.software);
-                title { (archive.site) ": report" }
-                style { (PreEscaped(STYLE)) }
+    let metas = html! {
+        meta http-equiv="Content-Security-Policy" content=(POLICY);
+        meta name="generator" content=(SOFTWARE);
+    };
+    let body = html! {
+        a class="skip" href="#main" { "Skip to the report" }
+        (head(archive))
+        nav aria-label="Parts of the report" {
+            ul { @for (id, title, _) in &parts { li { a href={ "#" (id) } { (title) } } } }
+        }
+        main id="main" {
+            @for (id, title, html) in &parts {
+                section id=(id) aria-labelledby={ (id) "-title" } {
+                    h2 id={ (id) "-title" } { (title) }
+                    (html)
+                }
             }
-            body {
-                a class="skip" href="#main" { "Skip to the report" }
-                (head(archive))
-                nav aria-label="Parts of the report" {
-                    ul { @for part in &parts { li { a href={ "#" (part.id) } { (part.title) } } } }
-                }
-                main id="main" {
-                    @for part in &parts {
-                        section id=(part.id) aria-labelledby={ (part.id) "-title" } {
-                            h2 id={ (part.id) "-title" } { (part.title) }
-                            (part.html)
-                        }
-                    }
-                }
-                footer {
-                    p {
-                        "Everything this page shows lies in its own folder; all sheets, to print at full size, are in "
-                        @if archive.sheets_pdf { a href="report.pdf" { "report.pdf" } } @else { "their own files" }
-                        "; " a href="manifest.json" { "manifest.json" }
-                        " lists every file with its SHA-256, the commands and the settings."
-                    }
-                }
-                script { (PreEscaped(SCRIPT)) }
+        }
+        footer {
+            p {
+                "Everything this page shows lies in its own folder; all sheets, to print at full size, are in "
+                @if archive.sheets_pdf { a href="report.pdf" { "report.pdf" } } @else { "their own files" }
+                "; " a href="manifest.json" { "manifest.json" }
+                " lists every file with its SHA-256, the commands and the settings."
             }
         }
     };
-    markup.into_string()
+    document(&format!("{}: report", archive.site), &metas, &body)
 }
 
 /// The title, and what the site file says of the work.
@@ -100,13 +85,13 @@ fn head(archive: &Archive) -> Markup {
         header {
             h1 { @if p.title.is_empty() { (archive.site) } @else { (p.title) } }
             @if *p == crate::site::Project::default() {
-                p { "Survey, relighting and audit of the model, made with " (archive.software) "." }
+                p { "Survey, relighting and audit of the model, made with " (SOFTWARE) "." }
             } @else {
                 dl class="imprint" {
                     @for (name, value) in named.iter().filter(|n| !n.1.is_empty()) {
                         div { dt { (name) } dd { (value) } }
                     }
-                    div { dt { "Made with" } dd { (archive.software) } }
+                    div { dt { "Made with" } dd { (SOFTWARE) } }
                 }
             }
         }

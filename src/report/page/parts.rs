@@ -1,12 +1,28 @@
 //! What several sections of the page are made of.
 
-use maud::{Markup, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
-/// How a page of ours looks.
-pub(in crate::report) const STYLE: &str = include_str!("page.css");
-/// What its controls do.
-pub(in crate::report) const SCRIPT: &str = include_str!("page.js");
+/// A whole page that looks like ours and whose controls work without a network.
+pub(in crate::report) fn document(title: &str, metas: &Markup, body: &Markup) -> String {
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                (metas)
+                title { (title) }
+                style { (PreEscaped(include_str!("page.css"))) }
+            }
+            body {
+                (body)
+                script { (PreEscaped(include_str!("page.js"))) }
+            }
+        }
+    };
+    markup.into_string()
+}
 
 /// A part that scrolls sideways by itself on a narrow screen.
 pub(super) fn scroll(label: &str, inside: &Markup) -> Markup {
@@ -23,7 +39,7 @@ pub(super) fn heads(columns: &[(&str, bool)]) -> Markup {
 }
 
 /// A table that a click on a column's head sorts.
-pub(super) fn sortable(label: &str, columns: &[(&str, bool)], rows: &Markup) -> Markup {
+pub(in crate::report) fn sortable(label: &str, columns: &[(&str, bool)], rows: &Markup) -> Markup {
     scroll(label, &html! { table class="sortable" { (heads(columns)) tbody { (rows) } } })
 }
 

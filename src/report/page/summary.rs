@@ -5,9 +5,11 @@ use maud::{Markup, html};
 use super::archive::Archive;
 use super::parts::{file, percent, warnings};
 use crate::audit::{Audit, Kind};
-use crate::plan::export::tables::{PlanJson, counted};
+use crate::check::Check;
+use crate::plan::export::tables::{FloorJson, PlanJson, counted};
 use crate::report::rendered::Rendered;
 use crate::statistics;
+use crate::study::Errors;
 
 /// The most findings that the opening names.
 const NAMED: usize = 5;
@@ -36,10 +38,7 @@ pub(super) fn summary(archive: &Archive) -> Markup {
 
 /// What was done, in a sentence.
 fn what(archive: &Archive) -> String {
-    let size = archive.check.as_ref().map_or_else(String::new, |check| {
-        let [x, y, z] = check.model.size_m;
-        format!(" of {x:.1} × {y:.1} × {z:.1}\u{a0}m")
-    });
+    let size = archive.check.as_ref().map_or_else(String::new, |check| format!(" of {}", size(check)));
     let probes = archive.check.as_ref().map_or(0, |c| c.probes.len());
     let photos = archive.audit.as_ref().map_or(0, |a| a.views.len());
     let light =
@@ -52,19 +51,19 @@ fn what(archive: &Archive) -> String {
 
 /// What the audit comes to.
 fn verdict(audit: &Audit) -> Markup {
-    let count = |kind: Kind| audit.findings.iter().filter(|f| f.kind == kind).count();
     let doubts = match audit.doubts.len() {
         0 => String::new(),
         n => format!(" {} to look at again: something disagrees there, and it is not clear what.", counted(n, "place")),
     };
-    let tested = 1.0 - mean(audit.views.iter().map(|v| v.summary.shares.untestable));
+    let tested = 1.0 - untestable(audit);
     html! {
         @match audit.findings.len() {
             0 => p { b { "Where it could be tested, no error was found." } (doubts) },
             n => {
                 p {
                     b { (counted(n, "place")) " where the model is probably wrong" }
-                    ": " (count(Kind::Geometry)) " in shape, " (count(Kind::Texture)) " in the picture on the surface." (doubts)
+                    ": " (count(audit, Kind::Geometry)) " in shape, " (count(audit, Kind::Texture))
+                    " in the picture on the surface." (doubts)
                 }
                 ul {
                     @for f in audit.findings.iter().take(NAMED) {
@@ -87,18 +86,21 @@ fn verdict(audit: &Audit) -> Markup {
 
 /// How alike relit pictures and photographs are.
 fn likeness(render: &Rendered) -> Option<String> {
-    let errors = || render.views.iter().filter_map(|v| v.error.as_ref());
-    errors().next()?;
+    let median = statistics::mean(errors(render).map(|e| e.median))?;
     Some(format!(
         "Relit pictures of the same views differ from the photographs by {} of their brightness in the median.",
-        percent(mean(errors().map(|e| e.all.median)))
+        percent(median)
     ))
+}
+
+/// The errors of the views that have a photograph.
+fn errors(render: &Rendered) -> impl Iterator<Item = &Errors> {
+    render.views.iter().filter_map(|v| Some(&v.error.as_ref()?.all))
 }
 
 /// What a next visit needs.
 fn visit(plan: &PlanJson) -> String {
-    let stations: usize = plan.floors.iter().map(|f| f.stations.len()).sum();
-    let least: usize = plan.floors.iter().map(|f| f.lower_bound).sum();
+    let [stations, least] = stations(plan);
     let area: f64 = plan.floors.iter().map(|f| f.area_m2).sum();
     let seen = plan.floors.iter().map(|f| f.covered_fraction * f.area_m2).sum::<f64>() / area.max(1e-9);
     match stations {
@@ -117,20 +119,43 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     statistics::mean(values).unwrap_or(0.0)
 }
 
+/// The model's width, depth and height.
+fn size(check: &Check) -> String {
+    let [x, y, z] = check.model.size_m;
+    format!("{x:.1} × {y:.1} × {z:.1}\u{a0}m")
+}
+
+/// How many findings are of a kind.
+fn count(audit: &Audit, kind: Kind) -> usize {
+    audit.findings.iter().filter(|f| f.kind == kind).count()
+}
+
+/// The share of the photographs of which nothing can be said.
+fn untestable(audit: &Audit) -> f64 {
+    mean(audit.views.iter().map(|v| v.summary.shares.untestable))
+}
+
+/// The stations of all floors, and the fewest that can do.
+fn stations(plan: &PlanJson) -> [usize; 2] {
+    let sum = |of: fn(&FloorJson) -> usize| plan.floors.iter().map(of).sum::<usize>();
+    [sum(|f| f.stations.len()), sum(|f| f.lower_bound)]
+}
+
 fn facts(archive: &Archive) -> Markup {
     let mut facts: Vec<(&str, String, String)> = Vec::new();
     if let Some(audit) = &archive.audit {
-        let count = |kind: Kind| audit.findings.iter().filter(|f| f.kind == kind).count();
-        let kinds = format!("{} in shape, {} in texture", count(Kind::Geometry), count(Kind::Texture));
+        let [shape, texture] = [Kind::Geometry, Kind::Texture].map(|kind| count(audit, kind));
+        let kinds = format!("{shape} in shape, {texture} in texture");
         facts.push(("Findings", audit.findings.len().to_string(), kinds));
         facts.push(("Doubts", audit.doubts.len().to_string(), "to be looked at on site".to_owned()));
-        let share = mean(audit.views.iter().map(|v| v.summary.shares.untestable));
-        facts.push(("Not testable", percent(share), "of the photographs: neither right nor wrong".to_owned()));
+        facts.push((
+            "Not testable",
+            percent(untestable(audit)),
+            "of the photographs: neither right nor wrong".to_owned(),
+        ));
     }
     if let Some(render) = &archive.render {
-        let errors: Vec<f64> = render.views.iter().filter_map(|v| Some(v.error.as_ref()?.all.flip)).collect();
-        if !errors.is_empty() {
-            let flip = mean(errors.into_iter());
+        if let Some(flip) = statistics::mean(errors(render).map(|e| e.flip)) {
             let scale = "mean FLIP: 0 the same, 1 black against white".to_owned();
             facts.push(("Difference to the photographs", format!("{flip:.3}"), scale));
         }
@@ -138,14 +163,11 @@ fn facts(archive: &Archive) -> Markup {
         facts.push(("Seen by probes", percent(seen), "of the views’ pixels; the rest is estimated".to_owned()));
     }
     if let Some(plan) = &archive.plan {
-        let stations: usize = plan.floors.iter().map(|f| f.stations.len()).sum();
-        let bound: usize = plan.floors.iter().map(|f| f.lower_bound).sum();
-        facts.push(("Planned stations", stations.to_string(), format!("at least {bound} needed")));
+        let [stations, least] = stations(plan);
+        facts.push(("Planned stations", stations.to_string(), format!("at least {least} needed")));
     }
     if let Some(check) = &archive.check {
-        let triangles = format!("{} triangles", check.model.triangles);
-        let [x, y, z] = check.model.size_m;
-        facts.push(("Model", format!("{x:.1} × {y:.1} × {z:.1}\u{a0}m"), triangles));
+        facts.push(("Model", size(check), format!("{} triangles", check.model.triangles)));
         facts.push(("Probes", check.probes.len().to_string(), "pictures taken inside".to_owned()));
     }
     html! {

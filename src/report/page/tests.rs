@@ -56,7 +56,6 @@ fn plan() -> PlanJson {
 fn archive() -> Archive {
     Archive {
         site: "St “Ann” & <Co>".into(),
-        software: "clerestory 9.9.9".into(),
         plan: Some(plan()),
         views: vec![ViewPictures {
             name: VIEW.into(),

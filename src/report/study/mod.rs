@@ -4,6 +4,5 @@ mod sheet;
 mod table;
 mod write;
 
-pub use sheet::study_sheet;
 pub use write::write_study;
 pub(super) use write::{columns, study_rows};

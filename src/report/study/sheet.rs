@@ -2,11 +2,12 @@
 
 use super::table::{orders, table};
 use crate::plan::export::tables::counted;
-use crate::report::draw::imprint::{Imprint, TITLE_BLOCK, title_block};
+use crate::report::draw::imprint::{SOFTWARE, TITLE_BLOCK, title_block};
 use crate::report::draw::loglog::{Mark, Plot};
 use crate::report::draw::png::{text_width, wrap};
 use crate::report::draw::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use crate::report::draw::svg::{Anchor, Svg, Text};
+use crate::site::Site;
 use crate::study::{
     EqualTime, How, Method, Metric, Outside, Parameter, Row, SpeedUp, Study, Summary, order_said, pareto, rounded,
 };
@@ -22,8 +23,8 @@ const TRACED: Mark = Mark::Square;
 /// What curves of other programs are drawn with.
 const OUTSIDE: [(Mark, &str); 2] = [(Mark::Diamond, ORANGE), (Mark::Cross, GREEN)];
 
-/// The sheet of a study; `outside` are other programs' curves.
-pub fn study_sheet(imprint: &Imprint, study: &Study, summary: &Summary, outside: &[Outside]) -> Svg {
+/// The sheet of a study; `command` is the one that makes it, `outside` are other programs' curves.
+pub(super) fn study_sheet(site: &Site, command: &str, study: &Study, summary: &Summary, outside: &[Outside]) -> Svg {
     let says = headline(summary);
     let mut svg = Svg::new(SIZE[0], SIZE[1], &format!("{}: error against run time", study.site), &says);
     svg.text([MARGIN, 17.0], &format!("{} — error against run time", study.site), &Text::new(5.2).bold());
@@ -51,8 +52,8 @@ pub fn study_sheet(imprint: &Imprint, study: &Study, summary: &Summary, outside:
     let foot = SIZE[1] - 8.0 - TITLE_BLOCK;
     let (bottom, right) = (foot - 4.0, SIZE[0] - MARGIN);
     svg.group("table", "table", |svg| table(svg, y + 3.0, bottom, MARGIN, right, summary));
-    svg.text([MARGIN, foot - 1.6], imprint.made_by, &Text::new(2.1).colour(GREY));
-    title_block(&mut svg, [MARGIN, foot, right - MARGIN], imprint);
+    svg.text([MARGIN, foot - 1.6], &format!("{SOFTWARE}, {command}"), &Text::new(2.1).colour(GREY));
+    title_block(&mut svg, [MARGIN, foot, right - MARGIN], &site.name, &site.project, [1, 1]);
     svg
 }
 

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::sheet::study_sheet;
 use crate::csv::Table;
-use crate::report::draw::imprint::Imprint;
 use crate::report::error::ReportError;
 use crate::report::files::{write_file, write_sheet};
 use crate::site::Site;
@@ -53,9 +52,7 @@ pub fn write_study(
     let mut table = Table::new(columns());
     study_rows(&summary.rows).iter().for_each(|row| table.row(row));
     write_file(&folder.join("study.csv"), table.finish().as_bytes())?;
-    let made_by = format!("clerestory {}, {command}", env!("CARGO_PKG_VERSION"));
-    let imprint = Imprint { site: &site.name, project: &site.project, sheet: [1, 1], made_by: &made_by };
-    write_sheet(&study_sheet(&imprint, study, summary, outside), folder, "study")?;
+    write_sheet(&study_sheet(site, command, study, summary, outside), folder, "study")?;
     Ok(())
 }
 

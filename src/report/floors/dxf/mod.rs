@@ -23,7 +23,7 @@ const WORDS_M: f64 = 0.12;
 
 /// Draws a floor as DXF R2000: the model cut at lens height and, as furniture, below it; stations with numbers and heights,
 /// what each sees, and the distances that a tape can check. The same bytes for the same plan.
-pub fn plan_dxf(plan: &FloorPlan, out: &Outward) -> String {
+pub(super) fn plan_dxf(plan: &FloorPlan, out: &Outward) -> String {
     let unit = out.frame.metres_per_unit;
     let at = |p: DVec2| (p + out.origin.truncate()) / unit;
     let mut dxf = Dxf::new();
