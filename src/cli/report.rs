@@ -87,6 +87,22 @@ impl Part {
         }
     }
 
+    /// Whether a file of this name is one that it writes; `View::file_stem` keeps views clear of the others' names.
+    fn writes(self, file: &str, site: &Site) -> bool {
+        let begins = |names: &[&str]| names.iter().any(|name| file.starts_with(name));
+        match self {
+            Self::Check => file == "check.json",
+            Self::Plan => begins(&["plan.", "plan-", "coverage.", "coverage-"]),
+            Self::Render => {
+                let picture = |stem: &str| site.views.iter().any(|v| v.file_stem() == stem);
+                begins(&["render.", "view-"]) || file.rsplit_once('.').is_some_and(|(stem, _)| picture(stem))
+            }
+            Self::Audit => begins(&["findings.", "findings-cloudcompare.txt", "audit-", "mask-"]),
+            Self::Study => begins(&["study.", "study-"]),
+            Self::View => file == "viewer.html",
+        }
+    }
+
     /// Why it is left out, if it is.
     fn left_out(self, site: &Site, args: &ReportArgs) -> Option<&'static str> {
         if args.without.contains(&self) {
@@ -117,6 +133,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
 
     let mut archive = Archive { site: site.name.clone(), project: site.project.clone(), ..Archive::default() };
     let mut report = Report { args, site: &site, folder: &folder, registered: None };
+    let mut ended = Vec::new();
     for part in parts {
         let mut run = Run { verb: part.verb().into(), command: report.by_hand(part, &archive), ..Run::default() };
         match part.left_out(&site, args) {
@@ -130,7 +147,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
                     // a model that cannot be read stops everything; a floor that is not found only the plan
                     Err(e) if part == Part::Check => return Err(e),
                     Err(e) => run.note = in_words(&e),
-                    Ok(()) => {}
+                    Ok(()) => ended.push(part),
                 }
                 bar.inc(1);
             }
@@ -150,6 +167,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     archive.sheets_pdf = sheets_together(&archive, &made, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
 
+    let earlier = |file: &str| Part::ALL.iter().any(|part| !ended.contains(part) && part.writes(file, &site));
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -158,7 +176,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
         command: own_command(),
         runs: archive.runs.clone(),
         inputs: archive.inputs.clone(),
-        outputs: fingerprints(&files_in(&folder)?, &folder)?,
+        outputs: fingerprints(&files_in(&folder, earlier)?, &folder)?,
     };
     write_json(&folder.join("manifest.json"), &manifest)?;
     bar.finish_and_clear();
@@ -338,14 +356,14 @@ fn sheets_together(archive: &Archive, made: &str, folder: &Path) -> anyhow::Resu
     Ok(true)
 }
 
-/// All files in a folder but the manifest, sorted.
-fn files_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
+/// All files in a folder but the manifest and what an `earlier` report left, sorted.
+fn files_in(folder: &Path, earlier: impl Fn(&str) -> bool) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
         // a program that was ended while it wrote has left its parts
-        let is_part = path.extension().is_some_and(|e| e == "part");
-        if path.is_file() && !is_part && path.file_name().is_some_and(|n| n != "manifest.json") {
+        if path.is_file() && name != "manifest.json" && !name.ends_with(".part") && !earlier(&name) {
             files.push(path);
         }
     }
@@ -355,7 +373,7 @@ fn files_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Archive, files_in, sheets_together};
+    use super::{Archive, Part, Site, files_in, sheets_together};
 
     #[test]
     fn sheets_of_an_earlier_report_are_not_this_ones() {
@@ -369,9 +387,27 @@ mod tests {
     #[test]
     fn what_a_crash_left_is_no_result() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["a.png", "b.png.12.part", "manifest.json"] {
+        for name in ["a.png", "b.png.12.part", "manifest.json", "mask-apse-F1.png"] {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
-        assert_eq!(files_in(folder.path()).unwrap(), [folder.path().join("a.png")]);
+        let listed = files_in(folder.path(), |file| file.starts_with("mask-")).unwrap();
+        assert_eq!(listed, [folder.path().join("a.png")]);
+    }
+
+    #[test]
+    fn a_file_tells_by_its_name_which_part_wrote_it() {
+        let site = Site::load(concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel").as_ref()).unwrap();
+        let parts = |file: &str| Part::ALL.into_iter().filter(|part| part.writes(file, &site)).collect::<Vec<_>>();
+        for (part, files) in [
+            (Part::Check, "check.json"),
+            (Part::Plan, "plan.json plan-ground.dxf coverage.ply coverage-ground.svg"),
+            (Part::Render, "render.json apse.exr apse.png view-apse-relit.png"),
+            (Part::Audit, "findings.ma findings-cloudcompare.txt audit-apse.pdf mask-apse-D1.png"),
+            (Part::Study, "study.csv study-truth-apse-a.exr"),
+            (Part::View, "viewer.html"),
+        ] {
+            assert!(files.split(' ').all(|file| parts(file) == [part]), "{files}");
+        }
+        assert!(["index.html", "report.pdf"].iter().all(|file| parts(file).is_empty()));
     }
 }
