@@ -19,10 +19,11 @@ use std::path::{Path, PathBuf};
 use crate::atomic_write::write_atomically;
 use crate::bake::{BakeError, Baked, Run};
 use crate::panorama::linear_to_srgb;
+use crate::report::{SOFTWARE, escape};
 use crate::scene::{Scene, Wrap};
 use crate::site::Site;
 use findings::{Mark, Shown};
-use pack::Block;
+use pack::{Block, deflated};
 use shot::{Shot, shot};
 
 /// What a page shows beside the model.
@@ -114,9 +115,9 @@ pub fn write_viewer(
 ) -> Result<(), ViewerError> {
     let io = |source| BakeError::Io { path: path.to_owned(), source };
     let mut blocks = Vec::new();
-    let (low, step) = geometry(baked, &mut blocks).map_err(io)?;
-    blocks.push(hidden(scene, baked, low, step).map_err(io)?);
-    let uv = texture_coordinates(baked, &mut blocks).map_err(io)?;
+    let (low, step) = geometry(baked, &mut blocks);
+    blocks.push(hidden(scene, baked, low, step));
+    let uv = texture_coordinates(baked, &mut blocks);
     let tinted = !scene.mesh.colours.is_empty();
     if tinted {
         let mut bytes = Vec::new();
@@ -125,7 +126,7 @@ pub fn write_viewer(
             baked.vertices.iter().map(|v| [code(v.colour.x), code(v.colour.y), code(v.colour.z), 0]),
             &mut bytes,
         );
-        blocks.push(block(&bytes).map_err(io)?);
+        blocks.push(deflated(&bytes));
     }
     for (l, sky) in baked.skies.iter().enumerate() {
         let sunlight = sun(baked, l).map(|_| &baked.sunlight[l]);
@@ -133,7 +134,7 @@ pub fn write_viewer(
             let mut bytes = Vec::new();
             let codes: Vec<[u8; 4]> = colours.iter().map(|c| pack::shared_exponent(*c)).collect();
             pack::vertex_bytes(codes.iter().copied(), &mut bytes);
-            blocks.push(block(&bytes).map_err(io)?);
+            blocks.push(deflated(&bytes));
         }
     }
     let (numbers, pictures) = pictures(scene, baked, &mut blocks)?;
@@ -150,7 +151,7 @@ pub fn write_viewer(
         |p: &crate::site::Probe| Mark { name: p.name.clone(), position: scene.local(p.pose.position).to_array() };
     let about = About {
         site: site.name.clone(),
-        software: concat!("clerestory ", env!("CARGO_PKG_VERSION")),
+        software: SOFTWARE,
         command: extras.command.clone(),
         vertices: baked.vertices.len(),
         triangles: baked.triangles.len(),
@@ -203,7 +204,7 @@ fn head(about: &About, blocks: &[Block]) -> String {
     let data = json(serde_json::to_value(about).unwrap_or_default());
     let lengths: Vec<_> = blocks.iter().map(|b| serde_json::json!({"kind": b.kind, "bytes": b.bytes.len()})).collect();
     let lengths = json(lengths.into());
-    let title = crate::report::escape(&about.site);
+    let title = escape(&about.site);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" \
@@ -215,12 +216,8 @@ fn head(about: &About, blocks: &[Block]) -> String {
     )
 }
 
-fn block(bytes: &[u8]) -> std::io::Result<Block> {
-    Ok(Block { kind: "deflate", bytes: pack::deflated(bytes)? })
-}
-
 /// Packs places, triangles, and what is known of each vertex; gives the box's least corner and the step of the 16 bits.
-fn geometry(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<(Vec3, Vec3)> {
+fn geometry(baked: &Baked, blocks: &mut Vec<Block>) -> (Vec3, Vec3) {
     let all = || baked.vertices.iter().map(|v| v.position);
     let (low, high) = all().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     let step = ((high - low) / 65535.0).max(Vec3::splat(1e-9));
@@ -229,42 +226,42 @@ fn geometry(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<(Vec3, Ve
         let codes: Vec<u32> = all().map(|p| ((p[c] - low[c]) / step[c] + 0.5) as u32).map(|v| v.min(65535)).collect();
         pack::differences(&codes, 2, &mut bytes);
     }
-    blocks.push(block(&bytes)?);
+    blocks.push(deflated(&bytes));
     bytes.clear();
     pack::corners(&baked.triangles, &mut bytes);
-    blocks.push(block(&bytes)?);
+    blocks.push(deflated(&bytes));
     bytes.clear();
     pack::differences(baked.coarse.as_flattened(), 4, &mut bytes);
-    blocks.push(block(&bytes)?);
+    blocks.push(deflated(&bytes));
     bytes.clear();
     let about = baked.vertices.iter().map(|v| {
         let probe = v.probe.map_or(255, |p| p.min(254) as u8);
         [v.source as u8 | v.seen_by.min(63) << 2, probe, (v.agreement * 255.0 + 0.5) as u8, 0]
     });
     pack::vertex_bytes(about, &mut bytes);
-    blocks.push(block(&bytes)?);
-    Ok((low, step))
+    blocks.push(deflated(&bytes));
+    (low, step)
 }
 
 /// Packs the corners of triangles that are not drawn but cast shadows, in whole steps from the box's least corner.
-fn hidden(scene: &Scene, baked: &Baked, low: Vec3, step: Vec3) -> std::io::Result<Block> {
+fn hidden(scene: &Scene, baked: &Baked, low: Vec3, step: Vec3) -> Block {
     let corners = || baked.hidden.iter().flat_map(|t| scene.mesh.corners(*t));
     let mut bytes = Vec::new();
     for c in 0..3 {
         let codes: Vec<u32> = corners().map(|p| ((p[c] - low[c]) / step[c]).round() as i32 as u32).collect();
         pack::differences(&codes, 4, &mut bytes);
     }
-    block(&bytes)
+    deflated(&bytes)
 }
 
 /// Packs texture coordinates with 24 bits; gives the least of them and the step; nothing where all are zero.
-fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Result<Option<[f32; 3]>> {
+fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> Option<[f32; 3]> {
     const STEPS: f32 = 16_777_215.0;
     let all = || baked.vertices.iter().map(|v| v.uv);
     let low = all().fold(glam::Vec2::INFINITY, glam::Vec2::min);
     let span = (all().fold(glam::Vec2::NEG_INFINITY, glam::Vec2::max) - low).max_element();
     if !span.is_finite() || span <= 0.0 {
-        return Ok(None);
+        return None;
     }
     // a power of two, so that whole texels stay whole
     let step = (span / STEPS).log2().ceil().exp2();
@@ -274,8 +271,8 @@ fn texture_coordinates(baked: &Baked, blocks: &mut Vec<Block>) -> std::io::Resul
         let codes: Vec<u32> = all().map(|uv| ((uv[c] - low[c]) / step + 0.5) as u32).collect();
         pack::differences(&codes, 3, &mut bytes);
     }
-    blocks.push(block(&bytes)?);
-    Ok(Some([low.x, low.y, step]))
+    blocks.push(deflated(&bytes));
+    Some([low.x, low.y, step])
 }
 
 /// The pictures of the materials in use as blocks, by the number of its texture the number of each, and how each goes on

@@ -5,11 +5,18 @@ use flate2::write::ZlibEncoder;
 use glam::Vec3;
 use std::io::Write;
 
+/// A part of the page's data.
+pub(super) struct Block {
+    pub(super) kind: &'static str,
+    pub(super) bytes: Vec<u8>,
+}
+
 /// Deflated (RFC 1950), the same bytes for the same input.
-pub(super) fn deflated(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+pub(super) fn deflated(bytes: &[u8]) -> Block {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(8));
-    encoder.write_all(bytes)?;
-    encoder.finish()
+    // memory takes everything
+    let _ = encoder.write_all(bytes);
+    Block { kind: "deflate", bytes: encoder.finish().unwrap_or_default() }
 }
 
 /// Codes of so many bytes each as planes, the highest bytes first.
@@ -72,12 +79,6 @@ pub(super) fn shared_exponent(c: Vec3) -> [u8; 4] {
     let scale = (8.0 - exponent as f32).exp2();
     let code = |v: f32| (v.max(0.0) * scale) as u8;
     [code(c.x), code(c.y), code(c.z), (exponent + 128) as u8]
-}
-
-/// A part of the page's data.
-pub(super) struct Block {
-    pub(super) kind: &'static str,
-    pub(super) bytes: Vec<u8>,
 }
 
 #[cfg(test)]
