@@ -21,8 +21,6 @@ pub struct Outside {
 /// One point of such a curve, averaged over views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutsidePoint {
-    /// Samples a pixel.
-    pub samples: u32,
     /// Seconds a frame on the wall.
     pub wall_s: f64,
     /// Seconds of processor time a frame.
@@ -143,7 +141,7 @@ fn averaged(rows: &[Measured]) -> Vec<OutsidePoint> {
             _ => (here, false),
         };
         let [wall_s, cpu_s, a, b, c] = value;
-        points.push(OutsidePoint { samples, wall_s, cpu_s, errors: [a, b, c], carried });
+        points.push(OutsidePoint { wall_s, cpu_s, errors: [a, b, c], carried });
         last = Some((samples, value));
     }
     points

@@ -21,8 +21,7 @@ pub fn gallery_sheet(open: &OpenSpace, result: &Guards) -> Svg {
     let scale = DRAWING / size.max_element();
     let (width, height) = ((size.x * scale).max(90.0) + 2.0 * MARGIN, size.y * scale + 2.0 * MARGIN + BELOW);
     let place = |p: DVec2| -> Point { [MARGIN + (p.x - low.x) * scale, MARGIN + (high.y - p.y) * scale] };
-    let rings: Vec<Vec<Vec<Point>>> =
-        open.polygons().iter().map(|p| p.rings().map(|r| r.iter().map(|&q| place(q)).collect()).collect()).collect();
+    let ring = |r: &[DVec2]| -> Vec<Point> { r.iter().map(|&p| place(p)).collect() };
     let words = sentence(result);
     let mut svg = Svg::new(width, height, "Guards of a gallery", &words);
     svg.rectangle([0.0, 0.0, width, height], &Style::fill(WHITE));
@@ -30,19 +29,21 @@ pub fn gallery_sheet(open: &OpenSpace, result: &Guards) -> Svg {
         let colours = [SKY, ORANGE, GREEN, PURPLE, BLUE, VERMILION];
         for (k, &g) in result.guards.iter().enumerate() {
             let Some(seen) = open.visibility(g) else { continue };
-            let ring: Vec<Point> = seen.ring.iter().map(|&p| place(p)).collect();
             let colour = colours[k % colours.len()];
-            svg.area(&[ring], &Style::fill(colour).opacity(0.3).outlined(GREY, 0.1));
+            svg.area(&[ring(&seen.ring)], &Style::fill(colour).opacity(0.3).outlined(GREY, 0.1));
         }
     });
     svg.group("unseen", "unseen", |svg| {
         let hatch = Style::hatch(Hatch::new(Pattern::Cross(45), BLACK));
         for polygon in unseen_polygons(open, &result.guards) {
-            let rings: Vec<Vec<Point>> = polygon.rings().map(|r| r.iter().map(|&p| place(p)).collect()).collect();
-            svg.area(&rings, &hatch);
+            svg.area(&polygon.rings().map(|r| ring(r)).collect::<Vec<_>>(), &hatch);
         }
     });
-    svg.group("walls", "walls", |svg| rings.iter().for_each(|r| svg.area(r, &Style::line(BLACK, 0.4))));
+    svg.group("walls", "walls", |svg| {
+        for polygon in open.polygons() {
+            svg.area(&polygon.rings().map(|r| ring(r)).collect::<Vec<_>>(), &Style::line(BLACK, 0.4));
+        }
+    });
     svg.group("guards", "guards", |svg| draw_guards(svg, result, place));
     let base = height - BELOW;
     svg.text([MARGIN, base + 4.0], &words, &Text::new(4.0).bold());

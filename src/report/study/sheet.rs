@@ -114,23 +114,22 @@ fn place(row: &Row, with_setup: bool) -> (f64, f64) {
 
 fn panel(svg: &mut Svg, frame: [f64; 4], summary: &Summary, outside: &[Outside], with_setup: bool) {
     let places: Vec<(f64, f64)> = summary.rows.iter().map(|r| place(r, with_setup)).collect();
-    let other = outside.iter().flat_map(|o| o.points.iter().filter_map(|p| Some((p.cpu_s, p.error(Metric::Flip)?))));
+    let points = |o: &Outside| -> Vec<(f64, f64)> {
+        o.points.iter().filter_map(|p| Some((p.cpu_s, p.error(Metric::Flip)?))).collect()
+    };
     let flip = || summary.speed_ups.iter().filter(|s| s.metric == Metric::Flip);
-    let mut reached: Vec<(f64, f64)> = places.iter().copied().chain(other).collect();
+    let mut reached: Vec<(f64, f64)> = places.iter().copied().chain(outside.iter().flat_map(points)).collect();
     reached.extend(flip().map(|s| (s.needed_cpu_s, s.error)));
     let Some(plot) = Plot::around(frame, &reached) else { return };
     plot.axes(svg, "processor seconds (all threads)", "visible error (FLIP)");
     plot.clipped(svg, |svg| {
         front(svg, &plot, &places);
         for (o, (mark, colour)) in outside.iter().zip(OUTSIDE) {
-            let points: Vec<_> = o.points.iter().filter_map(|p| Some((p.cpu_s, p.error(Metric::Flip)?))).collect();
-            let end = flip().find(|s| s.against == o.name).map(|s| (s.needed_cpu_s, s.error, s.how));
-            curve(svg, &plot, &points, end, colour, mark);
+            curve(svg, &plot, &points(o), flip().find(|s| s.against == o.name), colour, mark);
         }
         let traced: Vec<_> = summary.rows.iter().filter(|r| r.setting.method == Method::PathTracing).collect();
         let points: Vec<_> = traced.iter().map(|r| place(r, with_setup)).collect();
         let end = flip().find(|s| s.against == Method::PathTracing.name());
-        let end = end.map(|s| (s.needed_cpu_s, s.error, s.how));
         curve(svg, &plot, &points, end, VERMILION, TRACED);
         for row in &summary.rows {
             let (x, flip) = place(row, with_setup);
@@ -159,20 +158,13 @@ fn front(svg: &mut Svg, plot: &Plot, places: &[(f64, f64)]) {
 }
 
 /// A measured curve, and broken lines to where it is continued.
-fn curve(
-    svg: &mut Svg,
-    plot: &Plot,
-    points: &[(f64, f64)],
-    end: Option<(f64, f64, How)>,
-    colour: &'static str,
-    mark: Mark,
-) {
+fn curve(svg: &mut Svg, plot: &Plot, points: &[(f64, f64)], end: Option<&SpeedUp>, colour: &'static str, mark: Mark) {
     let mut at: Vec<_> = points.to_vec();
     at.sort_by(|a, b| a.0.total_cmp(&b.0));
     let line: Vec<_> = at.iter().map(|p| plot.at(p.0, p.1)).collect();
     svg.polyline(&line, &Style::line(colour, 0.35));
-    if let (Some(last), Some((x, y, How::Extrapolated))) = (line.last(), end) {
-        svg.line(*last, plot.at(x, y), &Style::line(colour, 0.35).dashed(1.2, 0.9));
+    if let (Some(last), Some(s)) = (line.last(), end.filter(|s| s.how == How::Extrapolated)) {
+        svg.line(*last, plot.at(s.needed_cpu_s, s.error), &Style::line(colour, 0.35).dashed(1.2, 0.9));
     }
     for p in points {
         plot.mark(svg, mark, *p, 1.1, colour);
