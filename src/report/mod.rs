@@ -25,9 +25,8 @@ mod register_sheet;
 mod rendered;
 mod study;
 
-pub use audit_sheet::write_audit_sheets;
+pub use audit_sheet::{marked, write_audit_sheets};
 pub(crate) use draw::imprint::SOFTWARE;
-pub use draw::marked::marked;
 pub use draw::pdf::pdf;
 pub use draw::png::{png, text_width, wrap};
 pub use draw::style;

@@ -13,5 +13,6 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+pub use pictures::marked;
 pub(super) use pictures::{png as picture_png, reduced};
 pub use write::write_audit_sheets;

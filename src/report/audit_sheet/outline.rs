@@ -15,7 +15,8 @@ pub(super) struct Cells(Map);
 
 impl Cells {
     /// At most `most` cells along a picture's longer side: a cell is inside where at least half of its pixels are.
-    pub(super) fn of(width: usize, height: usize, most: usize, inside: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn of(size: [u32; 2], most: usize, inside: impl Fn(usize) -> bool) -> Self {
+        let [width, height] = size.map(|side| side as usize);
         let step = width.max(height).div_ceil(most).max(1);
         let (w, h) = (width.div_ceil(step), height.div_ceil(step));
         let cell = |x: usize, y: usize| {
@@ -69,10 +70,10 @@ mod tests {
         // a frame with a hole, cells that touch at a corner, and one alone
         let picture = ["######....", "#....#..#.", "#....#.#..", "######....", "..........", "##########"];
         let inside: Vec<bool> = picture.concat().chars().map(|c| c == '#').collect();
-        let cells = Cells::of(10, 6, 100, |i| inside[i]);
+        let cells = Cells::of([10, 6], 100, |i| inside[i]);
         let count = inside.iter().filter(|i| **i).count() as f64;
         assert!((area(&cells.rings()) * 60.0 - count).abs() < 1e-9);
-        let disc = Cells::of(400, 300, 100, |i| {
+        let disc = Cells::of([400, 300], 100, |i| {
             let (x, y) = ((i % 400) as f64 - 200.0, (i / 400) as f64 - 150.0);
             x.hypot(y) < 100.0
         });
@@ -82,9 +83,9 @@ mod tests {
         assert!((area(&rings) / expected - 1.0).abs() < 0.05);
         let [x, y] = disc.middle().unwrap();
         assert!((x - 0.5).abs() < 0.03 && (y - 0.5).abs() < 0.03);
-        let none = Cells::of(4, 4, 4, |_| false);
+        let none = Cells::of([4, 4], 4, |_| false);
         assert!(none.rings().is_empty() && none.middle().is_none());
         // the frame is the picture's end: a region along it is deepest half a cell from there at most
-        assert_eq!(Cells::of(3, 3, 3, |_| true).middle(), Some([0.5, 0.5]));
+        assert_eq!(Cells::of([3, 3], 3, |_| true).middle(), Some([0.5, 0.5]));
     }
 }

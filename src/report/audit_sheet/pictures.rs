@@ -4,15 +4,18 @@ use glam::Vec3;
 
 use super::labels::apart;
 use super::outline::Cells;
-use super::subject::{AuditSheet, look, look_of};
-use crate::audit::{AuditedView, Finding, Verdict};
+use super::subject::{AuditSheet, look, look_of, verdict_of};
+use crate::audit::{Audit, AuditedView, Finding, Verdict};
 use crate::panorama::{Exposure, Picture, linear_to_srgb, luminance};
 use crate::report::draw::png::encoded;
-use crate::report::style::{BLACK, Style, WHITE};
-use crate::report::{Anchor, Point, Svg, Text};
+use crate::report::style::{BLACK, Hatch, Style, WHITE};
+use crate::report::{Anchor, Point, ReportError, Svg, Text};
 
 /// Cells along a picture's longer side in which regions are drawn.
 const CELLS: usize = 320;
+
+/// About how long a picture's longer side is on a sheet, millimetres.
+const PRINTED: f64 = 80.0;
 
 /// Pixels along the longer side of a picture on the sheet.
 const PIXELS: usize = 720;
@@ -25,6 +28,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
     let scale = (most[0] / pw).min(most[1] / ph);
     let (w, h) = (pw * scale, ph * scale);
     let exposure = Exposure::of(&view.photograph);
+    let shown = shown(about.audit, view);
     let frames = [0.0, 1.0, 2.0, 3.0].map(|i| [at[0] + i * (w + gap), at[1], w, h]);
     // relit from what the probes saw of the real room, the model's own wrong colours hardly show
     let titles = ["Photograph", "Model in the probes' light", "Model in neutral light", "What the audit says"];
@@ -33,7 +37,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
     }
     svg.group("photograph", "photograph", |svg| {
         picture(svg, frames[0], &view.photograph, "The photograph", |p| exposure.show(p));
-        outlines(svg, about, frames[0]);
+        outlines(svg, &shown, frames[0], 1.0);
     });
     svg.group("render", "render", |svg| {
         picture(svg, frames[1], &view.render, "The model, relit from the probes", |p| exposure.show(p));
@@ -44,20 +48,52 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
         });
     });
     svg.group("classified", "classified", |svg| {
-        // pale, so that hatches stand out
-        let pale = |p: Vec3| Vec3::splat(0.45 + 0.55 * luminance(exposure.show(p)));
-        picture(svg, frames[3], &view.photograph, "The photograph, pale, below the audit's verdicts", pale);
+        picture(svg, frames[3], &view.photograph, "The photograph, pale, below the audit's verdicts", |p| {
+            pale(exposure, p)
+        });
         for verdict in [Verdict::Untestable, Verdict::Ambiguous, Verdict::Texture, Verdict::Geometry] {
             svg.group(verdict.name(), &format!("classified-{}", verdict.name()), |svg| {
-                region(svg, view, frames[3], verdict)
+                let cells = Cells::of(view.summary.size, CELLS, |i| view.verdicts[i] == verdict);
+                region(svg, &cells, frames[3], verdict, 1.0);
             });
         }
-        outlines(svg, about, frames[3]);
+        outlines(svg, &shown, frames[3], 1.0);
     });
     for frame in frames {
         svg.rectangle(frame, &Style::line(BLACK, 0.25));
     }
     [w, h]
+}
+
+/// In grey, so that hatches stand out.
+fn pale(exposure: Exposure, p: Vec3) -> Vec3 {
+    Vec3::splat(0.45 + 0.55 * luminance(exposure.show(p)))
+}
+
+/// A view's photograph, pale, with the findings and doubts that this view shows best hatched, outlined and named as on its
+/// sheet: a PNG file of the photograph's size. `None` where there are none, or the view was not audited.
+///
+/// # Errors
+/// If the picture cannot be drawn.
+pub fn marked(audit: &Audit, view: &str, photo: &Picture, exposure: Exposure) -> Result<Option<Vec<u8>>, ReportError> {
+    let Some(audited) = audit.views.iter().find(|v| v.summary.view == view) else { return Ok(None) };
+    let mut shown = shown(audit, audited);
+    shown.retain(|s| s.finding.view == view);
+    if shown.is_empty() {
+        return Ok(None);
+    }
+    let [w, h] = [photo.width, photo.height].map(|n| n as f64);
+    let frame = [0.0, 0.0, w, h];
+    let mut svg = Svg::new(w, h, "Findings", "");
+    if let Some(png) = png(photo, |p| pale(exposure, p)) {
+        svg.png(frame, &png, "photograph");
+    }
+    for Shown { finding, cells } in &shown {
+        region(&mut svg, cells, frame, verdict_of(finding), w.max(h) / PRINTED);
+    }
+    outlines(&mut svg, &shown, frame, w.max(h) / PRINTED);
+    // one pixel a millimetre of the drawing
+    crate::report::png(&svg.finish(), 25.4).map(Some)
 }
 
 fn picture(svg: &mut Svg, frame: [f64; 4], picture: &Picture, says: &str, show: impl Fn(Vec3) -> Vec3) {
@@ -88,39 +124,48 @@ pub(in crate::report) fn reduced(picture: &Picture, most: usize) -> Picture {
     small
 }
 
-/// The pixels of one verdict, in its colour and hatch.
-fn region(svg: &mut Svg, view: &AuditedView, frame: [f64; 4], verdict: Verdict) {
-    let [w, h] = view.summary.size.map(|n| n as usize);
-    let cells = Cells::of(w, h, CELLS, |i| view.verdicts[i] == verdict);
+/// A region of one verdict, in its colour and hatch, so many times as coarse as on a sheet.
+fn region(svg: &mut Svg, cells: &Cells, frame: [f64; 4], verdict: Verdict, scale: f64) {
     let rings = placed(&cells.rings(), frame);
     if let Some((wash, opacity, hatch)) = look(verdict) {
+        let hatch = Hatch { spacing: scale * hatch.spacing, weight: scale * hatch.weight, ..hatch };
         svg.area(&rings, &Style::fill(wash).opacity(opacity));
         svg.area(&rings, &Style::hatch(hatch));
     }
 }
 
-/// The outline of each finding whose mask this view holds, with its name.
-fn outlines(svg: &mut Svg, about: &AuditSheet, frame: [f64; 4]) {
-    let view = about.view();
-    let [w, h] = view.summary.size.map(|n| n as usize);
+/// A finding or a doubt where a view shows it.
+struct Shown<'a> {
+    finding: &'a Finding,
+    cells: Cells,
+}
+
+/// The findings and doubts whose masks a view holds, the surest last, on top.
+fn shown<'a>(audit: &'a Audit, view: &AuditedView) -> Vec<Shown<'a>> {
+    let of = |(id, mask): &(String, Vec<bool>)| {
+        let finding = audit.findings.iter().chain(&audit.doubts).find(|f| f.id == *id)?;
+        Some(Shown { finding, cells: Cells::of(view.summary.size, CELLS, |i| mask[i]) })
+    };
+    view.masks.iter().rev().filter_map(of).collect()
+}
+
+/// The outline of each finding, with its name, so many times as coarse as on a sheet.
+fn outlines(svg: &mut Svg, shown: &[Shown], frame: [f64; 4], scale: f64) {
     let mut labels = Vec::new();
-    // the surest last, on top
-    for (id, mask) in view.masks.iter().rev() {
-        let Some(finding) = about.finding(id) else { continue };
-        let cells = Cells::of(w, h, CELLS, |i| mask[i]);
+    for Shown { finding, cells } in shown {
         let rings = placed(&cells.rings(), frame);
-        let line = Style::line(look_of(finding), 0.5);
+        let line = Style::line(look_of(finding), 0.5 * scale);
         svg.group("finding", "", |svg| {
-            svg.area(&rings, &Style::line(WHITE, 1.1));
-            svg.area(&rings, &if sure(finding) { line } else { line.dashed(1.4, 0.8) });
+            svg.area(&rings, &Style::line(WHITE, 1.1 * scale));
+            svg.area(&rings, &if sure(finding) { line } else { line.dashed(1.4 * scale, 0.8 * scale) });
         });
         if let Some([x, y]) = cells.middle() {
-            labels.push((id, [frame[0] + x * frame[2], frame[1] + y * frame[3]]));
+            labels.push((&finding.id, [frame[0] + x * frame[2], frame[1] + y * frame[3]]));
         }
     }
     let places: Vec<Point> = labels.iter().map(|(_, place)| *place).collect();
-    for ((id, _), [x, y]) in labels.iter().zip(apart(&places, 8.0, frame)) {
-        svg.text([x, y + 1.4], id, &Text::new(3.8).bold().anchor(Anchor::Middle).halo(0.7));
+    for ((id, _), [x, y]) in labels.iter().zip(apart(&places, 8.0 * scale, frame)) {
+        svg.text([x, y + 1.4 * scale], id, &Text::new(3.8 * scale).bold().anchor(Anchor::Middle).halo(0.7 * scale));
     }
 }
 

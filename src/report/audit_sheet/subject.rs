@@ -31,10 +31,6 @@ impl AuditSheet<'_> {
     pub(super) fn view(&self) -> &AuditedView {
         &self.audit.views[self.index]
     }
-
-    pub(super) fn finding(&self, id: &str) -> Option<&Finding> {
-        self.audit.findings.iter().chain(&self.audit.doubts).find(|f| f.id == id)
-    }
 }
 
 /// The findings of a view, then its doubts, the surest first; and whether this view is the one that shows them best.
@@ -56,10 +52,20 @@ pub(super) fn look(verdict: Verdict) -> Option<(&'static str, f64, Hatch)> {
     }
 }
 
-pub(super) fn look_of(finding: &Finding) -> &'static str {
+/// What a finding, or a doubt, says of its pixels.
+pub(super) fn verdict_of(finding: &Finding) -> Verdict {
     match (finding.reason, finding.kind) {
-        (Reason::None, Kind::Geometry) => VERMILION,
-        (Reason::None, Kind::Texture) => BLUE,
+        (Reason::None, Kind::Geometry) => Verdict::Geometry,
+        (Reason::None, Kind::Texture) => Verdict::Texture,
+        _ => Verdict::Ambiguous,
+    }
+}
+
+/// The colour of a finding's outline.
+pub(super) fn look_of(finding: &Finding) -> &'static str {
+    match verdict_of(finding) {
+        Verdict::Geometry => VERMILION,
+        Verdict::Texture => BLUE,
         _ => BLACK,
     }
 }

@@ -1,9 +1,10 @@
 use super::sheet::audit_sheet;
 use super::subject::AuditSheet;
-use super::write_audit_sheets;
+use super::{marked, write_audit_sheets};
 use crate::audit::{
     Audit, AuditedView, Finding, Kind, PoseCorrection, ProbeGain, Reason, Shares, Verdict, ViewSummary, What, testing,
 };
+use crate::panorama::Exposure;
 use crate::report::Fingerprint;
 use crate::scene::{self, Health, Scene};
 use crate::site::Site;
@@ -187,4 +188,23 @@ fn more_findings_than_rows_are_counted() {
     assert!(text.contains("more in findings.csv"), "{text}");
     let many = drawn(&audit(12, 6));
     assert!(!many.contains("NaN") && roxmltree::Document::parse(&many).is_ok());
+}
+
+#[test]
+fn a_photograph_is_marked_as_its_sheet_is() {
+    let audit = audit(2, 1);
+    let photo = &audit.views[0].photograph;
+    let exposure = Exposure::of(photo);
+    let bytes = marked(&audit, "v", photo, exposure).unwrap().unwrap();
+    let picture = image::load_from_memory(&bytes).unwrap().to_rgb8();
+    assert_eq!(picture.dimensions(), (60, 40));
+    let [mut red, mut blue] = [0, 0];
+    for image::Rgb([r, _, b]) in picture.pixels() {
+        red += u32::from(*r > b.saturating_add(15));
+        blue += u32::from(*b > r.saturating_add(15));
+    }
+    assert!(red > 5 && blue > 5, "geometry and texture in their colours: {red} and {blue} pixels");
+    let [r, g, b] = picture.get_pixel(30, 39).0;
+    assert!(r == g && g == b, "elsewhere the photograph is grey");
+    assert!(marked(&audit, "another", photo, exposure).unwrap().is_none());
 }

@@ -4,7 +4,6 @@ pub(super) mod a3;
 pub(super) mod imprint;
 pub(super) mod lengths;
 pub(super) mod loglog;
-pub(super) mod marked;
 pub(super) mod pdf;
 pub(super) mod png;
 pub mod style;
