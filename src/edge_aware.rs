@@ -14,9 +14,9 @@ pub(crate) struct EdgeAware {
     pub(crate) width: usize,
     pub(crate) height: usize,
     /// Whether a pixel is joined to its right neighbour.
-    pub(crate) right: Vec<bool>,
+    right: Vec<bool>,
     /// Whether a pixel is joined to the one below.
-    pub(crate) down: Vec<bool>,
+    down: Vec<bool>,
 }
 
 /// Passes of the recursive filter; two leave a kernel that is close enough to a Gaussian.
@@ -104,7 +104,7 @@ impl EdgeAware {
 
     /// Sums of `a^|steps|`-weighted values along rows, then along columns, twice, within what is joined: a kernel that is the
     /// same on both sides of every edge, for fits that an uneven one would push aside. Not normalised.
-    pub(crate) fn gather(&self, plane: &mut [f32], sigma: f32) {
+    fn gather(&self, plane: &mut [f32], sigma: f32) {
         let (w, h) = (self.width, self.height);
         // two passes of a two-sided exponential of this decay have the wanted variance
         let a = (-2.0 / sigma.max(0.1)).exp();
@@ -145,7 +145,7 @@ impl EdgeAware {
     pub(crate) fn even_mean(&self, values: &[f32], weights: &[f32], sigma: f32) -> Vec<f32> {
         let mut weight = weights.to_vec();
         self.gather(&mut weight, sigma);
-        let mut sum: Vec<f32> = values.iter().zip(weights).map(|(v, w)| if *w > 0.0 { v * w } else { 0.0 }).collect();
+        let mut sum = weighted(values, weights);
         self.gather(&mut sum, sigma);
         sum.iter().zip(&weight).map(|(s, w)| if *w > 1e-6 { s / w } else { 0.0 }).collect()
     }
@@ -165,7 +165,7 @@ impl EdgeAware {
 
     /// The same, where the weights have been smoothed already.
     pub(crate) fn mean_with(&self, values: &[f32], weights: &[f32], smoothed: &[f32], sigma: f32) -> Vec<f32> {
-        let mut sum: Vec<f32> = values.iter().zip(weights).map(|(v, w)| if *w > 0.0 { v * w } else { 0.0 }).collect();
+        let mut sum = weighted(values, weights);
         self.smooth(&mut sum, sigma);
         for (s, w) in sum.iter_mut().zip(smoothed) {
             *s = if *w > 1e-4 { *s / w } else { 0.0 };
@@ -185,29 +185,26 @@ impl EdgeAware {
     /// Pixels all of whose neighbours up to `radius` steps along rows and columns are joined to them.
     pub(crate) fn inside(&self, radius: usize) -> Vec<bool> {
         let (w, h) = (self.width, self.height);
-        let mut inside: Vec<bool> = (0..w * h)
-            .map(|i| {
-                let (x, y) = (i % w, i / w);
-                (x + 1 >= w || self.right[i])
-                    && (x == 0 || self.right[i - 1])
-                    && (y + 1 >= h || self.down[i])
-                    && (y == 0 || self.down[i - w])
-            })
-            .collect();
-        for _ in 1..radius {
+        let mut inside = vec![true; w * h];
+        for _ in 0..radius {
+            let goes_on = |i: usize, j: usize| self.joined(i, j) && inside[j];
             inside = (0..w * h)
                 .map(|i| {
                     let (x, y) = (i % w, i / w);
-                    inside[i]
-                        && (x == 0 || inside[i - 1])
-                        && (x + 1 >= w || inside[i + 1])
-                        && (y == 0 || inside[i - w])
-                        && (y + 1 >= h || inside[i + w])
+                    (x == 0 || goes_on(i, i - 1))
+                        && (x + 1 >= w || goes_on(i, i + 1))
+                        && (y == 0 || goes_on(i, i - w))
+                        && (y + 1 >= h || goes_on(i, i + w))
                 })
                 .collect();
         }
         inside
     }
+}
+
+/// Values times their weights; what has none may be no number.
+fn weighted(values: &[f32], weights: &[f32]) -> Vec<f32> {
+    values.iter().zip(weights).map(|(v, w)| if *w > 0.0 { v * w } else { 0.0 }).collect()
 }
 
 #[cfg(test)]

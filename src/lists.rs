@@ -42,6 +42,11 @@ impl<T: Copy + Default> Lists<T> {
         &self.items[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
+    /// The items of all lists.
+    pub(crate) fn items_mut(&mut self) -> &mut [T] {
+        &mut self.items
+    }
+
     /// Adds a list.
     pub(crate) fn push(&mut self, list: &[T]) {
         self.items.extend_from_slice(list);

@@ -19,18 +19,17 @@ use crate::site::View;
 
 /// What a pixel of a photograph is fit for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Fitness {
     /// It measures light.
-    Good = 0,
+    Good,
     /// A channel is at the sensor's or the file's end: the light was at least that.
-    Clipped = 1,
+    Clipped,
     /// So dark that the file's steps or the sensor's noise hide what it shows.
-    Dark = 2,
+    Dark,
     /// NaN, infinite or negative, or outside of what the lens shows.
-    Invalid = 3,
+    Invalid,
     /// The view's mask leaves it out.
-    Masked = 4,
+    Masked,
 }
 
 /// A photograph that a view names.
@@ -109,11 +108,6 @@ impl Photograph {
             }
         }
         Ok(Some(Self { path: path.clone(), picture: picture.cleaned(), fitness, coding, exif: Exif::read(path) }))
-    }
-
-    /// For each pixel whether it measures light.
-    pub fn usable(&self) -> Vec<bool> {
-        self.fitness.iter().map(|f| *f == Fitness::Good).collect()
     }
 
     /// The share of pixels of one fitness.

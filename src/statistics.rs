@@ -1,33 +1,14 @@
 //! Order statistics and means.
 
-use std::cmp::Ordering;
-
-/// A number with a total order.
-pub(crate) trait Number: Copy {
-    /// IEEE 754's total order.
-    fn order(&self, other: &Self) -> Ordering;
-}
-
-impl Number for f32 {
-    fn order(&self, other: &Self) -> Ordering {
-        self.total_cmp(other)
-    }
-}
-
-impl Number for f64 {
-    fn order(&self, other: &Self) -> Ordering {
-        self.total_cmp(other)
-    }
-}
-
 /// The value that `share` (0..=1) of all stay below, and one of them; `None` of nothing. Orders the values partly.
-pub(crate) fn quantile<T: Number>(values: &mut [T], share: f64) -> Option<T> {
+pub(crate) fn quantile<T: Copy + Into<f64>>(values: &mut [T], share: f64) -> Option<T> {
     let at = ((values.len() as f64 * share) as usize).min(values.len().checked_sub(1)?);
-    Some(*values.select_nth_unstable_by(at, T::order).1)
+    let order = |a: &T, b: &T| Into::<f64>::into(*a).total_cmp(&Into::<f64>::into(*b));
+    Some(*values.select_nth_unstable_by(at, order).1)
 }
 
 /// The middle value, the upper one of two; `None` of nothing.
-pub(crate) fn median<T: Number>(values: impl IntoIterator<Item = T>) -> Option<T> {
+pub(crate) fn median<T: Copy + Into<f64>>(values: impl IntoIterator<Item = T>) -> Option<T> {
     quantile(&mut values.into_iter().collect::<Vec<T>>(), 0.5)
 }
 

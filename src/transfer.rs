@@ -38,6 +38,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+use crate::lists::Lists;
 use crate::panorama::{Picture, Radiometry, luminance};
 use crate::render::{Irradiance, Relit, Source};
 use crate::scene::Scene;
@@ -67,10 +68,9 @@ pub struct Transfer<'a> {
 /// The last step's matrix.
 #[derive(Default)]
 struct Rows {
-    /// Per point its first term among the records, and among the places; one more at the end.
-    starts: Vec<[u32; 2]>,
-    records: Vec<(u32, f32)>,
-    places: Vec<(u32, f32)>,
+    /// Per point the records that light it, and the places, each with its weight.
+    records: Lists<(u32, f32)>,
+    places: Lists<(u32, f32)>,
     normals: Vec<Vec3>,
     /// Per point the cosine that the sun's direct irradiance counts with.
     sun: Vec<f32>,
@@ -109,11 +109,11 @@ impl<'a> Transfer<'a> {
             let next = numbers.len() as u32;
             *numbers.entry((probe, cell)).or_insert(next)
         };
-        let mut rows = Rows { starts: vec![[0; 2]], ..Rows::default() };
+        let mut rows = Rows::default();
         for (i, row) in found.into_iter().enumerate() {
-            rows.records.extend(row.records.iter().map(|&(probe, cell, w)| (ask(probe, cell), w)));
-            rows.places.extend(row.places);
-            rows.starts.push([rows.records.len() as u32, rows.places.len() as u32]);
+            let records: Vec<_> = row.records.iter().map(|&(probe, cell, w)| (ask(probe, cell), w)).collect();
+            rows.records.push(&records);
+            rows.places.push(&row.places);
             rows.normals.push(points[i].1);
             rows.sun.push(row.sun);
             rows.guessed.extend(row.guessed.map(|e| (i as u32, e)));
@@ -131,7 +131,7 @@ impl<'a> Transfer<'a> {
             order[number as usize] = place as u32;
             cells[probe as usize].push(cell);
         }
-        rows.records.iter_mut().for_each(|t| t.0 = order[t.0 as usize]);
+        rows.records.items_mut().iter_mut().for_each(|t| t.0 = order[t.0 as usize]);
         volume.iter_mut().for_each(|v| v.renumber(&order));
         let sun = light.sun.map(|s| s.direction);
         let probe = |((records, &(picture, radiometry)), cells): ((_, &(&Picture, Radiometry)), &Vec<u32>)| {
@@ -190,15 +190,13 @@ impl<'a> Transfer<'a> {
             .concat();
         let vectors = self.volume.as_ref().map_or_else(Vec::new, |v| v.vectors(&records, sun, sky, factor));
         let rows = &self.rows;
-        let one = |(i, ends): (usize, &[[u32; 2]])| {
-            let of_records = &rows.records[ends[0][0] as usize..ends[1][0] as usize];
-            let of_places = &rows.places[ends[0][1] as usize..ends[1][1] as usize];
-            let seen: Vec3A = of_records.iter().map(|&(record, weight)| records[record as usize] * weight).sum();
-            let unseen: Vec3 =
-                of_places.iter().map(|&(place, w)| of_place(&vectors[place as usize], rows.normals[i]) * w).sum();
+        let one = |i: usize| {
+            let seen: Vec3A = rows.records.get(i).iter().map(|&(record, w)| records[record as usize] * w).sum();
+            let of_place = |&(place, w): &(u32, f32)| of_place(&vectors[place as usize], rows.normals[i]) * w;
+            let unseen: Vec3 = rows.places.get(i).iter().map(of_place).sum();
             Vec3::from(seen) + unseen + sun * rows.sun[i]
         };
-        let mut all: Vec<Vec3> = rows.starts.par_windows(2).enumerate().with_min_len(4096).map(one).collect();
+        let mut all: Vec<Vec3> = (0..rows.normals.len()).into_par_iter().with_min_len(4096).map(one).collect();
         for &(point, e) in &rows.guessed {
             all[point as usize] = e * factor;
         }

@@ -100,7 +100,7 @@ fn every_format_becomes_linear_light_with_its_ends_marked() {
             assert_eq!(photo.fitness[pixel], expected, "{name} {value}");
         }
         assert_eq!(photo.fitness[5] == Fitness::Invalid, name == "x.exr");
-        assert!(photo.share(Fitness::Good) > 0.45 && photo.usable().iter().filter(|u| **u).count() > 500);
+        assert!(photo.share(Fitness::Good) > 0.45);
     }
 }
 
