@@ -85,7 +85,7 @@ fn measure(site: &Site, scene: &Scene, repeats: usize) -> Result<(), Fault> {
         }
         let [rays, shade, cpu] = least;
         let start = Instant::now();
-        reference::trace(scene, &lights, &reference::Eye::Camera(view.camera), &traced, &reference::unwatched)?;
+        reference::trace(scene, &lights, &reference::Eye::Camera(view.camera), &traced);
         let path = start.elapsed().as_secs_f64() / f64::from(traced.samples);
         println!(
             "{}: rays {:.1} ms, frame {:.1} ms (processor {:.0}), {:.1} a second; frame ÷ rays {:.2}; one path-traced sample a pixel {:.0} ms, ÷ frame {:.1}",

@@ -7,7 +7,7 @@ mod support;
 
 use clerestory::audit::{self, Audit, Kind, Reason, Settings, Verdict, What};
 use clerestory::panorama::{Layer, Picture, linear_to_srgb, write_exr};
-use clerestory::reference::{self, Eye, trace, unwatched};
+use clerestory::reference::{self, Eye, trace};
 use clerestory::scene::{self, Health, Scene, Surface};
 use clerestory::site::Site;
 use glam::{DVec3, Vec3};
@@ -300,7 +300,7 @@ fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
     let lights = real.lights();
     let settings = reference::ReferenceSettings { samples: 64, ..Default::default() };
     let eye = Eye::Camera(real.site.views[0].camera);
-    let photo = trace(&real.scene, &lights, &eye, &settings, &unwatched).unwrap().mean();
+    let photo = trace(&real.scene, &lights, &eye, &settings).mean();
     let audit = |colour: &str| {
         let folder = tempfile::tempdir().unwrap();
         copy_files(real.folder.path(), folder.path());

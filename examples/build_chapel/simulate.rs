@@ -1,7 +1,7 @@
 //! Path-traces the chapel's probes and photographs.
 
 use clerestory::panorama::{Layer, Picture, write_exr};
-use clerestory::reference::{Estimate, Eye, Lights, ReferenceSettings, add_samples, unwatched};
+use clerestory::reference::{self, Eye, Lights, ReferenceSettings};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::{Pictures, Site};
 use glam::Vec3;
@@ -45,17 +45,14 @@ pub fn all(folder: &Path, samples: u32) -> Result<(), Box<dyn Error>> {
 /// Path-traces a picture, takes its noise out and writes it.
 fn trace(scene: &Scene, lamps: &[Lights; 3], eye: &Eye, samples: u32, file: &Path) -> Result<(), Box<dyn Error>> {
     let start = std::time::Instant::now();
-    let size = eye.size();
-    let estimate = |lights: &Lights, max_bounces: u32| -> Result<Estimate, Box<dyn Error>> {
+    let estimate = |lights: &Lights, max_bounces: u32| {
         let settings = ReferenceSettings { samples, seed: SEED, max_bounces, ..ReferenceSettings::default() };
-        let mut estimate = Estimate::new(size.0, size.1);
-        add_samples(scene, lights, eye, &settings, &mut estimate, &unwatched)?;
-        Ok(estimate)
+        reference::trace(scene, lights, eye, &settings)
     };
     // the same seed sends the same rays from the eye, so that the difference holds no noise of theirs
     let [all, sky, sun] = lamps;
     let (full, seen, sunlit) =
-        (estimate(all, ReferenceSettings::default().max_bounces)?, estimate(sky, 0)?, estimate(sun, 1)?);
+        (estimate(all, ReferenceSettings::default().max_bounces), estimate(sky, 0), estimate(sun, 1));
     let direct = combine(&seen.mean(), &sunlit.mean(), |a, b| a + b);
     let [a, b] = [0, 1].map(|k| {
         let direct = combine(&seen.half(k), &sunlit.half(k), |a, b| a + b);

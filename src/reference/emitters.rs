@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::random::pick;
 use crate::scene::Scene;
 
 /// Every emissive triangle of a scene.
@@ -50,9 +51,7 @@ impl Emitters {
 
     /// A random point; `u` in the unit square.
     pub(super) fn sample(&self, scene: &Scene, u: Vec2) -> EmitterPoint {
-        let i = self.cumulative.partition_point(|&c| c <= u.x).min(self.triangles.len() - 1);
-        let low = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
-        let within = ((u.x - low) / (self.cumulative[i] - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let (i, within) = pick(&self.cumulative, u.x);
         let triangle = self.triangles[i];
         let [a, b, c] = scene.mesh.corners(triangle);
         // Turk, Generating random points in triangles, Graphics Gems, 1990

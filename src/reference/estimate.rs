@@ -4,6 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::panorama::Picture;
+use crate::statistics::quantile;
 
 /// Luminance weights of linear Rec. 709.
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
@@ -88,8 +89,7 @@ impl Estimate {
                 }
             }
         }
-        relative.sort_unstable_by(f64::total_cmp);
-        let at = |q: f64| relative.get((q * relative.len() as f64) as usize).copied().unwrap_or(0.0);
+        let mut at = |share: f64| quantile(&mut relative, share).unwrap_or(0.0);
         let per_light = |v: f64| if all_light > 0.0 { v / all_light } else { 0.0 };
         let pixels = self.pixels.len() as f64;
         Noise {
@@ -106,17 +106,6 @@ impl Estimate {
             height: self.height,
             pixels: self.pixels.iter().map(|p| value(*p).as_vec3()).collect(),
         }
-    }
-}
-
-impl std::fmt::Display for Noise {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "about {:.2} % noise in the median pixel, {:.2} % in the worst twentieth",
-            100.0 * self.median,
-            100.0 * self.p95
-        )
     }
 }
 

@@ -38,5 +38,5 @@ mod vertex;
 pub use estimate::{Estimate, Noise};
 pub use lights::{LightError, Lights};
 pub use path::Strategy;
-pub use render::{Eye, Progress, ReferenceSettings, Stopped, add_samples, irradiance, trace, unwatched};
+pub use render::{Eye, Progress, ReferenceSettings, Stopped, add_samples, irradiance, trace};
 pub use sky::Sky;

@@ -47,6 +47,13 @@ impl Sampler {
     }
 }
 
+/// The entry of a running sum up to 1 that `u` in 0..1 falls into, and where in it, in 0..1.
+pub(super) fn pick(cumulative: &[f32], u: f32) -> (usize, f32) {
+    let i = cumulative.partition_point(|&c| c <= u).min(cumulative.len() - 1);
+    let low = if i == 0 { 0.0 } else { cumulative[i - 1] };
+    (i, ((u - low) / (cumulative[i] - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0))
+}
+
 /// The top 24 bits as a number in 0..1, never 1.
 fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)

@@ -11,7 +11,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::random::Sampler;
+use super::random::{Sampler, pick};
 use super::vertex::{Vertex, clear, cosine_direction, off_surface, trace};
 use crate::scene::{Ray, Scene};
 use crate::site::Sun;
@@ -140,9 +140,7 @@ impl SunPatches {
     /// A sunlit point, drawn at random, and its probability per square metre of surface; `u` in the unit square. `None`
     /// where the ray meets nothing.
     pub(super) fn sample(&self, scene: &Scene, u: Vec2) -> Option<(Vertex, f32)> {
-        let i = self.cumulative.partition_point(|&c| c <= u.x).min(self.cells.len() - 1);
-        let low = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
-        let within = ((u.x - low) / (self.cumulative[i] - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let (i, within) = pick(&self.cumulative, u.x);
         let cell = self.cells[i] as usize;
         let at = self.low + self.cell * Vec2::new((cell % CELLS) as f32 + within, (cell / CELLS) as f32 + u.y);
         let origin = self.across[0] * at.x + self.across[1] * at.y + self.towards * self.before;

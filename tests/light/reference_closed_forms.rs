@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use clerestory::reference::{Eye, Lights, ReferenceSettings, Sky, Strategy, irradiance, trace, unwatched};
+use clerestory::reference::{Eye, Lights, ReferenceSettings, Sky, Strategy, irradiance, trace};
 use clerestory::scene::{Material, Mesh, Scene};
 use clerestory::site::{Camera, Pose, Sun};
 use glam::{DVec3, Vec3};
@@ -47,7 +47,7 @@ fn samples(samples: u32) -> ReferenceSettings {
 
 /// Mean red of a picture and its relative standard error.
 fn mean(scene: &Scene, lights: &Lights, camera: &Camera, settings: &ReferenceSettings) -> (f64, f64) {
-    let e = trace(scene, lights, &Eye::Camera(*camera), settings, &unwatched).unwrap();
+    let e = trace(scene, lights, &Eye::Camera(*camera), settings);
     let picture = e.mean();
     let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.x)).sum();
     (sum / picture.pixels.len() as f64, e.noise().of_mean)
@@ -156,7 +156,7 @@ fn sun_on_a_plane_is_lambert_and_shadows_are_black() {
     assert_eq!(at(0.0, -1.5), Vec3::ZERO);
     // as a picture: ρE/π
     let camera = camera([3.0, 3.0, 1.0], [3.0, 2.9, 0.0], 4);
-    let e = trace(&scene, &lights, &Eye::Camera(camera), &samples(2), &unwatched).unwrap();
+    let e = trace(&scene, &lights, &Eye::Camera(camera), &samples(2));
     assert!(e.mean().pixels.iter().all(|p| (f64::from(p.x) - 0.6 * 8.0 / PI).abs() < 1e-4));
 }
 
@@ -231,12 +231,12 @@ fn same_bytes_on_one_and_two_threads_and_when_samples_come_later() {
     let eye = Eye::Panorama { pose, width: 40, height: 20 };
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| trace(&scene, &lights, &eye, &samples(8), &unwatched).unwrap())
+        pool.install(|| trace(&scene, &lights, &eye, &samples(8)))
     };
     let one = run(1);
     assert_eq!(one, run(2));
     let other = ReferenceSettings { seed: 1, ..samples(8) };
-    let reseeded = trace(&scene, &lights, &eye, &other, &unwatched).unwrap();
+    let reseeded = trace(&scene, &lights, &eye, &other);
     assert_ne!(one, reseeded);
 }
 
@@ -258,7 +258,7 @@ fn panoramas_look_where_they_should() {
     let lights = Lights::new(&scene, None, None);
     let pose = Pose::look_at(DVec3::ZERO, DVec3::Y);
     let eye = Eye::Panorama { pose, width: 32, height: 16 };
-    let picture = trace(&scene, &lights, &eye, &samples(2), &unwatched).unwrap().mean();
+    let picture = trace(&scene, &lights, &eye, &samples(2)).mean();
     let at = |x: usize, y: usize| picture.pixels[y * 32 + x].x;
     assert_eq!([at(16, 8), at(24, 8), at(0, 8), at(8, 8), at(16, 0), at(16, 15)], [4.0, 2.0, 3.0, 1.0, 6.0, 5.0]);
 }

@@ -3,7 +3,7 @@
 #![allow(dead_code, clippy::unwrap_used, reason = "shared by several tests, of which each uses a part; may panic")]
 
 use clerestory::panorama::{Layer, Picture, write_exr};
-use clerestory::reference::{self, Eye, Lights, trace, unwatched};
+use clerestory::reference::{self, Eye, Lights, trace};
 use clerestory::render::{self, Frame, Irradiance, Options, Relit};
 use clerestory::scene::{self, Health, Ray, Scene, Surface};
 use clerestory::site::{Pictures, Site};
@@ -227,7 +227,7 @@ impl Built {
         let settings = reference::ReferenceSettings { samples, ..Default::default() };
         for (i, &(_, width)) in plan.probes.iter().enumerate() {
             let eye = Eye::Panorama { pose: self.site.probes[i].pose, width, height: width / 2 };
-            let e = trace(&self.scene, &lights, &eye, &settings, &unwatched).unwrap();
+            let e = trace(&self.scene, &lights, &eye, &settings);
             self.put(i, &e.mean());
         }
         self
