@@ -43,14 +43,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             let frame = render(&scene, &relit, &view.camera, SAMPLES, &|_, _| ());
             let (f, r) = (study::flip(&frame.radiance, &truth), study::relmse(&frame.radiance.pixels, &truth.pixels));
             let (covered, seconds) = (frame.covered_fraction, frame.rays_s + frame.shade_s);
-            println!("{:.4},{},{f:.4},{r:.4},{covered:.3},{seconds:.1}", plain.radius_m(), view.name);
+            println!("{:.4},{},{f:.4},{r:.4},{covered:.3},{seconds:.1}", plain.radius_m, view.name);
             flip += f;
             relmse += r;
             photos += 1.0;
         }
-        println!("{:.4},mean,{:.4},{:.4},,", plain.radius_m(), flip / photos, relmse / photos);
+        println!("{:.4},mean,{:.4},{:.4},,", plain.radius_m, flip / photos, relmse / photos);
         let bytes = plain.record_bytes() as f64 / plain.record_count() as f64;
-        println!("# {} records of {bytes:.1} bytes, {:.2?}", plain.record_count(), plain.timings());
+        println!("# {} records of {bytes:.1} bytes, {:.2?}", plain.record_count(), plain.timings);
     }
     Ok(())
 }

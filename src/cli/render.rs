@@ -398,7 +398,7 @@ fn plain(
     let mut all = Vec::new();
     for lighting in &options.lightings {
         let plain = Plain::of_probes(scene, probes, lighting, settings)?;
-        let Timings { shoot_s, index_s, volume_s, .. } = plain.timings();
+        let Timings { shoot_s, index_s, volume_s, .. } = plain.timings;
         timings.shoot_s += shoot_s;
         timings.index_s += index_s;
         timings.volume_s += volume_s;

@@ -30,11 +30,9 @@
 //! ```
 
 mod mean;
-mod relight;
 mod shoot;
 mod volume;
 
-pub use relight::PlainRelit;
 pub use shoot::{ProbeLight, Record};
 pub use volume::Volume;
 
@@ -45,12 +43,12 @@ use mean::Mean;
 use shoot::Shot;
 
 use crate::panorama::PanoramaError;
-use crate::render::{Source, Timings};
+use crate::render::{Irradiance, Lit, ShadingPoint, Source, Timings};
 use crate::scene::Scene;
 use crate::shoot::{KdTree, read_light};
 use crate::site::Probe;
 use crate::statistics::median;
-use crate::volume::Grid;
+use crate::volume::{Grid, Nearby};
 
 /// How many times the records' median spacing the radius is, where none is given. Of the radii tried on a cathedral from
 /// four probes this comes nearest to the one with the least relative error; see `examples/paper_radius.rs`.
@@ -77,9 +75,11 @@ impl Default for PaperSettings {
 /// A site lit the paper's way.
 pub struct Plain {
     records: KdTree<Record>,
-    radius_m: f32,
     volume: Volume,
-    timings: Timings,
+    /// The records' radius R, metres.
+    pub radius_m: f32,
+    /// What each stage took; nothing is loaded.
+    pub timings: Timings,
 }
 
 impl Plain {
@@ -88,7 +88,8 @@ impl Plain {
         let start = Instant::now();
         let shots: Vec<Shot> =
             probes.iter().flat_map(|probe| shoot::shoot(scene, probe, settings.least_albedo)).collect();
-        let radius_m = settings.radius_m.unwrap_or_else(|| SPACINGS * median_spacing(&shots));
+        let spacing_m = || median(shots.iter().map(|s| s.spacing_m)).unwrap_or(0.0);
+        let radius_m = settings.radius_m.unwrap_or_else(|| SPACINGS * spacing_m());
         let shot = start.elapsed().as_secs_f64();
 
         let records = KdTree::new(shots.iter().map(|s| (s.position, s.record)).collect());
@@ -100,7 +101,7 @@ impl Plain {
         let built = start.elapsed().as_secs_f64();
 
         let timings = Timings { load_s: 0.0, shoot_s: shot, index_s: indexed - shot, volume_s: built - indexed };
-        Self { records, radius_m, volume, timings }
+        Self { records, volume, radius_m, timings }
     }
 
     /// The same from a site's probes, as far as they have a picture of a lighting.
@@ -114,7 +115,7 @@ impl Plain {
         lighting: &str,
         settings: PaperSettings,
     ) -> Result<Self, PanoramaError> {
-        let lit = probes.iter().filter_map(|p| Some((p, p.pictures.iter().find(|l| l.lighting == lighting)?)));
+        let lit = probes.iter().filter_map(|p| Some((p, p.picture(lighting)?)));
         let lit =
             lit.map(|(probe, file)| Ok((probe, read_light(probe, &file.path)?))).collect::<Result<Vec<_>, _>>()?;
         let lights = lit.iter().map(|(probe, picture)| ProbeLight {
@@ -144,11 +145,6 @@ impl Plain {
         (irradiance, if near.is_empty() { Source::Volume } else { Source::Record })
     }
 
-    /// The records' radius R, metres.
-    pub fn radius_m(&self) -> f32 {
-        self.radius_m
-    }
-
     /// Number of records.
     pub fn record_count(&self) -> usize {
         self.records.entries().len()
@@ -158,14 +154,28 @@ impl Plain {
     pub fn record_bytes(&self) -> usize {
         self.records.bytes()
     }
-
-    /// What each stage took; nothing is loaded.
-    pub fn timings(&self) -> Timings {
-        self.timings
-    }
 }
 
-/// The median over all records of the distance between neighbouring rays where they hit, metres; 0 without records.
-fn median_spacing(shots: &[Shot]) -> f32 {
-    median(shots.iter().map(|s| s.spacing_m)).unwrap_or(0.0)
+/// A scene lit the paper's way, for [`crate::render::render`]. Every sample looks up its own irradiance.
+pub struct PlainRelit<'a> {
+    /// Records and volume.
+    pub plain: &'a Plain,
+    /// Radiance of the sky in a direction, seen through windows.
+    pub sky: &'a (dyn Fn(Vec3) -> Vec3 + Sync),
+}
+
+impl Irradiance for PlainRelit<'_> {
+    fn at(&self, spot: &ShadingPoint, _: &mut Nearby) -> Lit {
+        let (irradiance, source) = self.plain.irradiance(spot.position, spot.normal);
+        Lit::known(irradiance, source, 1.0)
+    }
+
+    fn sky(&self, direction: Vec3) -> Vec3 {
+        (self.sky)(direction)
+    }
+
+    /// The paper takes ρ at the point P (section 4.3).
+    fn shares(&self) -> bool {
+        false
+    }
 }

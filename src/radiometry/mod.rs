@@ -30,15 +30,6 @@ use crate::site::Site;
 ///
 /// Pictures that cannot be read.
 pub fn fit(site: &Site, scene: &Scene, lighting: &str, settings: &FitSettings) -> Result<Fit, PanoramaError> {
-    let mut cameras: Vec<Option<String>> = Vec::new();
-    // of files that do not name their camera all are one camera's
-    let mut camera = |path| {
-        let name = Exif::read(path).camera;
-        cameras.iter().position(|c| *c == name).unwrap_or_else(|| {
-            cameras.push(name);
-            cameras.len() - 1
-        })
-    };
     let mut shots = Vec::new();
     for probe in &site.probes {
         let Some(lit) = probe.picture(lighting) else { continue };
@@ -50,7 +41,7 @@ pub fn fit(site: &Site, scene: &Scene, lighting: &str, settings: &FitSettings) -
             picture,
             coding,
             guess: probe.radiometry(coding),
-            camera: camera(&lit.path),
+            camera: Exif::read(&lit.path).camera,
         });
     }
     Ok(fit_shots(scene, &shots, settings))

@@ -21,8 +21,8 @@ pub struct Shot {
     pub coding: Coding,
     /// The first guess: the site file's gain, or what EXIF says of the exposure.
     pub guess: Radiometry,
-    /// Pictures of one camera have the same number, and share a response.
-    pub camera: usize,
+    /// As the file names it. Pictures of one camera share a response; all are of one whose files do not name theirs.
+    pub camera: Option<String>,
 }
 
 /// What a picture stores at some places that lie close together.
@@ -39,11 +39,6 @@ pub(super) struct Stored {
 }
 
 impl Shot {
-    /// Whether its lens may darken the corners.
-    pub(super) fn may_vignette(&self) -> bool {
-        self.projection.is_photograph()
-    }
-
     /// Unit directions, program's axes, spread evenly over the sphere or, for a perspective picture, over its pixels.
     pub(super) fn directions(&self, count: usize) -> Vec<Vec3> {
         if !self.projection.is_photograph() {

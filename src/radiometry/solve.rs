@@ -7,11 +7,14 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use smallvec::SmallVec;
+use std::collections::BTreeMap;
 
 use super::overlap::Comparison;
 use super::shot::{Shot, Stored};
 use super::{Fit, FitSettings, Fitted};
 use crate::cholesky::Cholesky;
+use crate::components::{components, members};
 use crate::panorama::{Coding, response_rises};
 use crate::statistics::median;
 
@@ -59,8 +62,7 @@ pub(super) struct Row {
     /// Residual with all unknowns zero.
     residual: f64,
     /// Unknowns and their factors.
-    terms: [(usize, f64); 8],
-    used: usize,
+    terms: SmallVec<[(usize, f64); 8]>,
     weight: f64,
     /// The pictures.
     of: [usize; 2],
@@ -69,15 +71,13 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// An equation of up to eight unknowns that counts fully; `bound` as in the field.
+    /// An equation that counts fully; `bound` as in the field.
     pub(super) fn new(residual: f64, terms: &[(usize, f64)], bound: i8) -> Self {
-        let mut row = Self { residual, terms: [(0, 0.0); 8], used: terms.len(), weight: 1.0, of: [0, 0], bound };
-        row.terms[..terms.len()].copy_from_slice(terms);
-        row
+        Self { residual, terms: terms.into(), weight: 1.0, of: [0, 0], bound }
     }
 
     fn value(&self, theta: &[f64]) -> f64 {
-        self.terms[..self.used].iter().fold(self.residual, |sum, (k, factor)| sum + factor * theta[*k])
+        self.terms.iter().fold(self.residual, |sum, (k, factor)| sum + factor * theta[*k])
     }
 
     fn counts(&self, value: f64) -> bool {
@@ -116,7 +116,8 @@ pub(super) fn fit(shots: &[Shot], overlap: &[Comparison], settings: &FitSettings
         let theta = &best.theta;
         let logs = Vec3::from([0, 1, 2].map(|c| theta[3 * i + c] as f32));
         let gain = shot.guess.gain * logs.map(f32::exp);
-        let vignetting = layout.vignetting[i].map_or(shot.guess.vignetting, |k| two(theta, k));
+        let bend = |k: usize| Vec2::new(theta[k] as f32, theta[k + 1] as f32);
+        let vignetting = layout.vignetting[i].map_or(shot.guess.vignetting, bend);
         Fitted {
             name: shot.name.clone(),
             tied: tied[i],
@@ -130,25 +131,19 @@ pub(super) fn fit(shots: &[Shot], overlap: &[Comparison], settings: &FitSettings
     Fit { pictures: pictures.collect(), comparisons: chosen.len(), spread_before: before, spread: best.spread }
 }
 
-fn two(theta: &[f64], at: usize) -> Vec2 {
-    Vec2::new(theta[at] as f32, theta[at + 1] as f32)
-}
-
 /// Which pictures belong to the largest set that hangs together (the first of equals); none if that is of one.
 fn tied(count: usize, overlap: &[Comparison]) -> Vec<bool> {
     let mut common = vec![0usize; count * count];
     for c in overlap {
-        let [i, j] = [0, 1].map(|k| c.of[k].0 as usize);
-        common[i.min(j) * count + i.max(j)] += 1;
+        let [i, j] = c.of.map(|(i, _)| i as usize);
+        common[i * count + j] += 1;
+        common[j * count + i] += 1;
     }
-    let mut set: Vec<usize> = (0..count).collect();
-    for (pair, _) in common.iter().enumerate().filter(|(_, n)| **n >= FEWEST) {
-        let [a, b] = [set[pair / count], set[pair % count]];
-        set.iter_mut().filter(|s| **s == b.max(a)).for_each(|s| *s = a.min(b));
-    }
-    let size = |s: usize| set.iter().filter(|t| **t == s).count();
-    let largest = (0..count).rev().max_by_key(|&s| size(s)).filter(|&s| size(s) > 1);
-    set.iter().map(|s| Some(*s) == largest).collect()
+    let common = &common;
+    let near = |i: usize| (0..count).filter(move |j| common[i * count + j] >= FEWEST);
+    let sets = members(&components(count, |_| true, near));
+    let largest = sets.into_iter().rev().max_by_key(Vec::len).filter(|set| set.len() > 1).unwrap_or_default();
+    (0..count).map(|i| largest.contains(&i)).collect()
 }
 
 impl Unknowns {
@@ -156,26 +151,23 @@ impl Unknowns {
     fn of(shots: &[Shot], tied: &[bool], overlap: &[&Comparison], [vignetting, response]: [bool; 2]) -> Self {
         let mut count = 3 * shots.len();
         // pictures of one camera and size share a lens; of one camera a sensor
-        let mut lenses = Vec::new();
-        let mut sensors = Vec::new();
-        let mut place =
-            |known: &mut Vec<((usize, usize, usize), usize)>, key, size| match known.iter().find(|k| k.0 == key) {
-                Some(&(_, at)) => at,
-                None => {
-                    count += size;
-                    known.push((key, count - size));
-                    count - size
-                }
-            };
+        let (mut lenses, mut sensors) = (BTreeMap::new(), BTreeMap::new());
+        let mut next = |size: usize| {
+            count += size;
+            count - size
+        };
         let both = || shots.iter().zip(tied);
         let lens = both().map(|(shot, tied)| {
-            let key = (shot.camera, shot.picture.width, shot.picture.height);
-            (vignetting && *tied && shot.may_vignette()).then(|| place(&mut lenses, key, 2))
+            // the corners of a panorama are no lens's
+            let darkens = vignetting && *tied && shot.projection.is_photograph();
+            let key = (&shot.camera, shot.picture.width, shot.picture.height);
+            darkens.then(|| *lenses.entry(key).or_insert_with(|| next(2)))
         });
         let vignetting = lens.collect();
         let sensor = both().map(|(shot, tied)| {
             let bends = response && *tied && shot.coding != Coding::Linear;
-            bends.then(|| (place(&mut sensors, (shot.camera, 0, 0), 1), straightener(shots, overlap, shot.camera)))
+            let at = bends.then(|| *sensors.entry(&shot.camera).or_insert_with(|| next(1)))?;
+            Some((at, straightener(shots, overlap, &shot.camera)))
         });
         let response = sensor.collect();
         Self { count, vignetting, response }
@@ -191,9 +183,9 @@ impl Unknowns {
 /// k for which b (x² − k x) leaves the slope of ln light over ln x at 1 on average over what a camera's pictures compare:
 /// a response that is steeper or flatter as a whole is a power, which exposures cannot tell, and which would make pictures
 /// agree by making everything alike.
-fn straightener(shots: &[Shot], overlap: &[&Comparison], camera: usize) -> f64 {
+fn straightener(shots: &[Shot], overlap: &[&Comparison], camera: &Option<String>) -> f64 {
     let (mut first, mut second) = (0.0, 0.0);
-    let sides = overlap.iter().flat_map(|c| c.of).filter(|(i, _)| shots[*i as usize].camera == camera);
+    let sides = overlap.iter().flat_map(|c| c.of).filter(|(i, _)| shots[*i as usize].camera == *camera);
     for x in sides.flat_map(|(_, stored)| stored.value.to_array()) {
         first += f64::from(x);
         second += f64::from(x * x);
@@ -231,19 +223,14 @@ impl Row {
     fn add(&mut self, shot: &Shot, i: usize, stored: &Stored, channel: usize, sign: f64, unknowns: &Unknowns) {
         let (x, r2) = (f64::from(stored.value[channel]), f64::from(stored.radius2));
         let mut guess = shot.guess;
-        let mut term = |at: usize, factor: f64| {
-            self.terms[self.used] = (at, factor);
-            self.used += 1;
-        };
-        term(3 * i + channel, sign);
+        self.terms.push((3 * i + channel, sign));
         if let Some(at) = unknowns.vignetting[i] {
             guess.vignetting = Vec2::ZERO;
-            term(at, sign * r2);
-            term(at + 1, sign * r2 * r2);
+            self.terms.extend([(at, sign * r2), (at + 1, sign * r2 * r2)]);
         }
         if let Some((at, k)) = unknowns.response[i] {
             guess.response = Vec2::ZERO;
-            term(at, sign * (x * x - k * x));
+            self.terms.push((at, sign * (x * x - k * x)));
         }
         self.residual += sign * f64::from(guess.light(stored.value, stored.radius2)[channel]).ln();
     }
@@ -314,9 +301,9 @@ fn normal_equations(rows: &[Row], theta: &[f64], n: usize, scale: f64) -> (Vec<f
                 continue;
             }
             let weight = row.weight / (1.0 + (r / scale).powi(2)).powi(2);
-            for &(a, fa) in &row.terms[..row.used] {
+            for &(a, fa) in &row.terms {
                 right[a] -= weight * fa * r;
-                for &(b, fb) in &row.terms[..row.used] {
+                for &(b, fb) in &row.terms {
                     matrix[a * n + b] += weight * fa * fb;
                 }
             }

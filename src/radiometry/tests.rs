@@ -56,7 +56,7 @@ fn take(
     }
     let coding = if truth.clipped.is_finite() { Coding::Srgb8 } else { Coding::Linear };
     let guess = Radiometry { clipped: coding.clipped(), ..Radiometry::default() };
-    Shot { name: String::new(), pose, projection, picture, coding, guess, camera: 0 }
+    Shot { name: String::new(), pose, projection, picture, coding, guess, camera: None }
 }
 
 fn panorama(x: f64, y: f64) -> (Pose, Projection) {

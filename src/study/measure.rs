@@ -147,7 +147,7 @@ impl Bench<'_> {
             let blocks = truth.errors(&truth.cut(&picture.radiance));
             views.push(ViewRun { view: truth.name.clone(), frame, blocks, whole: None, parts: None });
         }
-        let radius_m = Some(f64::from(plain.radius_m()));
+        let radius_m = Some(f64::from(plain.radius_m));
         Ok(Run { setting, setup, views, volume: true, radius_m, spent_s: spent.read().wall_s })
     }
 
