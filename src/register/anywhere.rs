@@ -1,12 +1,13 @@
 //! Pictures that were taken somewhere on the site's floors, nobody knows where.
 
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 use super::eye::{Eye, SEARCHED, level, tilts};
-use super::model::{GeometryBuffer, LocalPose};
+use super::model::LocalPose;
 use super::picture::Level;
-use super::search::{Candidate, Headings, Masked, of_model, of_picture};
+use super::search::{Candidate, Headings, Masked};
 use crate::plan::floors::find::find_floors;
 use crate::plan::floors::floor::Floor;
 use crate::scene::Scene;
@@ -25,7 +26,7 @@ const MOST_CANDIDATES: usize = 2_000;
 /// Per picture the poses anywhere on the site's floors that its features speak for, best first. The pictures stand as
 /// upright as the site file has them: each place is seen once, for all of them, at half the cells that a search around a known place
 /// has. In a model without floors they are looked for everywhere.
-pub(super) fn on_floors(site: &Site, scene: &Scene, eyes: &[&Eye]) -> Vec<Vec<Candidate>> {
+pub(super) fn on_floors(site: &Site, scene: &Scene, eyes: &[&Eye]) -> Vec<Vec<LocalPose>> {
     let places = match find_floors(scene, &site.plan, true) {
         Ok(found) => lenses(&found.floors, site.plan.probe_height_m),
         // a part of a building, such as a scan of a corner
@@ -33,26 +34,19 @@ pub(super) fn on_floors(site: &Site, scene: &Scene, eyes: &[&Eye]) -> Vec<Vec<Ca
     };
     let mut all = vec![Vec::new(); eyes.len()];
     // photographs have finer cells than panoramas
-    let mut sizes: Vec<usize> = eyes.iter().map(|e| coarsest(e).raster.full / 2).collect();
-    sizes.sort_unstable();
-    sizes.dedup();
-    for full in sizes {
+    let mut by_size: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (i, eye) in eyes.iter().enumerate() {
+        by_size.entry(coarsest(eye).raster.full / 2).or_default().push(i);
+    }
+    for (full, of_size) in by_size {
         let headings = Headings::new(full);
-        let raster = headings.raster();
-        let of_size: Vec<usize> = (0..eyes.len()).filter(|&i| coarsest(eyes[i]).raster.full / 2 == full).collect();
-        let pictures: Vec<(Mat3, Masked)> = of_size
-            .par_iter()
-            .map(|&i| {
-                let upright = tilts(&eyes[i].given.rotation, 0.0)[0];
-                (upright, headings.masked(&of_picture(raster, coarsest(eyes[i]), upright)))
-            })
-            .collect();
+        let upright = |eye: &Eye| headings.masked(coarsest(eye), tilts(&eye.given.rotation, 0.0)[0]);
+        let pictures: Vec<Masked> = of_size.par_iter().map(|&i| upright(eyes[i])).collect();
         let seen: Vec<Vec<Vec<Candidate>>> = places
             .par_iter()
             .map(|place| {
-                let pose = LocalPose { origin: *place, rotation: Mat3::IDENTITY };
-                let model = headings.spectra(&of_model(raster, &GeometryBuffer::cast(scene, raster, &pose)));
-                pictures.iter().map(|(upright, picture)| headings.peaks(picture, *upright, *place, &model)).collect()
+                let model = headings.model(scene, *place);
+                pictures.iter().map(|picture| headings.peaks(picture, *place, &model)).collect()
             })
             .collect();
         for of_place in seen {
@@ -61,12 +55,12 @@ pub(super) fn on_floors(site: &Site, scene: &Scene, eyes: &[&Eye]) -> Vec<Vec<Ca
             }
         }
     }
-    for candidates in &mut all {
+    let best = |mut candidates: Vec<Candidate>| {
         // stable: equals stay in the order of places
         candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
-        candidates.truncate(MOST_CANDIDATES);
-    }
-    all
+        candidates.into_iter().take(MOST_CANDIDATES).map(|c| c.pose).collect()
+    };
+    all.into_iter().map(best).collect()
 }
 
 fn coarsest(eye: &Eye) -> &Level {

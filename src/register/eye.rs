@@ -2,9 +2,9 @@
 
 use glam::{Mat3, Vec3};
 
+use super::model::LocalPose;
+use super::picture::Level;
 use crate::panorama::Projection;
-use crate::register::model::LocalPose;
-use crate::register::picture::Level;
 use crate::site::{Pose, Site};
 
 /// A probe or a view.

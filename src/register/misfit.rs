@@ -1,13 +1,13 @@
 //! Pictures that were not taken where the site file says, and what is wrong with them.
 
-use glam::{Mat3, Vec3};
+use glam::Mat3;
 use std::f32::consts::PI;
 
-use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
+use super::eye::{Eye, JUDGED, Placed, SEARCHED, level};
 use super::model::LocalPose;
 use super::picture::Level;
-use super::run::{FOLLOWED, apart, ball, climbed, eyes, followed};
-use super::search::{Candidate, Headings, Spectra, models, search};
+use super::run::{FOLLOWED, apart, climbed, eyes, followed};
+use super::search::{Candidate, Surveyed};
 use super::verdict::{CLEARLY, Judge, better_by};
 use super::{RegisterError, RegisterSettings, Subject, Verdict};
 use crate::scene::Scene;
@@ -95,18 +95,12 @@ pub fn misfits(
     let exchanged: Vec<Surveyed> =
         if eyes.len() <= MOST_EXCHANGED { eyes.iter().map(round).collect() } else { Vec::new() };
     let of = |(i, eye): (usize, &Eye)| {
-        let home;
-        let home = match exchanged.get(i) {
-            Some(known) => known,
-            None => {
-                home = round(eye);
-                &home
-            }
-        };
+        let made = exchanged.is_empty().then(|| round(eye));
+        let home = made.as_ref().unwrap_or_else(|| &exchanged[i]);
         // a place that two pictures share tells no exchange
         let others: Vec<(&str, &Surveyed)> = (0..exchanged.len())
             .filter(|&k| k != i && eyes[k].given.origin.distance(eye.given.origin) > 2.0 * ROUND_M)
-            .filter(|&k| eyes[k].levels[eyes[k].levels.len() - 1].raster.full == home.headings.raster().full)
+            .filter(|&k| level(&eyes[k].levels, SEARCHED).raster.full == home.headings.raster.full)
             .map(|k| (eyes[k].subject.name(site), &exchanged[k]))
             .collect();
         let mirrored: Vec<Level> = eye.levels.iter().map(Level::mirrored).collect();
@@ -119,23 +113,6 @@ pub fn misfits(
         all.retain(|(_, misfit)| *misfit != Misfit::Nowhere);
     }
     Ok(all)
-}
-
-/// The model's features from places round a pose.
-struct Surveyed {
-    headings: Headings,
-    origin: Vec3,
-    places: Vec<Vec3>,
-    models: Vec<Spectra>,
-}
-
-impl Surveyed {
-    fn round(scene: &Scene, eye: &Eye, radius_m: f32) -> Self {
-        let headings = Headings::new(level(&eye.levels, SEARCHED).raster.full);
-        let places = ball(eye.given.origin, radius_m);
-        let models = models(scene, &headings, &places);
-        Self { headings, origin: eye.given.origin, places, models }
-    }
 }
 
 /// One way in which a picture may have been taken.
@@ -161,7 +138,7 @@ fn misfit(
     let as_given = Judge::new(judged).fit(scene, if stays { &near } else { &eye.given });
     let on_its_head = LocalPose { rotation: eye.given.rotation * Mat3::from_rotation_y(PI), ..eye.given };
     let explained = |what: Option<Misfit>, levels, given: LocalPose, at: &Surveyed| {
-        let found = searched(levels, &given, at, settings.tilt_deg);
+        let found = at.search(levels, &given.rotation, settings.tilt_deg);
         Explanation { what, levels, given, found }
     };
     let of_own = |at: &Surveyed| {
@@ -187,8 +164,8 @@ fn misfit(
     let here = Surveyed::round(scene, eye, settings.within_m);
     let (plain, own) = of_own(&here);
     let follow = |way: Explanation| {
-        let given = Candidate { pose: way.given, score: 1.0 };
-        (way.what, followed(scene, way.levels, std::iter::once(given).chain(way.found), FOLLOWED, JUDGED))
+        let poses = std::iter::once(way.given).chain(way.found.into_iter().map(|c| c.pose));
+        (way.what, followed(scene, way.levels, poses, FOLLOWED, JUDGED))
     };
     // only what speaks louder than the pose given is worth following
     let ways: Vec<Explanation> = own.into_iter().chain(of_others).filter(|w| top(&w.found) > given).collect();
@@ -216,19 +193,12 @@ fn misfit(
     None
 }
 
-/// The poses that the features speak for, best first.
-fn searched(levels: &[Level], given: &LocalPose, at: &Surveyed, tilt_deg: f32) -> Vec<Candidate> {
-    let tilts = tilts(&given.rotation, tilt_deg);
-    search(&at.headings, level(levels, SEARCHED), &tilts, &at.places, &at.models)
-}
-
 /// How a pose is off another one, if by more than `register` is there for.
 fn off(given: &LocalPose, found: &LocalPose) -> Option<Misfit> {
-    if !apart(found, given, NEAR) {
-        return None;
-    }
-    let off_m = found.origin.distance(given.origin);
-    let turn = glam::Quat::from_mat3(&(found.rotation.transpose() * given.rotation));
-    let off_deg = f64::from((2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees());
-    Some(if off_m < SAME_PLACE_M { Misfit::Turned(off_deg) } else { Misfit::Displaced(f64::from(off_m), off_deg) })
+    let (off_m, off_deg) = found.off(given);
+    let what = match off_m {
+        m if m < SAME_PLACE_M => Misfit::Turned(off_deg.into()),
+        m => Misfit::Displaced(m.into(), off_deg.into()),
+    };
+    apart(found, given, NEAR).then_some(what)
 }

@@ -1,6 +1,6 @@
 //! What the model shows from a pose, by a picture's cells: shape, albedo, and what the picture should be.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Quat, Vec3};
 use rayon::prelude::*;
 
 use super::picture::Level;
@@ -14,6 +14,15 @@ use crate::scene::{Face, Hit, Ray, Scene};
 pub(super) struct LocalPose {
     pub(super) origin: Vec3,
     pub(super) rotation: Mat3,
+}
+
+impl LocalPose {
+    /// How far another one's place is, metres, and how far its axes are turned, degrees.
+    pub(super) fn off(&self, other: &Self) -> (f32, f32) {
+        let turn = Quat::from_mat3(&(self.rotation.transpose() * other.rotation));
+        let angle = 2.0 * turn.xyz().length().atan2(turn.w.abs());
+        (self.origin.distance(other.origin), angle.to_degrees())
+    }
 }
 
 /// What the model has in each cell's middle.
@@ -37,10 +46,9 @@ const DARKEST_ALBEDO: f32 = 0.02;
 impl GeometryBuffer {
     /// Casts a ray through the middle of each cell.
     pub(super) fn cast(scene: &Scene, raster: &Raster, pose: &LocalPose) -> Self {
-        let n = raster.len();
         let angle = raster.cell_angle();
         let to_picture = pose.rotation.transpose();
-        let rows: Vec<Vec<(f32, Vec3, f32, bool)>> = raster
+        let rows: Vec<Vec<_>> = raster
             .directions
             .par_chunks(raster.width)
             .map(|row| {
@@ -51,37 +59,28 @@ impl GeometryBuffer {
                 }
                 let mut ready = None;
                 let one = |(direction, hit): (&Vec3, &Option<Hit>)| {
-                    let Some(hit) = hit else { return (f32::INFINITY, Vec3::ZERO, 0.0, false) };
-                    if ready.as_ref().is_none_or(|(face, _): &(Face, _)| face.triangle != hit.triangle) {
+                    let Some(hit) = hit else { return ((f32::INFINITY, Vec3::ZERO), (0.0, false)) };
+                    if ready.as_ref().is_some_and(|(face, _): &(Face, _)| face.triangle != hit.triangle) {
+                        ready = None;
+                    }
+                    let (face, paint) = ready.get_or_insert_with(|| {
                         let face = scene.face(hit.triangle);
                         let paint = scene.paint(&face, true);
-                        ready = Some((face, paint));
-                    }
-                    let Some((face, paint)) = &ready else { return (f32::INFINITY, Vec3::ZERO, 0.0, false) };
+                        (face, paint)
+                    });
                     let ray = Ray { origin: pose.origin, direction: *direction };
                     let s = face.surface(&ray, hit.t);
                     let cos = s.normal.dot(*direction).abs().max(0.1);
                     let width = hit.t * angle / cos.sqrt();
                     let lamp = scene.emission(hit.triangle) != Vec3::ZERO;
                     let albedo = luminance(paint.albedo(s.barycentric, width)).max(DARKEST_ALBEDO);
-                    (hit.t, to_picture * s.normal, if lamp { 0.0 } else { albedo.ln() }, lamp)
+                    ((hit.t, to_picture * s.normal), (if lamp { 0.0 } else { albedo.ln() }, lamp))
                 };
                 directions.iter().zip(&hits).map(one).collect()
             })
             .collect();
-        let mut buffer = Self {
-            distance: Vec::with_capacity(n),
-            normal: Vec::with_capacity(n),
-            log_albedo: Vec::with_capacity(n),
-            lamp: Vec::with_capacity(n),
-        };
-        for (t, normal, albedo, lamp) in rows.into_iter().flatten() {
-            buffer.distance.push(t);
-            buffer.normal.push(normal);
-            buffer.log_albedo.push(albedo);
-            buffer.lamp.push(lamp);
-        }
-        buffer
+        let ((distance, normal), (log_albedo, lamp)) = rows.into_iter().flatten().unzip();
+        Self { distance, normal, log_albedo, lamp }
     }
 
     /// Whether two cells lie on one smooth surface, on one lamp, or both see nothing.

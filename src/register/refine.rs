@@ -7,10 +7,9 @@
 use glam::{Mat3, Quat, Vec3};
 use rayon::prelude::*;
 
-use super::model::{GeometryBuffer, LocalPose, Template, template};
+use super::model::{GeometryBuffer, LocalPose, Template};
 use super::picture::Level;
 use crate::cholesky::{inverse, solve};
-use crate::scene::Scene;
 use crate::statistics::median;
 
 /// Shift (right, forward, up; metres) and turn about the same axes (radians), in the picture's own axes.
@@ -20,12 +19,12 @@ pub(super) type Twist = [f64; 6];
 pub(super) type Matrix = [[f64; 6]; 6];
 
 /// Sums over cells of the equations that a change of pose must solve.
-#[derive(Clone)]
 pub(super) struct Equations {
-    pub(super) normal: Matrix,
-    pub(super) right: Twist,
+    /// The lower half of the normal equations' matrix.
+    normal: Matrix,
+    right: Twist,
     /// The right-hand side block by block of the picture, for the spread of what they say.
-    pub(super) blocks: Vec<Twist>,
+    blocks: Vec<Twist>,
 }
 
 /// How far an edge may lie from where a cell's middle says, in cells: the light of both sides mixes before its logarithm is
@@ -36,7 +35,7 @@ const SLACK: f32 = 0.3;
 const ROBUST: f32 = 16.0;
 
 /// Blocks along the window's sides: what lies in one is not independent.
-const BLOCKS: [usize; 2] = [12, 8];
+pub(super) const BLOCKS: [usize; 2] = [12, 8];
 
 /// How a residual relates to a change of pose: J = [−∇T/r, −d × ∇T] for a cell that looks along d at a surface r metres away
 /// and whose template has the gradient ∇T per radian.
@@ -49,7 +48,7 @@ fn jacobian(d: Vec3, gradient: Vec3, distance: f32) -> [f32; 6] {
 /// Residuals of one template at one pose.
 pub(super) struct Residuals {
     /// Picture less template; NaN where there is none.
-    pub(super) value: Vec<f32>,
+    value: Vec<f32>,
     /// The template's gradient over the sphere, per radian.
     gradient: Vec<Vec3>,
     /// Standard deviation of residuals where the template changes, robustly.
@@ -82,8 +81,8 @@ impl Residuals {
         Self { value, gradient, scale: (1.48 * scale).max(0.01) }
     }
 
-    /// Adds these residuals to the equations, `share` times as heavy as their own spread says.
-    pub(super) fn equations(&self, level: &Level, buffer: &GeometryBuffer, share: f64) -> Equations {
+    /// The equations of these residuals, as heavy as their own spread says.
+    pub(super) fn equations(&self, level: &Level, buffer: &GeometryBuffer) -> Equations {
         let raster = &level.raster;
         let (w, h) = (raster.width, raster.height);
         let rows: Vec<(Equations, usize)> = (0..h)
@@ -100,7 +99,7 @@ impl Residuals {
                     let variance = self.scale * self.scale + slack * slack;
                     // Geman and McClure's loss: r² / (1 + r² / kσ²)
                     let robust = 1.0 / (1.0 + r * r / (variance * ROBUST));
-                    let heavy = f64::from(level.weight[i]) * share / f64::from(variance);
+                    let heavy = f64::from(level.weight[i]) / f64::from(variance);
                     let front = buffer.front(raster, i);
                     let j = jacobian(raster.directions[i], self.gradient[i], front).map(f64::from);
                     let k = heavy * f64::from(robust * robust);
@@ -118,40 +117,25 @@ impl Residuals {
             .collect();
         let mut all = Equations::none(BLOCKS[0] * BLOCKS[1]);
         for (sums, band) in rows {
-            let first = band * BLOCKS[0];
-            for p in 0..6 {
-                all.right[p] += sums.right[p];
-                for q in 0..=p {
-                    all.normal[p][q] += sums.normal[p][q];
-                }
-                for (mine, theirs) in all.blocks[first..].iter_mut().zip(&sums.blocks) {
-                    mine[p] += theirs[p];
-                }
-            }
-        }
-        for p in 0..6 {
-            for q in 0..p {
-                all.normal[q][p] = all.normal[p][q];
-            }
+            all.add(&sums, band * BLOCKS[0]);
         }
         all
     }
 }
 
 impl Equations {
-    pub(super) fn none(blocks: usize) -> Self {
+    fn none(blocks: usize) -> Self {
         Self { normal: [[0.0; 6]; 6], right: [0.0; 6], blocks: vec![[0.0; 6]; blocks] }
     }
 
-    pub(super) fn add(&mut self, other: &Self) {
+    /// Adds others, whose first block is this one's block `first`.
+    pub(super) fn add(&mut self, other: &Self, first: usize) {
         for p in 0..6 {
             self.right[p] += other.right[p];
-            for q in 0..6 {
+            for q in 0..=p {
                 self.normal[p][q] += other.normal[p][q];
             }
-        }
-        for (mine, theirs) in self.blocks.iter_mut().zip(&other.blocks) {
-            for p in 0..6 {
+            for (mine, theirs) in self.blocks[first..].iter_mut().zip(&other.blocks) {
                 mine[p] += theirs[p];
             }
         }
@@ -202,14 +186,6 @@ pub(super) fn moved(pose: &LocalPose, change: &Twist) -> LocalPose {
         origin: pose.origin + pose.rotation * Vec3::new(x, y, z),
         rotation: Mat3::from_quat(turned.normalize()),
     }
-}
-
-/// What a pose says of a picture at one level, from the model and the picture's own light alone.
-pub(super) fn alone(scene: &Scene, level: &Level, pose: &LocalPose) -> (GeometryBuffer, Residuals) {
-    let buffer = GeometryBuffer::cast(scene, &level.raster, pose);
-    let surfaces = buffer.surfaces(&level.raster);
-    let residuals = Residuals::new(level, &template(&surfaces, level, &buffer.log_albedo));
-    (buffer, residuals)
 }
 
 #[cfg(test)]

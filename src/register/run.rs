@@ -1,14 +1,14 @@
 //! All pictures of a site, one after the other and then together.
 
-use glam::{DMat3, Vec3};
+use glam::DMat3;
 use rayon::prelude::*;
 
 use super::anywhere::on_floors;
-use super::eye::{Eye, JUDGED, Placed, SEARCHED, level, tilts};
-use super::model::{GeometryBuffer, LocalPose, template};
+use super::eye::{Eye, JUDGED, Placed, level};
+use super::model::{LocalPose, template};
 use super::picture::{Level, pyramid};
-use super::refine::{Equations, Matrix, Residuals, alone, moved};
-use super::search::{Candidate, Headings, models, search};
+use super::refine::{Equations, Matrix, Residuals, moved};
+use super::search::Surveyed;
 use super::together::{Witness, seen_by_others};
 use super::verdict::{self, CLEARLY, Judge, LEAST_FIT, better_by};
 use super::{RegisterError, RegisterSettings, Registered, Rival, Subject, Verdict};
@@ -16,9 +16,6 @@ use crate::panorama;
 use crate::photograph::{Fitness, Photograph};
 use crate::scene::Scene;
 use crate::site::{Pose, Site};
-
-/// How far apart places are tried, metres.
-const STEP_M: f32 = 0.35;
 
 /// Candidates that are followed from a search on the whole floor.
 const FOLLOWED_ANYWHERE: usize = 64;
@@ -125,13 +122,10 @@ fn as_given(scene: &Scene, eye: &Eye) -> Placed {
 
 /// Searches places, headings and tilts around the pose given, and follows the best candidates from coarse to fine.
 fn find(scene: &Scene, eye: &Eye, settings: &RegisterSettings) -> Placed {
-    let places = ball(eye.given.origin, settings.within_m);
-    let searched = level(&eye.levels, SEARCHED);
-    let headings = Headings::new(searched.raster.full);
-    let models = models(scene, &headings, &places);
-    let found = search(&headings, searched, &tilts(&eye.given.rotation, settings.tilt_deg), &places, &models);
-    let given = Candidate { pose: eye.given, score: 1.0 };
-    followed(scene, &eye.levels, std::iter::once(given).chain(found), FOLLOWED, FOLLOWED_TO)
+    let surveyed = Surveyed::round(scene, eye, settings.within_m);
+    let found = surveyed.search(&eye.levels, &eye.given.rotation, settings.tilt_deg);
+    let poses = std::iter::once(eye.given).chain(found.into_iter().map(|c| c.pose));
+    followed(scene, &eye.levels, poses, FOLLOWED, FOLLOWED_TO)
 }
 
 /// Follows the first poses, but for those that are next to each other, from coarse to fine down to level `last`, and says which
@@ -139,14 +133,14 @@ fn find(scene: &Scene, eye: &Eye, settings: &RegisterSettings) -> Placed {
 pub(super) fn followed(
     scene: &Scene,
     levels: &[Level],
-    candidates: impl IntoIterator<Item = Candidate>,
+    candidates: impl IntoIterator<Item = LocalPose>,
     most: usize,
     last: usize,
 ) -> Placed {
     let mut poses: Vec<LocalPose> = Vec::new();
     for candidate in candidates {
-        if poses.iter().all(|p| apart(p, &candidate.pose, (0.3, 8.0))) {
-            poses.push(candidate.pose);
+        if poses.iter().all(|p| apart(p, &candidate, (0.3, 8.0))) {
+            poses.push(candidate);
         }
         if poses.len() == most {
             break;
@@ -198,29 +192,16 @@ pub(super) fn followed(
     Placed { pose, fit, rival, verdict }
 }
 
-/// Places around one, a step apart.
-pub(super) fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
-    let n = (radius / STEP_M).ceil() as i32;
-    let axis = -n..=n;
-    let all = axis.clone().flat_map(|x| {
-        let axis = axis.clone();
-        axis.clone().flat_map(move |y| axis.clone().map(move |z| Vec3::new(x as f32, y as f32, z as f32) * STEP_M))
-    });
-    all.filter(|p| p.length() <= radius + 0.5 * STEP_M).map(|p| middle + p).collect()
-}
-
 pub(super) fn apart(a: &LocalPose, b: &LocalPose, (metres, degrees): (f32, f32)) -> bool {
-    let turn = glam::Quat::from_mat3(&(a.rotation.transpose() * b.rotation));
-    let turn = 2.0 * turn.xyz().length().atan2(turn.w.abs());
-    a.origin.distance(b.origin) > metres || turn.to_degrees() > degrees
+    let (off_m, off_deg) = a.off(b);
+    off_m > metres || off_deg > degrees
 }
 
 /// Gauss–Newton at one level until a step is a small part of a cell.
 pub(super) fn climbed(scene: &Scene, level: &Level, pose: &LocalPose, steps: usize) -> LocalPose {
     let mut pose = *pose;
     for _ in 0..steps {
-        let (buffer, residuals) = alone(scene, level, &pose);
-        let Some(change) = residuals.equations(level, &buffer, 1.0).solve(DAMPING) else { break };
+        let Some(change) = equations(&Witness::at(scene, level, pose), &[]).solve(DAMPING) else { break };
         pose = moved(&pose, &change);
         if small(&change, level) {
             break;
@@ -240,14 +221,8 @@ fn small(change: &[f64; 6], level: &Level) -> bool {
 
 /// Refines all poses at the finest level, each against the model and, with `together`, against what the others saw.
 fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together: bool) -> Vec<Matrix> {
-    let mut witnesses: Vec<Witness> = eyes
-        .iter()
-        .zip(placed.iter())
-        .map(|(eye, placed)| {
-            let level = &eye.levels[0];
-            Witness { level, pose: placed.pose, buffer: GeometryBuffer::cast(scene, &level.raster, &placed.pose) }
-        })
-        .collect();
+    let mut witnesses: Vec<Witness> =
+        eyes.iter().zip(placed.iter()).map(|(eye, placed)| Witness::at(scene, &eye.levels[0], placed.pose)).collect();
     let rounds = if together && eyes.len() > 1 { ROUNDS } else { 0 };
     let mut covariances = vec![[[0.0; 6]; 6]; eyes.len()];
     for round in 0..=rounds {
@@ -257,22 +232,15 @@ fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together:
             }
             let steps = if round == 0 { LAST_STEPS } else { 2 };
             for _ in 0..steps {
-                let others: Vec<&Witness> = if round == 0 {
-                    Vec::new()
-                } else {
-                    (0..eyes.len())
-                        .filter(|&k| k != i && placed[k].verdict == Verdict::Found)
-                        .map(|k| &witnesses[k])
-                        .collect()
-                };
+                let speaks = |k: &usize| round > 0 && *k != i && placed[*k].verdict == Verdict::Found;
+                let others: Vec<&Witness> = (0..eyes.len()).filter(speaks).map(|k| &witnesses[k]).collect();
                 let equations = equations(&witnesses[i], &others);
                 if let Some(c) = verdict::covariance(&equations, witnesses[i].level, &witnesses[i].buffer) {
                     covariances[i] = c;
                 }
                 let Some(change) = equations.solve(DAMPING) else { break };
                 let w = &mut witnesses[i];
-                w.pose = moved(&w.pose, &change);
-                w.buffer = GeometryBuffer::cast(scene, &w.level.raster, &w.pose);
+                *w = Witness::at(scene, w.level, moved(&w.pose, &change));
                 if small(&change, w.level) {
                     break;
                 }
@@ -286,13 +254,15 @@ fn refine_together(scene: &Scene, eyes: &[Eye], placed: &mut [Placed], together:
 /// What the model says of an eye's pose, and what others saw.
 fn equations(eye: &Witness, others: &[&Witness]) -> Equations {
     let surfaces = eye.buffer.surfaces(&eye.level.raster);
-    let own = Residuals::new(eye.level, &template(&surfaces, eye.level, &eye.buffer.log_albedo));
-    let mut all = own.equations(eye.level, &eye.buffer, 1.0);
+    let told = |detail: &[f32]| {
+        let template = template(&surfaces, eye.level, detail);
+        Residuals::new(eye.level, &template).equations(eye.level, &eye.buffer)
+    };
+    let mut all = told(&eye.buffer.log_albedo);
     if !others.is_empty() {
-        let seen = seen_by_others(eye.level, &eye.pose, &eye.buffer, others);
+        let seen = seen_by_others(eye, others);
         if seen.iter().any(|v| v.is_finite()) {
-            let theirs = Residuals::new(eye.level, &template(&surfaces, eye.level, &seen));
-            all.add(&theirs.equations(eye.level, &eye.buffer, 1.0));
+            all.add(&told(&seen), 0);
         }
     }
     all

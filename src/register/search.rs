@@ -6,9 +6,10 @@ use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex32 as Complex;
 use rustfft::{Fft, FftDirection};
 
+use super::eye::{Eye, SEARCHED, level, tilts};
 use super::model::{GeometryBuffer, LocalPose};
 use super::picture::{Level, log_at};
-use super::raster::Raster;
+use super::raster::{LEAST_SINE, Raster};
 use crate::scene::Scene;
 
 /// Features a cell has: the structure tensor's xx, yy and xy, each strength of an edge saturating.
@@ -21,8 +22,14 @@ pub(super) struct Features {
     pub(super) weight: Vec<f32>,
 }
 
-/// Adds the outer product of a gradient, scaled.
-fn add(tensor: &mut [Vec<f32>; CHANNELS], i: usize, x: f32, y: f32) {
+/// Adds the outer product of the gradient per cell; rows by the poles have none.
+fn add(tensor: &mut [Vec<f32>; CHANNELS], raster: &Raster, values: &[f32], i: usize) {
+    let sine = raster.sine(i);
+    if sine < LEAST_SINE {
+        return;
+    }
+    let [l, r, u, d] = raster.around(i).map(|j| values[j]);
+    let (x, y) = (0.5 * (r - l) / sine, 0.5 * (d - u));
     tensor[0][i] += x * x;
     tensor[1][i] += y * y;
     tensor[2][i] += std::f32::consts::SQRT_2 * x * y;
@@ -37,27 +44,14 @@ fn finished(raster: &Raster, tensor: [Vec<f32>; CHANNELS], weight: Vec<f32>, usu
             .map(|i| if trace[i] > 0.0 { c[i] / trace[i] * (trace[i] / (trace[i] + usual)).sqrt() } else { 0.0 })
             .collect();
         // as far as places and tilts that are tried lie apart
-        let mut soft = bounded;
-        for _ in 0..raster.full / 64 {
-            soft = raster.soften(&soft, &weight);
-        }
-        soft
+        (0..raster.full / 64).fold(bounded, |soft, _| raster.soften(&soft, &weight))
     });
     Features { channels, weight }
 }
 
-/// Differences across a cell to the right and down, per cell; rows by the poles have none.
-fn slopes(raster: &Raster, values: &[f32], i: usize) -> (f32, f32) {
-    let sine = raster.sine(i);
-    if sine < super::raster::LEAST_SINE {
-        return (0.0, 0.0);
-    }
-    let [l, r, u, d] = raster.around(i).map(|j| values[j]);
-    (0.5 * (r - l) / sine, 0.5 * (d - u))
-}
-
-/// What the model shows at a pose with level axes.
-pub(super) fn of_model(raster: &Raster, buffer: &GeometryBuffer) -> Features {
+/// What the model shows at a pose.
+pub(super) fn of_model(scene: &Scene, raster: &Raster, pose: &LocalPose) -> Features {
+    let buffer = GeometryBuffer::cast(scene, raster, pose);
     let n = raster.len();
     let weight: Vec<f32> = (0..n).map(|i| raster.sine(i)).collect();
     let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; n]);
@@ -80,10 +74,7 @@ pub(super) fn of_model(raster: &Raster, buffer: &GeometryBuffer) -> Features {
     ];
     for map in &maps {
         let soft = raster.soften(map, &weight);
-        for i in 0..n {
-            let (x, y) = slopes(raster, &soft, i);
-            add(&mut tensor, i, x, y);
-        }
+        (0..n).for_each(|i| add(&mut tensor, raster, &soft, i));
     }
     finished(raster, tensor, weight, USUAL)
 }
@@ -98,7 +89,7 @@ const DEPTH: f32 = 0.3;
 const OPEN: f32 = 2.0;
 
 /// What a picture shows, turned upright by `upright` (from the picture's axes to level ones).
-pub(super) fn of_picture(raster: &Raster, level: &Level, upright: Mat3) -> Features {
+fn of_picture(raster: &Raster, level: &Level, upright: Mat3) -> Features {
     let back = upright.transpose();
     let found: Vec<Option<f32>> = raster.directions.iter().map(|d| log_at(level, back * *d)).collect();
     let weight: Vec<f32> =
@@ -116,8 +107,7 @@ fn of_log(raster: &Raster, log: &[f32], weight: Vec<f32>) -> Features {
     let mut tensor: [Vec<f32>; CHANNELS] = std::array::from_fn(|_| vec![0.0; raster.len()]);
     for i in 0..raster.len() {
         if weight[i] > 0.0 && raster.around(i).iter().all(|&j| weight[j] > 0.0) {
-            let (x, y) = slopes(raster, log, i);
-            add(&mut tensor, i, x, y);
+            add(&mut tensor, raster, log, i);
         }
     }
     finished(raster, tensor, weight, 4.0 * USUAL)
@@ -126,10 +116,29 @@ fn of_log(raster: &Raster, log: &[f32], weight: Vec<f32>) -> Features {
 /// Rows of features as Fourier series, ready to be compared at all headings: frequencies up to the half, since what is
 /// transformed is real.
 pub(super) struct Spectra {
-    /// Weight, then each channel times weight.
-    rows: Vec<Vec<Complex>>,
+    /// Each channel times weight.
+    channels: [Vec<Complex>; CHANNELS],
     /// Weight times the sum of squares of all channels.
     squares: Vec<Complex>,
+}
+
+/// A picture's features made ready to be compared with many models.
+pub(super) struct Masked {
+    /// From the picture's axes to level ones.
+    upright: Mat3,
+    mask: Vec<Complex>,
+    channels: [Vec<Complex>; CHANNELS],
+    sums: [f32; CHANNELS],
+    total: f32,
+    variance: f32,
+}
+
+/// A place and a turn that the features speak for.
+#[derive(Clone)]
+pub(super) struct Candidate {
+    pub(super) pose: LocalPose,
+    /// Correlation of the features, −1..=1.
+    pub(super) score: f32,
 }
 
 /// Features that vary less than this over a window tell nothing.
@@ -137,7 +146,7 @@ const LEAST_VARIANCE: f32 = 1e-3;
 
 /// Fourier transforms along rows.
 pub(super) struct Headings {
-    raster: Raster,
+    pub(super) raster: Raster,
     forward: Radix4<f32>,
     back: Radix4<f32>,
 }
@@ -150,10 +159,6 @@ impl Headings {
         Self { raster: Raster::sphere(full), forward, back }
     }
 
-    pub(super) fn raster(&self) -> &Raster {
-        &self.raster
-    }
-
     fn transformed(&self, values: impl Iterator<Item = f32>) -> Vec<Complex> {
         let mut grid: Vec<Complex> = values.map(|v| Complex::new(v, 0.0)).collect();
         self.forward.process(&mut grid);
@@ -161,14 +166,14 @@ impl Headings {
         grid.chunks_exact(w).flat_map(|row| row[..w / 2 + 1].iter().copied()).collect()
     }
 
-    pub(super) fn spectra(&self, f: &Features) -> Spectra {
-        let n = self.raster.len();
-        let mut rows = vec![self.transformed(f.weight.iter().copied())];
-        for c in &f.channels {
-            rows.push(self.transformed((0..n).map(|i| c[i] * f.weight[i])));
-        }
-        let squares = (0..n).map(|i| f.weight[i] * f.channels.iter().map(|c| c[i] * c[i]).sum::<f32>());
-        Spectra { rows, squares: self.transformed(squares) }
+    /// The model's features from a place, upright.
+    pub(super) fn model(&self, scene: &Scene, place: Vec3) -> Spectra {
+        let pose = LocalPose { origin: place, rotation: Mat3::IDENTITY };
+        let Features { channels, weight } = of_model(scene, &self.raster, &pose);
+        let squares = (0..weight.len()).map(|i| weight[i] * channels.iter().map(|c| c[i] * c[i]).sum::<f32>());
+        let squares = self.transformed(squares);
+        let channels = channels.map(|c| self.transformed(c.iter().zip(&weight).map(|(c, w)| c * w)));
+        Spectra { channels, squares }
     }
 
     /// Correlation at each shift of the product of two, summed over rows: Σ a(x) b(x + s).
@@ -195,11 +200,9 @@ impl Headings {
         let w = self.raster.width;
         // the model's weights are the rows' solid angles alone, so the picture's mask weighs for both
         let m = &masked.mask;
-        let mean: Vec<Vec<f32>> = (1..=CHANNELS).map(|c| self.correlate(&[(m, &model.rows[c])])).collect();
+        let mean = model.channels.each_ref().map(|channel| self.correlate(&[(m, channel)]));
         let squares = self.correlate(&[(m, &model.squares)]);
-        let products: Vec<(&[Complex], &[Complex])> =
-            (0..CHANNELS).map(|c| (masked.channels[c].as_slice(), model.rows[c + 1].as_slice())).collect();
-        let product = self.correlate(&products);
+        let product = self.correlate(&[0, 1, 2].map(|c| (&*masked.channels[c], &*model.channels[c])));
         (0..w)
             .map(|s| {
                 let mut covariance = product[s];
@@ -216,43 +219,23 @@ impl Headings {
             })
             .collect()
     }
-}
 
-/// A picture's features made ready to be compared with many models.
-pub(super) struct Masked {
-    mask: Vec<Complex>,
-    channels: Vec<Vec<Complex>>,
-    sums: [f32; CHANNELS],
-    total: f32,
-    variance: f32,
-}
-
-impl Headings {
-    /// The model's side carries the solid angle, so the picture's side must not.
-    pub(super) fn masked(&self, f: &Features) -> Masked {
+    /// A picture's features, turned upright. The model's side carries the solid angle, so the picture's side must not.
+    pub(super) fn masked(&self, level: &Level, upright: Mat3) -> Masked {
+        let f = of_picture(&self.raster, level, upright);
         let n = self.raster.len();
         let seen = |i: usize| if f.weight[i] > 0.0 { 1.0 } else { 0.0 };
         let mask = self.transformed((0..n).map(seen));
-        let channels = f.channels.iter().map(|c| self.transformed((0..n).map(|i| c[i] * seen(i)))).collect();
+        let channels = f.channels.each_ref().map(|c| self.transformed((0..n).map(|i| c[i] * seen(i))));
         let total: f32 = f.weight.iter().sum();
         let sums: [f32; CHANNELS] = std::array::from_fn(|c| (0..n).map(|i| f.channels[c][i] * f.weight[i]).sum());
         let squares: f32 = (0..n).map(|i| f.weight[i] * f.channels.iter().map(|c| c[i] * c[i]).sum::<f32>()).sum();
         let variance = squares - sums.iter().map(|s| s * s).sum::<f32>() / total.max(1e-9);
-        Masked { mask, channels, sums, total: total.max(1e-9), variance }
+        Masked { upright, mask, channels, sums, total: total.max(1e-9), variance }
     }
-}
 
-/// A place and a turn that the features speak for.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub(super) pose: LocalPose,
-    /// Correlation of the features, −1..=1.
-    pub(super) score: f32,
-}
-
-impl Headings {
     /// The headings at which an upright picture is most like the model from a place.
-    pub(super) fn peaks(&self, picture: &Masked, upright: Mat3, place: Vec3, model: &Spectra) -> Vec<Candidate> {
+    pub(super) fn peaks(&self, picture: &Masked, place: Vec3, model: &Spectra) -> Vec<Candidate> {
         /// Headings kept.
         const PEAKS: usize = 3;
         let w = self.raster.width;
@@ -264,40 +247,55 @@ impl Headings {
         let candidate = |s: usize| {
             // the model's column x + s shows what the upright picture's column x does: turned right by s columns
             let turn = Mat3::from_rotation_z(-(s as f32) * self.raster.cell_angle());
-            Candidate { pose: LocalPose { origin: place, rotation: turn * upright }, score: scores[s] }
+            Candidate { pose: LocalPose { origin: place, rotation: turn * picture.upright }, score: scores[s] }
         };
         peaks.into_iter().map(candidate).collect()
     }
 }
 
-/// Compares a picture with the model's features from many places (local metres), at all headings and the tilts given as
-/// rotations from the picture's axes to level ones. The best headings of each place and tilt, best first.
-pub(super) fn search(
-    headings: &Headings,
-    level: &Level,
-    tilts: &[Mat3],
-    places: &[Vec3],
-    models: &[Spectra],
-) -> Vec<Candidate> {
-    let pictures: Vec<Masked> =
-        tilts.par_iter().map(|t| headings.masked(&of_picture(headings.raster(), level, *t))).collect();
-    let at = |place: &Vec3, model: &Spectra| -> Vec<Candidate> {
-        pictures.iter().zip(tilts).flat_map(|(picture, t)| headings.peaks(picture, *t, *place, model)).collect()
-    };
-    let mut all: Vec<Candidate> = places.par_iter().zip(models).flat_map_iter(|(p, m)| at(p, m)).collect();
-    // stable: equals stay in the order of places
-    all.sort_by(|a, b| b.score.total_cmp(&a.score));
-    all
+/// How far apart places are tried, metres.
+const STEP_M: f32 = 0.35;
+
+/// The model's features from places round a pose.
+pub(super) struct Surveyed {
+    pub(super) headings: Headings,
+    pub(super) origin: Vec3,
+    /// By place, local metres.
+    models: Vec<(Vec3, Spectra)>,
 }
 
-/// The model's features from many places.
-pub(super) fn models(scene: &Scene, headings: &Headings, places: &[Vec3]) -> Vec<Spectra> {
-    places
-        .par_iter()
-        .map(|place| {
-            let pose = LocalPose { origin: *place, rotation: Mat3::IDENTITY };
-            let buffer = GeometryBuffer::cast(scene, headings.raster(), &pose);
-            headings.spectra(&of_model(headings.raster(), &buffer))
-        })
-        .collect()
+impl Surveyed {
+    /// From places round the pose that is given for a picture.
+    pub(super) fn round(scene: &Scene, eye: &Eye, radius_m: f32) -> Self {
+        let headings = Headings::new(level(&eye.levels, SEARCHED).raster.full);
+        let origin = eye.given.origin;
+        let models = ball(origin, radius_m).into_par_iter().map(|p| (p, headings.model(scene, p))).collect();
+        Self { headings, origin, models }
+    }
+
+    /// The poses that a picture's features speak for, at all headings and tilts up to so many degrees about those given: the best
+    /// headings of each place and tilt, best first.
+    pub(super) fn search(&self, levels: &[Level], given: &Mat3, tilt_deg: f32) -> Vec<Candidate> {
+        let level = level(levels, SEARCHED);
+        let pictures: Vec<Masked> =
+            tilts(given, tilt_deg).par_iter().map(|upright| self.headings.masked(level, *upright)).collect();
+        let at = |(place, model): &(Vec3, Spectra)| -> Vec<Candidate> {
+            pictures.iter().flat_map(|picture| self.headings.peaks(picture, *place, model)).collect()
+        };
+        let mut all: Vec<Candidate> = self.models.par_iter().flat_map_iter(at).collect();
+        // stable: equals stay in the order of places
+        all.sort_by(|a, b| b.score.total_cmp(&a.score));
+        all
+    }
+}
+
+/// Places around one, a step apart.
+fn ball(middle: Vec3, radius: f32) -> Vec<Vec3> {
+    let n = (radius / STEP_M).ceil() as i32;
+    let axis = -n..=n;
+    let all = axis.clone().flat_map(|x| {
+        let axis = axis.clone();
+        axis.clone().flat_map(move |y| axis.clone().map(move |z| Vec3::new(x as f32, y as f32, z as f32) * STEP_M))
+    });
+    all.filter(|p| p.length() <= radius + 0.5 * STEP_M).map(|p| middle + p).collect()
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::model::{GeometryBuffer, LocalPose};
 use super::picture::{Level, log_at};
+use crate::scene::Scene;
 use crate::statistics::median;
 
 /// A picture at a pose, ready to be asked what it saw of a place.
@@ -20,7 +21,12 @@ const LEAST_COSINE: f32 = 0.15;
 /// How far a place may be from what the model has in the witness's line of sight, as a share of the distance.
 const SAME: f32 = 0.02;
 
-impl Witness<'_> {
+impl<'a> Witness<'a> {
+    /// A picture at a pose.
+    pub(super) fn at(scene: &Scene, level: &'a Level, pose: LocalPose) -> Self {
+        Self { level, pose, buffer: GeometryBuffer::cast(scene, &level.raster, &pose) }
+    }
+
     /// Log-luminance that came from a point of a surface (local metres) and how finely it was seen, steradians a square
     /// metre; `None` where the model puts something else before it.
     fn saw(&self, point: Vec3, normal: Vec3) -> Option<(f32, f32)> {
@@ -44,12 +50,8 @@ impl Witness<'_> {
 
 /// What other pictures saw of each cell's surface, as log-luminance in this picture's exposure; NaN where none saw it. Of several the
 /// one that saw it most finely.
-pub(super) fn seen_by_others(
-    level: &Level,
-    pose: &LocalPose,
-    buffer: &GeometryBuffer,
-    others: &[&Witness],
-) -> Vec<f32> {
+pub(super) fn seen_by_others(eye: &Witness, others: &[&Witness]) -> Vec<f32> {
+    let Witness { level, pose, buffer } = eye;
     let n = level.raster.len();
     let asked: Vec<Option<(usize, f32)>> = (0..n)
         .into_par_iter()

@@ -3,13 +3,10 @@
 use super::model::{GeometryBuffer, LocalPose};
 use super::picture::Level;
 use super::raster::Raster;
-use super::refine::{Equations, Matrix};
+use super::refine::{BLOCKS, Equations, Matrix};
 use super::search::{self, Features};
 use crate::scene::Scene;
 use crate::statistics::median;
-
-/// Blocks along a window's sides that are taken as independent.
-const BLOCKS: [usize; 2] = [12, 8];
 
 /// Below so many standard errors a second place is no worse.
 pub(super) const CLEARLY: f64 = 3.0;
@@ -39,8 +36,7 @@ impl<'a> Judge<'a> {
     /// up to the correlation, −1..=1.
     pub(super) fn fit(&self, scene: &Scene, pose: &LocalPose) -> Vec<f64> {
         let raster = &self.level.raster;
-        let model = search::of_model(raster, &GeometryBuffer::cast(scene, raster, pose));
-        correlation(raster, &self.picture, &model)
+        correlation(raster, &self.picture, &search::of_model(scene, raster, pose))
     }
 }
 
