@@ -85,11 +85,18 @@ fn left() -> Option<u64> {
 
 /// The same from the texts of `/proc/self/limits` and `/proc/self/status` (proc(5)).
 fn left_of(limits: &str, status: &str) -> Option<u64> {
-    let first = |text: &str, key: &str| {
-        text.lines().find_map(|line| line.strip_prefix(key))?.split_whitespace().next()?.parse::<u64>().ok()
-    };
-    let most = first(limits, "Max address space")?; // “unlimited” is no number
-    Some(most.saturating_sub(first(status, "VmSize:")? << 10))
+    let most = first_of(limits, "Max address space")?; // “unlimited” is no number
+    Some(most.saturating_sub(first_of(status, "VmSize:")? << 10))
+}
+
+/// The first number of the line that begins with a key.
+fn first_of(text: &str, key: &str) -> Option<u64> {
+    text.lines().find_map(|line| line.strip_prefix(key))?.split_whitespace().next()?.parse().ok()
+}
+
+/// The most memory that the process has held, in bytes, where the system tells.
+pub fn peak() -> Option<u64> {
+    Some(first_of(&std::fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")? << 10)
 }
 
 /// Bytes for people, in binary units.

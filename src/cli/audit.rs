@@ -11,8 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::terminal::model::Model;
 use super::terminal::number::{ABOVE_ZERO, between};
-use super::terminal::output::Output;
-use super::terminal::progress;
+use super::terminal::output::{Output, Told, warn};
 
 /// Find where the model is wrong, from photographs.
 ///
@@ -74,8 +73,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let Model { scene, health, .. } = Model::of(&site, &folder)?;
     let mut found = Vec::new();
     if args.register {
-        (site, found) =
-            super::register::in_passing(&site, &scene, Some(&lighting), &args.view, args.output.told.talks())?;
+        (site, found) = super::register::in_passing(&site, &scene, Some(&lighting), &args.view, args.output.told)?;
     }
     let settings = Settings {
         longest_px: args.longest,
@@ -85,8 +83,7 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
         ..Settings::default()
     };
     let said = health.warnings.into_iter().chain(found).collect();
-    let audit =
-        audited(&site, &scene, said, Some(&lighting), &args.view, &settings, &folder, args.output.told.talks())?;
+    let audit = audited(&site, &scene, said, Some(&lighting), &args.view, &settings, &folder, args.output.told)?;
     if args.output.told.json {
         out.write_all(audit.json()?.as_bytes())?;
     } else if args.output.told.talks() {
@@ -105,12 +102,10 @@ pub(super) fn audited(
     views: &[String],
     settings: &Settings,
     folder: &Path,
-    shown: bool,
+    told: Told,
 ) -> anyhow::Result<Audit> {
-    let lighting = lighting.map(str::to_owned).or_else(|| site.lightings().first().cloned()).unwrap_or_default();
-    let bar = progress::bar(shown, progress::STEPS);
-    let mut audit = audit::audit(site, scene, &lighting, views, settings, &progress::step(&bar))?;
-    bar.finish_and_clear();
+    let lighting = super::register::lighting(site, lighting)?;
+    let mut audit = told.by_steps(|step| audit::audit(site, scene, &lighting, views, settings, step))?;
     audit.warnings.extend(said);
     audit.write(folder)?;
     write_audit_sheets(site, scene, &audit, &super::terminal::command::own_command(), folder)?;
@@ -119,9 +114,7 @@ pub(super) fn audited(
 }
 
 fn print(audit: &Audit, folder: &Path, out: &mut impl Write) -> io::Result<()> {
-    for warning in &audit.warnings {
-        writeln!(out, "! {warning}")?;
-    }
+    warn("!", &audit.warnings, out)?;
     for view in &audit.views {
         let s = &view.summary;
         let percent = |v: f64| format!("{:.0} %", 100.0 * v);
@@ -151,9 +144,7 @@ fn print(audit: &Audit, folder: &Path, out: &mut impl Write) -> io::Result<()> {
         if !reasons.is_empty() {
             writeln!(out, "  not tested, mostly: {}", reasons.join(", "))?;
         }
-        for warning in s.warnings.iter().chain(s.probes.iter().filter_map(|p| p.warning.as_ref())) {
-            writeln!(out, "  ! {warning}")?;
-        }
+        warn("  !", s.warnings.iter().chain(s.probes.iter().filter_map(|p| p.warning.as_ref())), out)?;
     }
     let line = |out: &mut dyn Write, f: &Finding| {
         let views = std::iter::once(&f.view).chain(&f.also_in).map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -171,14 +162,10 @@ fn print(audit: &Audit, folder: &Path, out: &mut impl Write) -> io::Result<()> {
     if audit.findings.is_empty() {
         writeln!(out, "nothing found wrong where it could be tested")?;
     }
-    for f in &audit.findings {
-        line(out, f)?;
-    }
+    audit.findings.iter().try_for_each(|f| line(out, f))?;
     if !audit.doubts.is_empty() {
         writeln!(out, "doubts (something disagrees, and it is not clear what):")?;
-        for f in &audit.doubts {
-            line(out, f)?;
-        }
+        audit.doubts.iter().try_for_each(|f| line(out, f))?;
     }
     writeln!(out, "{}", folder.join("findings.json").display())
 }

@@ -5,7 +5,7 @@ use clerestory::bake::{self, Bake, Baked, bake, write_glb, write_ply};
 use clerestory::render::{Options, Timings};
 use clerestory::scene::Scene;
 use clerestory::site::Site;
-use clerestory::volume;
+use clerestory::volume::VolumeSettings;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::io::{self, Write};
@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use super::terminal::model::Model;
 use super::terminal::number::between;
-use super::terminal::output::Output;
+use super::terminal::output::{Output, Told, warn};
 
 /// Put the light of the place on the model's vertices, for any 3D viewer.
 ///
@@ -37,7 +37,7 @@ pub(crate) struct BakeArgs {
 }
 
 /// How to bake.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 pub(crate) struct BakeHow {
     /// Only this lighting; may be given several times [default: all]
     #[arg(long, value_name = "NAME")]
@@ -48,20 +48,36 @@ pub(crate) struct BakeHow {
     /// Cut a triangle where light between its corners is off by this share [default: 0.08; for a page 0.05]
     #[arg(long, value_name = "SHARE", value_parser = between(1e-3..=1.0_f32, "a share from 0.001 to 1"))]
     pub(super) error: Option<f32>,
+    #[command(flatten)]
+    pub(super) volume: VolumeHow,
+}
+
+/// How finely to fill what no probe sees.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct VolumeHow {
     /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
+    #[arg(long, value_name = "N", default_value_t = VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
     pub(super) cells: u32,
     /// Rays from each place of the irradiance volume
-    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
-    pub(super) volume_rays: u32,
+    #[arg(long, value_name = "N", default_value_t = VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
+    volume_rays: u32,
+}
+
+impl Default for VolumeHow {
+    fn default() -> Self {
+        let VolumeSettings { cells, rays, .. } = VolumeSettings::default();
+        Self { cells, volume_rays: rays }
+    }
+}
+
+impl VolumeHow {
+    /// The same for the library.
+    pub(super) fn settings(self) -> VolumeSettings {
+        VolumeSettings { cells: self.cells, rays: self.volume_rays, ..VolumeSettings::default() }
+    }
 }
 
 impl BakeHow {
-    /// How finely the volume is gathered.
-    pub(super) fn volume(&self) -> volume::VolumeSettings {
-        volume::VolumeSettings { cells: self.cells, rays: self.volume_rays, ..volume::VolumeSettings::default() }
-    }
-
     /// How finely to bake; `usual` is how finely if nothing else is asked for.
     pub(super) fn settings(&self, usual: bake::BakeSettings) -> bake::BakeSettings {
         bake::BakeSettings {
@@ -69,13 +85,6 @@ impl BakeHow {
             error: self.error.unwrap_or(usual.error),
             ..usual
         }
-    }
-}
-
-impl Default for BakeHow {
-    fn default() -> Self {
-        let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
-        Self { lighting: vec![], vertices: None, error: None, cells, volume_rays: rays }
     }
 }
 
@@ -107,14 +116,10 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let lightings = lightings(&site, &args.how.lighting)?;
     let folder = args.output.folder(&site)?;
     let Model { scene, health, read } = Model::of(&site, &folder)?;
-    let start = Instant::now();
-    let shown = args.output.told.talks();
-    let (volume, settings) = (args.how.volume().for_products(), args.how.settings(bake::BakeSettings::default()));
-    let Bake { baked, mut setup } = baked(&site, &scene, &lightings, volume, &settings, shown)?;
-    let timings = &mut setup.timings;
-    let set_up_s = timings.load_s + timings.shoot_s + timings.index_s + timings.volume_s;
-    let bake_s = start.elapsed().as_secs_f64() - set_up_s;
-    timings.load_s += read.wall_s;
+    let volume = args.how.volume.settings().for_products();
+    let settings = args.how.settings(bake::BakeSettings::default());
+    let (Bake { baked, mut setup }, bake_s) = baked(&site, &scene, &lightings, volume, &settings, args.output.told)?;
+    setup.timings.load_s += read.wall_s;
     let start = Instant::now();
     let files = write(&folder, &site, &scene, &baked)?;
     let share = |of: &dyn Fn(&bake::Vertex) -> bool| {
@@ -134,27 +139,29 @@ pub(crate) fn run(args: &BakeArgs, out: &mut impl Write) -> anyhow::Result<()> {
         neighbours: by(clerestory::render::Source::Neighbour),
         unseen: share(&|v| v.seen_by == 0),
         files,
-        peak_bytes: super::terminal::peak_memory::peak_bytes(),
+        peak_bytes: clerestory::memory::peak(),
         warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
     };
     args.output.told.tell(&outcome, out, |out| print(&outcome, out))
 }
 
-/// Bakes with a bar that shows how many vertices there are.
+/// Bakes with a bar that shows how many vertices there are; tells also the seconds that baking took, what it was set up with apart.
 pub(super) fn baked(
     site: &Site,
     scene: &Scene,
     lightings: &[String],
-    volume: volume::VolumeSettings,
+    volume: VolumeSettings,
     settings: &bake::BakeSettings,
-    shown: bool,
-) -> anyhow::Result<Bake> {
+    told: Told,
+) -> anyhow::Result<(Bake, f64)> {
+    let start = Instant::now();
     let options = Options { lightings: lightings.to_vec(), volume, ..Options::of(site) };
-    let bar = super::terminal::progress::bar(shown, "{spinner} {msg}  {elapsed}");
+    let bar = told.bar("{spinner} {msg}  {elapsed}");
     bar.set_message("shooting …");
     let made = bake(site, scene, &options, settings, &|n| bar.set_message(format!("{n} vertices …")))?;
     bar.finish_and_clear();
-    Ok(made)
+    let Timings { load_s, shoot_s, index_s, volume_s } = made.setup.timings;
+    Ok((made, start.elapsed().as_secs_f64() - load_s - shoot_s - index_s - volume_s))
 }
 
 /// The lightings that were asked for, each once, or all; a site without names for them has one.
@@ -219,9 +226,7 @@ fn write(folder: &Path, site: &Site, scene: &Scene, baked: &Baked) -> anyhow::Re
 }
 
 fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
-    for warning in &o.warnings {
-        writeln!(out, "warning: {warning}")?;
-    }
+    warn("warning:", &o.warnings, out)?;
     let percent = |share: f64| 100.0 * share;
     writeln!(
         out,

@@ -7,7 +7,7 @@ use clerestory::site::Site;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use super::terminal::output::Told;
+use super::terminal::output::{Told, warn};
 
 /// Read everything a site names; tell its health and what work it is fit for.
 #[derive(Args, Debug)]
@@ -27,8 +27,7 @@ pub(crate) fn run(args: &CheckArgs, out: &mut impl Write) -> anyhow::Result<()> 
 
 fn print(check: &Check, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{}", check.site)?;
-    check.causes.iter().try_for_each(|cause| writeln!(out, "! {}", cause.sentence))?;
-    sentences(&check.warnings, "", out)?;
+    warn("!", check.causes.iter().map(|cause| &cause.sentence).chain(&check.warnings), out)?;
     print_model(check, out)?;
     for probe in &check.probes {
         print_probe(probe, out)?;
@@ -72,8 +71,7 @@ fn print_model(check: &Check, out: &mut impl Write) -> io::Result<()> {
     if let Some(more) = areas.len().checked_sub(12).filter(|n| *n > 0) {
         writeln!(out, "  and {more} materials more")?;
     }
-    sentences(&check.model.warnings, "  ", out)?;
-    sentences(&check.edge_warnings, "  ", out)
+    warn("  !", check.model.warnings.iter().chain(&check.edge_warnings), out)
 }
 
 fn print_probe(probe: &ProbeCheck, out: &mut impl Write) -> io::Result<()> {
@@ -85,7 +83,7 @@ fn print_probe(probe: &ProbeCheck, out: &mut impl Write) -> io::Result<()> {
         let frames = if picture.frames > 1 { format!(", the first of {}", picture.frames) } else { String::new() };
         writeln!(out, "  {} × {} pixels, {}{frames}{exposure}", picture.width, picture.height, picture.file.display())?;
     }
-    sentences(&probe.warnings, "  ", out)
+    warn("  !", &probe.warnings, out)
 }
 
 fn print_view(view: &ViewCheck, out: &mut impl Write) -> io::Result<()> {
@@ -122,14 +120,10 @@ fn print_view(view: &ViewCheck, out: &mut impl Write) -> io::Result<()> {
         let camera = photo.camera.as_ref().map_or(String::new(), |c| format!(" ({c})"));
         writeln!(out, "{}{camera}", exposure(photo.exposure_value))?;
     }
-    sentences(&view.warnings, "  ", out)
+    warn("  !", &view.warnings, out)
 }
 
 /// What EXIF tells of a picture's exposure.
 fn exposure(value: Option<f64>) -> String {
     value.map_or_else(String::new, |v| format!(", exposure value {v:.1} by EXIF"))
-}
-
-fn sentences(list: &[String], indent: &str, out: &mut impl Write) -> io::Result<()> {
-    list.iter().try_for_each(|sentence| writeln!(out, "{indent}! {sentence}"))
 }

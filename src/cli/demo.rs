@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 use clap::Args;
-use clerestory::atomic_write::Unfinished;
+use clerestory::atomic_write::{Unfinished, folder_of};
 use serde::Serialize;
 use std::fs;
 use std::io::{self, Write};
@@ -140,31 +140,18 @@ fn write(dir: &Path, in_use: bool) -> io::Result<()> {
     let beside = whole.parent().unwrap_or(&whole);
     fs::create_dir_all(beside)?;
     let part = Unfinished::new(beside.join(format!(".clerestory-demo.{}.part", std::process::id())));
-    fill(part.path())?;
-    if in_use { merge(part.path(), dir) } else { take_name(part.path(), dir) }
-}
-
-fn fill(part: &Path) -> io::Result<()> {
+    let place = |folder: &Path, name: &str| {
+        let file = folder.join(name);
+        fs::create_dir_all(folder_of(&file)).map(|()| file)
+    };
     for (name, bytes) in FILES {
-        let path = part.join(name);
-        fs::create_dir_all(path.parent().unwrap_or(part))?;
-        fs::write(path, bytes)?;
+        fs::write(place(part.path(), name)?, bytes)?;
     }
-    Ok(())
-}
-
-fn take_name(part: &Path, dir: &Path) -> io::Result<()> {
+    if in_use {
+        return FILES.iter().try_for_each(|(name, _)| fs::rename(part.path().join(name), place(dir, name)?));
+    }
     if dir.exists() {
         fs::remove_dir(dir)?;
     }
-    fs::rename(part, dir)
-}
-
-fn merge(part: &Path, dir: &Path) -> io::Result<()> {
-    for (name, _) in FILES {
-        let to = dir.join(name);
-        fs::create_dir_all(to.parent().unwrap_or(dir))?;
-        fs::rename(part.join(name), to)?;
-    }
-    Ok(())
+    fs::rename(part.path(), dir)
 }

@@ -2,13 +2,15 @@
 
 use anyhow::bail;
 use clap::{Args, ValueHint};
-use clerestory::atomic_write::{folder_of, write_atomically};
+use clerestory::atomic_write::folder_of;
 use clerestory::init::{Draft, Guessed, Sources, draft};
+use clerestory::report::write_file;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::terminal::output;
+use super::terminal::command::command;
+use super::terminal::output::{Told, warn};
 
 /// Write a first site file for a model: its unit and up axis, probes, photographs and cameras found beside them.
 ///
@@ -37,15 +39,15 @@ pub(crate) struct InitArgs {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
-    told: output::Told,
+    told: Told,
 }
 
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Outcome<'a> {
     file: &'a Path,
-    units: Told,
-    up: Told,
+    units: Guess,
+    up: Guess,
     views: usize,
     probes: usize,
     /// Probes whose place is still to be found.
@@ -58,16 +60,15 @@ struct Outcome<'a> {
     next: Vec<String>,
 }
 
-/// A guess.
 #[derive(Serialize)]
-struct Told {
+struct Guess {
     value: String,
     sure: bool,
     why: String,
     rival: Option<String>,
 }
 
-impl Told {
+impl Guess {
     fn of<T>(guessed: &Guessed<T>, name: impl Fn(&T) -> String) -> Self {
         let rival = guessed.rival.as_ref().map(&name);
         Self { value: name(&guessed.value), sure: guessed.sure(), why: guessed.why.clone(), rival }
@@ -97,12 +98,11 @@ pub(crate) fn run(args: &InitArgs, out: &mut impl Write) -> anyhow::Result<()> {
         overwrite: args.overwrite,
     };
     let draft = draft(&file, &sources)?;
-    let unwritable = |e: io::Error| anyhow::anyhow!("{}: {e}", file.display());
-    write_atomically(&file, unwritable, |f| f.write_all(draft.text.as_bytes()).map_err(unwritable))?;
+    write_file(&file, draft.text.as_bytes())?;
     let outcome = Outcome {
         file: &file,
-        units: Told::of(&draft.guess.unit, |unit| unit.name.to_owned()),
-        up: Told::of(&draft.guess.up, |up| format!("{} up", up.name())),
+        units: Guess::of(&draft.guess.unit, |unit| unit.name.to_owned()),
+        up: Guess::of(&draft.guess.up, |up| format!("{} up", up.name())),
         views: draft.views,
         probes: draft.probes,
         unplaced: draft.unplaced,
@@ -130,7 +130,7 @@ fn tell(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
     if o.unposed > 0 {
         writeln!(out, "  {} photographs stand in the file as comments: say where they were taken", o.unposed)?;
     }
-    o.warnings.iter().try_for_each(|w| writeln!(out, "  ! {w}"))?;
+    warn("  !", o.warnings, out)?;
     if !(o.units.sure && o.up.sure) {
         writeln!(out, "\nLook at `units` and `up` in the file first: everything hangs on them.")?;
     }
@@ -141,18 +141,14 @@ fn tell(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
 /// The command lines that go on from here.
 fn next(file: &Path, draft: &Draft) -> Vec<String> {
     let site = if file.file_name().is_some_and(|n| n == "site.toml") { folder_of(file) } else { file };
-    let verb = |words: &[&str]| {
-        let words: Vec<String> = words.iter().map(|w| (*w).to_owned()).collect();
-        super::terminal::command::command(&words)
-    };
     let named = site.to_string_lossy();
     let registered = folder_of(file).join("registered.toml");
     let registered = registered.to_string_lossy();
     if draft.unplaced > 0 {
-        vec![verb(&["register", &named, "--write", &registered]), verb(&["check", &registered])]
+        vec![command(&["register", &named, "--write", &registered]), command(&["check", &registered])]
     } else if draft.probes + draft.views > 0 {
-        vec![verb(&["check", &named])]
+        vec![command(&["check", &named])]
     } else {
-        vec![verb(&["check", &named]), verb(&["plan", &named])]
+        vec![command(&["check", &named]), command(&["plan", &named])]
     }
 }

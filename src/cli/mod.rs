@@ -63,29 +63,24 @@ pub(crate) fn run(arguments: &Arguments, out: &mut (impl Write + Send)) -> anyho
     let threads = arguments.threads.unwrap_or(0) as usize;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
-        verb(&arguments.verb, out)?;
+        match &arguments.verb {
+            Verb::Audit(args) => audit::run(args, out)?,
+            Verb::Bake(args) => bake::run(args, out)?,
+            Verb::Check(args) => check::run(args, out)?,
+            Verb::Demo(args) => demo::run(args, out)?,
+            Verb::Gallery(args) => gallery::run(args, out)?,
+            Verb::Init(args) => init::run(args, out)?,
+            Verb::Plan(args) => plan::run(args, out)?,
+            Verb::Register(args) => register::run(args, out)?,
+            Verb::Render(args) => render::run(args, out)?,
+            Verb::Report(args) => report::run(args, out)?,
+            Verb::Simulate(args) => simulate::run(args, out)?,
+            Verb::Study(args) => study::run(args, out)?,
+            Verb::Summary(args) => summary::run(args, out)?,
+            Verb::View(args) => view::run(args, out)?,
+        }
         Ok(out.flush()?)
     })
-}
-
-fn verb(verb: &Verb, out: &mut (impl Write + Send)) -> anyhow::Result<()> {
-    match verb {
-        Verb::Audit(args) => audit::run(args, out)?,
-        Verb::Bake(args) => bake::run(args, out)?,
-        Verb::Check(args) => check::run(args, out)?,
-        Verb::Demo(args) => demo::run(args, out)?,
-        Verb::Gallery(args) => gallery::run(args, out)?,
-        Verb::Init(args) => init::run(args, out)?,
-        Verb::Plan(args) => plan::run(args, out)?,
-        Verb::Register(args) => register::run(args, out)?,
-        Verb::Render(args) => render::run(args, out)?,
-        Verb::Report(args) => report::run(args, out)?,
-        Verb::Simulate(args) => simulate::run(args, out)?,
-        Verb::Study(args) => study::run(args, out)?,
-        Verb::Summary(args) => summary::run(args, out)?,
-        Verb::View(args) => view::run(args, out)?,
-    }
-    Ok(())
 }
 
 /// Bytes from a number with or without K, M or G, which are powers of 1024.

@@ -7,15 +7,14 @@ use clerestory::register::{self, RegisterSettings, Registered, Rival, Subject, V
 use clerestory::report::{RegisterSheet, register_sheet, register_stem, register_words, write_file, write_sheet};
 use clerestory::scene::Scene;
 use clerestory::site::edit::{PoseChange, in_site_file, length_decimals, number, quoted, with_poses};
-use clerestory::site::{CameraSource, Frame, Site};
+use clerestory::site::{CameraSource, Frame, Pose, Site};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::terminal::model::Model;
 use super::terminal::number::between;
-use super::terminal::output::Output;
-use super::terminal::progress;
+use super::terminal::output::{Output, Told, warn};
 
 /// Find where probes and photographs were taken, against the model and each other.
 ///
@@ -65,28 +64,26 @@ pub(crate) struct RegisterArgs {
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Outcome {
-    pictures: Vec<Told>,
+    pictures: Vec<PictureOutcome>,
     written: Option<PathBuf>,
     warnings: Vec<String>,
 }
 
-/// One picture. Positions are in the model's axes and units, angles in degrees as the site file has them.
+/// One picture.
 #[derive(Serialize)]
-struct Told {
+struct PictureOutcome {
     name: String,
     kind: &'static str,
     verdict: &'static str,
-    position: [f64; 3],
-    heading: f64,
-    pitch: f64,
-    roll: f64,
+    #[serde(flatten)]
+    pose: PoseOut,
     moved_m: Option<f64>,
     turned_deg: Option<f64>,
     sigma_m: Option<f64>,
     sigma_deg: Option<f64>,
     fit: f64,
     fit_given: Option<f64>,
-    rival: Option<ToldRival>,
+    rival: Option<RivalOutcome>,
     note: String,
     sheet: PathBuf,
     /// Why `--write` leaves this pose, where it does.
@@ -94,14 +91,28 @@ struct Told {
 }
 
 #[derive(Serialize)]
-struct ToldRival {
+struct RivalOutcome {
+    #[serde(flatten)]
+    pose: PoseOut,
+    fit: f64,
+    best: f64,
+    worse: f64,
+}
+
+/// A pose in the model's axes and units, angles in degrees as the site file has them.
+#[derive(Serialize)]
+struct PoseOut {
     position: [f64; 3],
     heading: f64,
     pitch: f64,
     roll: f64,
-    fit: f64,
-    best: f64,
-    worse: f64,
+}
+
+impl PoseOut {
+    fn of(frame: &Frame, pose: &Pose) -> Self {
+        let [heading, pitch, roll] = frame.bearings(&pose.rotation);
+        Self { position: frame.point_out(pose.position).to_array(), heading, pitch, roll }
+    }
 }
 
 /// Registers a site's pictures and tells `out` about it.
@@ -123,30 +134,23 @@ pub(crate) fn run(args: &RegisterArgs, out: &mut impl Write) -> anyhow::Result<(
         anywhere: args.anywhere,
         ..RegisterSettings::default()
     };
-    let all = found(&site, &scene, &settings, args.output.told.talks())?;
-    let mut told = Vec::new();
+    let all = args.output.told.by_steps(|step| register::register(&site, &scene, &settings, step))?;
+    let mut pictures = Vec::new();
     for (i, f) in all.iter().enumerate() {
         let sheet = sheet(&site, &scene, f, &lighting, [i + 1, all.len()], &folder)?;
-        told.push(tell(&site, f, sheet));
+        pictures.push(tell(&site, f, sheet));
     }
     if let Some(target) = &target {
-        write(&site, &all, target, &mut told)?;
+        write(&site, &all, target, &mut pictures)?;
     }
     let warnings = site.warnings.iter().cloned().chain(health.warnings).collect();
-    let outcome = Outcome { pictures: told, written: target, warnings };
+    let outcome = Outcome { pictures, written: target, warnings };
     args.output.told.tell(&outcome, out, |out| print(&outcome, &site, &all, out))
 }
 
 /// [`Site::lighting`], with the site file in its error.
 pub(super) fn lighting(site: &Site, asked: Option<&str>) -> anyhow::Result<String> {
     site.lighting(asked).with_context(|| site.file.display().to_string())
-}
-
-fn found(site: &Site, scene: &Scene, settings: &RegisterSettings, show: bool) -> anyhow::Result<Vec<Registered>> {
-    let bar = progress::bar(show, progress::STEPS);
-    let all = register::register(site, scene, settings, &progress::step(&bar))?;
-    bar.finish_and_clear();
-    Ok(all)
 }
 
 /// A site with the poses that registration is sure of, and a line per picture that says what changed: for other verbs, in
@@ -156,7 +160,7 @@ pub(crate) fn in_passing(
     scene: &Scene,
     lighting: Option<&str>,
     views: &[String],
-    show: bool,
+    told: Told,
 ) -> anyhow::Result<(Site, Vec<String>)> {
     let mut only = Vec::new();
     if !views.is_empty() {
@@ -164,7 +168,8 @@ pub(crate) fn in_passing(
         only.extend(site.views.iter().filter(|v| v.photo.is_some() && views.contains(&v.name)).map(|v| v.name.clone()));
     }
     let lighting = Some(self::lighting(site, lighting)?);
-    let mut all = found(site, scene, &RegisterSettings { lighting, only, ..RegisterSettings::default() }, show)?;
+    let settings = RegisterSettings { lighting, only, ..RegisterSettings::default() };
+    let mut all = told.by_steps(|step| register::register(site, scene, &settings, step))?;
     // a view may share a probe's name
     let asked = |f: &Registered| match f.subject {
         Subject::Probe(_) => true,
@@ -232,17 +237,18 @@ fn spared(file: &Path, others: &[PathBuf]) -> anyhow::Result<()> {
 }
 
 /// Writes the copy of the site file with the poses found, and notes which could not be written.
-fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [Told]) -> anyhow::Result<()> {
-    let text = std::fs::read_to_string(&site.file).with_context(|| format!("{}", site.file.display()))?;
+fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [PictureOutcome]) -> anyhow::Result<()> {
+    let file = || site.file.display().to_string();
+    let text = std::fs::read_to_string(&site.file).with_context(file)?;
     let change =
         |f: &Registered| PoseChange { list: f.subject.kind(), name: f.subject.name(site).to_owned(), pose: f.pose };
-    let sure: Vec<usize> = (0..all.len()).filter(|&i| all[i].verdict == Verdict::Found).collect();
+    let (sure, unsure): (Vec<usize>, Vec<usize>) = (0..all.len()).partition(|&i| all[i].verdict == Verdict::Found);
     let changes: Vec<PoseChange> = sure.iter().map(|&i| change(&all[i])).collect();
-    let edited = with_poses(&text, &site.frame, &changes).with_context(|| format!("{}", site.file.display()))?;
+    let edited = with_poses(&text, &site.frame, &changes).with_context(file)?;
     write_file(target, edited.text.as_bytes())?;
-    for (t, f) in told.iter_mut().zip(all).filter(|(_, f)| f.verdict != Verdict::Found) {
-        t.not_written =
-            Some(format!("{}, so the site file stays as it is there", verdict(f.verdict).replace('_', " ")));
+    for i in unsure {
+        let verdict = told[i].verdict.replace('_', " ");
+        told[i].not_written = Some(format!("{verdict}, so the site file stays as it is there"));
     }
     for (k, why) in edited.left {
         told[sure[k]].not_written = Some(why.to_string());
@@ -250,30 +256,22 @@ fn write(site: &Site, all: &[Registered], target: &Path, told: &mut [Told]) -> a
     Ok(())
 }
 
-fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
+fn tell(site: &Site, f: &Registered, sheet: PathBuf) -> PictureOutcome {
+    let verdict = match f.verdict {
         Verdict::Found => "found",
         Verdict::Ambiguous => "ambiguous",
         Verdict::NotFound => "not_found",
-    }
-}
-
-fn tell(site: &Site, f: &Registered, sheet: PathBuf) -> Told {
-    let [heading, pitch, roll] = site.frame.bearings(&f.pose.rotation);
+    };
     let known = f.verdict != Verdict::NotFound;
     let rival = |r: &Rival| {
-        let [heading, pitch, roll] = site.frame.bearings(&r.pose.rotation);
-        let position = site.frame.point_out(r.pose.position).to_array();
-        ToldRival { position, heading, pitch, roll, fit: r.fit, best: r.best, worse: r.worse }
+        let pose = PoseOut::of(&site.frame, &r.pose);
+        RivalOutcome { pose, fit: r.fit, best: r.best, worse: r.worse }
     };
-    Told {
+    PictureOutcome {
         name: f.subject.name(site).to_owned(),
         kind: f.subject.kind(),
-        verdict: verdict(f.verdict),
-        position: site.frame.point_out(f.pose.position).to_array(),
-        heading,
-        pitch,
-        roll,
+        verdict,
+        pose: PoseOut::of(&site.frame, &f.pose),
         moved_m: f.moved().map(|m| m.0),
         turned_deg: f.moved().map(|m| m.1),
         sigma_m: known.then(|| f.position_m()),
@@ -288,9 +286,7 @@ fn tell(site: &Site, f: &Registered, sheet: PathBuf) -> Told {
 }
 
 fn print(outcome: &Outcome, site: &Site, all: &[Registered], out: &mut impl Write) -> io::Result<()> {
-    for warning in &outcome.warnings {
-        writeln!(out, "! {warning}")?;
-    }
+    warn("!", &outcome.warnings, out)?;
     for t in &outcome.pictures {
         writeln!(out, "{} “{}”: {}", t.kind, t.name, t.note)?;
         match t.fit_given {
@@ -301,16 +297,13 @@ fn print(outcome: &Outcome, site: &Site, all: &[Registered], out: &mut impl Writ
             Some(r) if t.verdict == "found" => writeln!(
                 out,
                 "; the next best place, at {}, fits {:.2} where this one fits {:.2}",
-                point(&site.frame, r.position),
+                point(&site.frame, &r.pose),
                 r.fit,
                 r.best
             )?,
-            Some(r) if t.verdict == "ambiguous" => writeln!(
-                out,
-                "; the places are {} and {}",
-                point(&site.frame, t.position),
-                point(&site.frame, r.position)
-            )?,
+            Some(r) if t.verdict == "ambiguous" => {
+                writeln!(out, "; the places are {} and {}", point(&site.frame, &t.pose), point(&site.frame, &r.pose))?
+            }
             _ => writeln!(out)?,
         }
         if let Some(why) = &t.not_written {
@@ -331,9 +324,9 @@ fn print(outcome: &Outcome, site: &Site, all: &[Registered], out: &mut impl Writ
 }
 
 /// A point in the model's axes and units.
-fn point(frame: &Frame, position: [f64; 3]) -> String {
+fn point(frame: &Frame, pose: &PoseOut) -> String {
     let decimals = length_decimals(frame).min(2);
-    format!("[{}]", position.map(|v| number(v, decimals)).join(", "))
+    format!("[{}]", pose.position.map(|v| number(v, decimals)).join(", "))
 }
 
 /// What to paste into the site file.

@@ -21,7 +21,6 @@ use clerestory::report::{BakedFrames, Rendered, RenderedView};
 use clerestory::scene::{self, Health, Mesh, Scene, Spared};
 use clerestory::site::{Site, View};
 use clerestory::study::Seconds;
-use clerestory::volume;
 use clerestory::{radiometry, site};
 use compared::{Compared, compared, photos};
 use left_out::{not_done, not_loaded, unasked};
@@ -34,12 +33,11 @@ use video::Video;
 use view_light::{Sky, ViewLight};
 use walk_exposure::steady_exposures;
 
-use super::bake::BakeHow;
-use super::register::lighting;
+use super::bake::{BakeHow, VolumeHow};
+use super::register::{in_passing, lighting};
 use super::terminal::model::Model;
 use super::terminal::number::between;
 use super::terminal::output::{Output, apart};
-use super::terminal::peak_memory::peak_bytes;
 use super::terminal::visible::visible;
 
 /// Rays a pixel, unless others are asked for.
@@ -90,12 +88,8 @@ pub(crate) struct RenderArgs {
     /// Use only the first N probes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     probes: Option<u32>,
-    /// Cells of the irradiance volume along the model's longest side
-    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().cells, value_parser = clap::value_parser!(u32).range(1..=512))]
-    cells: u32,
-    /// Rays from each place of the irradiance volume
-    #[arg(long, value_name = "N", default_value_t = volume::VolumeSettings::default().rays, value_parser = clap::value_parser!(u32).range(8..=65536))]
-    volume_rays: u32,
+    #[command(flatten)]
+    volume: VolumeHow,
     /// With --method paper: the records' radius in metres [default: 2.5 times their median spacing]
     #[arg(long, value_name = "METRES", value_parser = between(f32::MIN_POSITIVE..=f32::MAX, "a length in metres, more than 0"))]
     radius: Option<f32>,
@@ -161,9 +155,8 @@ pub(crate) fn run(args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<()>
     }
     let model = args.register.then(|| Model::of(&site, &args.output.folder(&site)?)).transpose()?;
     if let Some(Model { scene, .. }) = &model {
-        let (found, lines) =
-            super::register::in_passing(&site, scene, args.lighting.as_deref(), &args.view, args.output.told.talks())?;
-        site = found;
+        let lines;
+        (site, lines) = in_passing(&site, scene, args.lighting.as_deref(), &args.view, args.output.told)?;
         site.warnings.extend(lines);
     }
     let outcome = rendered(site, model, args)?;
@@ -196,12 +189,7 @@ fn gpu(site: &Site, args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<(
         );
     }
     let views = chosen(site, &args.view)?;
-    let how = BakeHow {
-        cells: args.cells,
-        volume_rays: args.volume_rays,
-        vertices: Some(args.vertices),
-        ..BakeHow::default()
-    };
+    let how = BakeHow { volume: args.volume, vertices: Some(args.vertices), ..BakeHow::default() };
     let asked = gpu::Asked { views, lighting, how, samples: args.samples, walk: args.path.is_some() };
     gpu::run(site, &asked, &args.output, out)
 }
@@ -209,10 +197,8 @@ fn gpu(site: &Site, args: &RenderArgs, out: &mut impl Write) -> anyhow::Result<(
 impl RenderArgs {
     /// All views as they come, into a folder, silently.
     pub(super) fn as_they_come(out: &Path, compare: bool) -> Self {
-        let volume::VolumeSettings { cells, rays, .. } = volume::VolumeSettings::default();
-        let output = Output::silent(out);
         let vertices = bake::BakeSettings::default().vertices;
-        Self { samples: SAMPLES, cells, volume_rays: rays, vertices, compare, output, ..Self::default() }
+        Self { samples: SAMPLES, vertices, compare, output: Output::silent(out), ..Self::default() }
     }
 }
 
@@ -229,11 +215,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         lightings,
         probes: site.probes.len(),
         sun: !args.no_sun,
-        volume: volume::VolumeSettings {
-            cells: args.cells,
-            rays: args.volume_rays,
-            ..volume::VolumeSettings::default()
-        },
+        volume: args.volume.settings(),
         all_stages: args.all_stages || args.volume_only,
         volume_for_all: args.volume_only,
     };
@@ -286,7 +268,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         .collect();
     let skies: Vec<Sky> = setup.lights.iter().map(|(_, light)| -> Sky { Box::new(|d| light.sky(d)) }).collect();
     let mut filmed = match (&baked, video) {
-        (Some(drawn), Some(_)) => Some(Video::new((&site, &options, &setup), &relits, drawn.baked())?),
+        (Some(drawn), Some(_)) => Some(Video::new((&site, &options, &setup), &relits, &drawn.baked)?),
         _ => None,
     };
     let light = ViewLight::new(&relits, &plain, &skies, baked.as_ref().map(|b| b.lights(&scene, &relits)));
@@ -348,7 +330,7 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         baked,
         records: setup.records,
         record_bytes: setup.record_bytes,
-        peak_bytes: peak_bytes(),
+        peak_bytes: clerestory::memory::peak(),
         left_out,
         warnings,
         gains,
@@ -392,7 +374,7 @@ fn plain(
     args: &RenderArgs,
     setup: &mut Setup,
 ) -> anyhow::Result<Vec<Plain>> {
-    let settings = PaperSettings { radius_m: args.radius, cells: args.cells, ..PaperSettings::default() };
+    let settings = PaperSettings { radius_m: args.radius, cells: args.volume.cells, ..PaperSettings::default() };
     let probes = &site.probes[..options.probes.min(site.probes.len())];
     let mut timings = Timings { load_s: setup.timings.load_s, ..Timings::default() };
     let mut all = Vec::new();

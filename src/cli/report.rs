@@ -24,7 +24,7 @@ use super::render::{RenderArgs, rendered};
 use super::study::studied;
 use super::terminal::command::{as_argument, command, in_words, own_command};
 use super::terminal::model::Model;
-use super::terminal::output::{Output, apart};
+use super::terminal::output::{Output, Told, apart};
 use super::view::viewed;
 
 /// Do all that a site allows and gather it in one folder with a page, to read and to archive.
@@ -72,20 +72,15 @@ enum Part {
 }
 
 impl Part {
-    /// The parts in order; each may show what those before it found.
-    const ALL: [Self; 6] = [Self::Check, Self::Plan, Self::Render, Self::Audit, Self::Study, Self::View];
-
-    /// The verb that does the same by hand.
-    fn verb(self) -> &'static str {
-        match self {
-            Self::Check => "check",
-            Self::Plan => "plan",
-            Self::Render => "render",
-            Self::Audit => "audit",
-            Self::Study => "study",
-            Self::View => "view",
-        }
-    }
+    /// The parts in order, each with the verb that does the same by hand; each may show what those before it found.
+    const ALL: [(Self, &'static str); 6] = [
+        (Self::Check, "check"),
+        (Self::Plan, "plan"),
+        (Self::Render, "render"),
+        (Self::Audit, "audit"),
+        (Self::Study, "study"),
+        (Self::View, "view"),
+    ];
 
     /// Whether a file of this name is one that it writes; `View::file_stem` keeps views clear of the others' names.
     fn writes(self, file: &str, site: &Site) -> bool {
@@ -127,15 +122,15 @@ fn has_photograph(site: &Site) -> bool {
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let folder = args.output.folder(&site)?;
-    let parts: Vec<Part> = Part::ALL.into_iter().filter(|p| *p != Part::View || args.viewer).collect();
+    let parts = || Part::ALL.into_iter().filter(|(p, _)| *p != Part::View || args.viewer);
     let bar = args.output.told.bar("{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
-    bar.set_length(1 + parts.iter().filter(|p| p.left_out(&site, args).is_none()).count() as u64);
+    bar.set_length(1 + parts().filter(|(p, _)| p.left_out(&site, args).is_none()).count() as u64);
 
     let mut archive = Archive { site: site.name.clone(), project: site.project.clone(), ..Archive::default() };
     let mut report = Report { args, site: &site, folder: &folder, registered: None };
     let mut ended = Vec::new();
-    for part in parts {
-        let mut run = Run { verb: part.verb().into(), command: report.by_hand(part, &archive), ..Run::default() };
+    for (part, verb) in parts() {
+        let mut run = Run { verb: verb.into(), command: report.by_hand(part, verb, &archive), ..Run::default() };
         match part.left_out(&site, args) {
             Some(why) => run.note = why.to_owned(),
             None => {
@@ -167,7 +162,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     archive.sheets_pdf = sheets_together(&archive, &made, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
 
-    let earlier = |file: &str| Part::ALL.iter().any(|part| !ended.contains(part) && part.writes(file, &site));
+    let earlier = |file: &str| Part::ALL.iter().any(|(part, _)| !ended.contains(part) && part.writes(file, &site));
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -232,7 +227,7 @@ impl Report<'_> {
                 let Model { scene, health, .. } = Model::of(&site, folder)?;
                 let said = health.warnings.into_iter().chain(found).collect();
                 let settings = audit::Settings::default();
-                archive.audit = Some(audited(&site, &scene, said, None, &[], &settings, folder, false)?);
+                archive.audit = Some(audited(&site, &scene, said, None, &[], &settings, folder, Told::NOTHING)?);
             }
             Part::Study => {
                 let options = study::Options { budget_s: f64::from(args.budget), ..study::Options::default() };
@@ -244,7 +239,7 @@ impl Report<'_> {
                     plan: archive.plan.as_ref().map(|_| folder.join("plan.json")),
                     command: own_command(),
                 };
-                viewed(site, &Model::of(site, folder)?, &BakeHow::default(), &extras, folder, false)?;
+                viewed(site, &Model::of(site, folder)?, &BakeHow::default(), &extras, folder, Told::NOTHING)?;
                 archive.viewer = Some("viewer.html".to_owned());
             }
         }
@@ -256,7 +251,7 @@ impl Report<'_> {
         let registered = match self.registered.take() {
             Some(known) => known,
             None if self.args.register => {
-                in_passing(self.site, &Model::of(self.site, self.folder)?.scene, None, &[], false)?
+                in_passing(self.site, &Model::of(self.site, self.folder)?.scene, None, &[], Told::NOTHING)?
             }
             None => (self.site.clone(), Vec::new()),
         };
@@ -264,8 +259,8 @@ impl Report<'_> {
     }
 
     /// The command line that does a part by hand.
-    fn by_hand(&self, part: Part, archive: &Archive) -> String {
-        let mut line = vec![part.verb().to_owned(), as_argument(&self.args.site)];
+    fn by_hand(&self, part: Part, verb: &str, archive: &Archive) -> String {
+        let mut line = vec![verb.to_owned(), as_argument(&self.args.site)];
         if part != Part::Check {
             line.extend(["--out".into(), as_argument(self.folder)]);
         }
@@ -397,7 +392,8 @@ mod tests {
     #[test]
     fn a_file_tells_by_its_name_which_part_wrote_it() {
         let site = Site::load(concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel").as_ref()).unwrap();
-        let parts = |file: &str| Part::ALL.into_iter().filter(|part| part.writes(file, &site)).collect::<Vec<_>>();
+        let parts =
+            |file: &str| Part::ALL.into_iter().map(|(p, _)| p).filter(|p| p.writes(file, &site)).collect::<Vec<_>>();
         for (part, files) in [
             (Part::Check, "check.json"),
             (Part::Plan, "plan.json plan-ground.dxf coverage.ply coverage-ground.svg"),

@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use clap::Args;
 use clerestory::panorama::{Layer, Picture, Projection, write_exr};
-use clerestory::reference::{Estimate, Eye, Lights, Noise, ReferenceSettings, Stopped, add_samples};
+use clerestory::reference::{Estimate, Eye, Lights, Noise, ReferenceSettings, add_samples};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::{Environment, Pictures, Site, Sun};
 use glam::{DVec3, Vec3};
@@ -240,16 +240,18 @@ fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> anyho
     let start = Instant::now();
     let (width, height) = job.eye.size();
     let mut estimate = Estimate::new(width, height);
-    let mut round = if args.noise.is_some() { FIRST_ROUND } else { args.samples };
+    let samples = if args.noise.is_some() { FIRST_ROUND } else { args.samples };
+    let mut settings = ReferenceSettings { samples, seed: args.seed, ..ReferenceSettings::default() };
     loop {
-        add(
-            job,
-            scene,
-            lights,
-            &ReferenceSettings { samples: round, seed: args.seed, ..ReferenceSettings::default() },
-            args,
-            &mut estimate,
-        )?;
+        let bar = args.told.bar("{msg} {wide_bar} {percent:>3} %  {eta} left");
+        bar.set_message(visible(&format!("{} {}", job.kind, job.name)).into_owned());
+        let progress = |done, total| {
+            bar.set_length(total);
+            bar.set_position(done);
+            ControlFlow::Continue(())
+        };
+        add_samples(scene, lights, &job.eye, &settings, &mut estimate, &progress)?;
+        bar.finish_and_clear();
         let Some(target) = args.noise else { break };
         let noise = estimate.noise().median;
         if noise <= target || estimate.samples() >= MOST_SAMPLES {
@@ -257,7 +259,7 @@ fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> anyho
         }
         // error falls as the root of the number of samples; never more than double on the word of a noisy figure
         let needed = f64::from(estimate.samples()) * ((noise / target).powi(2) - 1.0);
-        round = (needed as u32).clamp(estimate.samples() / 4, estimate.samples());
+        settings.samples = (needed as u32).clamp(estimate.samples() / 4, estimate.samples());
     }
     let noise = estimate.noise();
     save(job, &estimate, &noise, args)?;
@@ -272,27 +274,6 @@ fn make(job: &Job, scene: &Scene, lights: &Lights, args: &SimulateArgs) -> anyho
         rays: estimate.rays,
         noise,
     })
-}
-
-/// Adds samples under a progress bar.
-fn add(
-    job: &Job,
-    scene: &Scene,
-    lights: &Lights,
-    settings: &ReferenceSettings,
-    args: &SimulateArgs,
-    to: &mut Estimate,
-) -> Result<(), Stopped> {
-    let bar = args.told.bar("{msg} {wide_bar} {percent:>3} %  {eta} left");
-    bar.set_message(visible(&format!("{} {}", job.kind, job.name)).into_owned());
-    let progress = |done, total| {
-        bar.set_length(total);
-        bar.set_position(done);
-        ControlFlow::Continue(())
-    };
-    let result = add_samples(scene, lights, &job.eye, settings, to, &progress);
-    bar.finish_and_clear();
-    result
 }
 
 fn save(job: &Job, estimate: &Estimate, noise: &Noise, args: &SimulateArgs) -> anyhow::Result<()> {
@@ -331,17 +312,15 @@ fn percent(text: &str) -> Result<f64, String> {
     }
 }
 
-fn three(text: &str) -> Option<[f64; 3]> {
+fn three(text: &str) -> Option<DVec3> {
     let numbers: Vec<f64> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
     let three: [f64; 3] = numbers.try_into().ok()?;
-    three.iter().all(|v| v.is_finite()).then_some(three)
+    Some(DVec3::from(three)).filter(|v| v.is_finite())
 }
 
 fn colour(text: &str) -> Result<Vec3, String> {
-    three(text)
-        .filter(|c| c.iter().all(|v| *v >= 0.0))
-        .map(|c| DVec3::from_array(c).as_vec3())
-        .ok_or_else(|| "expected three numbers from zero up, such as 1,1.1,1.3".to_owned())
+    let light = three(text).map(|c| c.as_vec3()).filter(|c| c.is_finite() && c.min_element() >= 0.0);
+    light.ok_or_else(|| "expected three numbers from zero up, such as 1,1.1,1.3".to_owned())
 }
 
 fn sun(text: &str) -> Result<SunArg, String> {
@@ -351,7 +330,7 @@ fn sun(text: &str) -> Result<SunArg, String> {
     let (direction, irradiance) =
         text.split_once(':').ok_or("expected x,y,z:r,g,b, such as 0.3,0.6,0.7:50,46,40, or none")?;
     let direction = three(direction)
-        .and_then(|d| DVec3::from_array(d).try_normalize())
+        .and_then(DVec3::try_normalize)
         .ok_or("expected a direction x,y,z towards the sun before the colon")?;
     Ok(SunArg::From(direction, colour(irradiance)?))
 }
@@ -369,6 +348,8 @@ mod tests {
         for bad in ["", "1,2,3", "0,0,0:1,1,1", "1,2,3:1,1", "1,2,3:1,1,-1", "nan,1,1:1,1,1"] {
             assert!(sun(bad).is_err(), "{bad}");
         }
+        // more than a pixel holds
+        assert!(colour("1e300,1,1").is_err());
         assert_eq!(percent("2 %"), Ok(0.02));
         assert!(percent("0").is_err() && percent("-1").is_err() && percent("many").is_err());
     }

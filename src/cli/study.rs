@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::terminal::command::{as_argument, command, own_command};
 use super::terminal::model::Model;
 use super::terminal::number::{ABOVE_ZERO, between};
-use super::terminal::output::Output;
+use super::terminal::output::{Output, warn};
 use super::terminal::visible::visible;
 
 /// Weigh error against run time: image-based shooting over its settings beside path tracing.
@@ -117,9 +117,7 @@ pub(super) fn studied(
 }
 
 fn print(study: &Study, summary: &Summary, out: &mut impl Write) -> io::Result<()> {
-    for note in &study.notes {
-        writeln!(out, "! {note}")?;
-    }
+    warn("!", &study.notes, out)?;
     if let (Some(rmse), Some(flip)) = (study.truth.noise_rmse, study.truth.noise_flip) {
         writeln!(out, "the reference's own noise: RMSE {rmse:.3e} (taken off), FLIP between its halves {flip:.4}")?;
     }

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use super::bake::{BakeHow, baked, lightings};
 use super::terminal::model::Model;
-use super::terminal::output::Output;
+use super::terminal::output::{Output, Told};
 
 /// Make a page to walk through the relit model in: one file, no network.
 ///
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &ViewArgs, out: &mut impl Write) -> anyhow::Result<()> {
     };
     let folder = args.output.folder(&site)?;
     let model = Model::of(&site, &folder)?;
-    let outcome = viewed(&site, &model, &args.how, &extras, &folder, args.output.told.talks())?;
+    let outcome = viewed(&site, &model, &args.how, &extras, &folder, args.output.told)?;
     args.output.told.tell(&outcome, out, |out| {
         let Outcome { file, bytes, vertices, triangles, seconds } = &outcome;
         let megabytes = *bytes as f64 / 1e6;
@@ -85,7 +85,7 @@ pub(super) fn viewed(
     how: &BakeHow,
     extras: &Extras,
     folder: &Path,
-    shown: bool,
+    told: Told,
 ) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     let lightings = lightings(site, &how.lighting)?;
@@ -96,7 +96,7 @@ pub(super) fn viewed(
         coarse: COARSE,
         ..bake::BakeSettings::default()
     };
-    let Bake { baked, .. } = baked(site, scene, &lightings, how.volume(), &how.settings(usual), shown)?;
+    let (Bake { baked, .. }, _) = baked(site, scene, &lightings, how.volume.settings(), &how.settings(usual), told)?;
     let file = folder.join("viewer.html");
     write_viewer(&file, site, scene, &baked, extras)?;
     Ok(Outcome {

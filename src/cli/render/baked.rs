@@ -12,7 +12,7 @@ use crate::cli::terminal::output::Told;
 
 /// A bake, ready to be drawn from.
 pub(super) struct Drawn {
-    baked: Baked,
+    pub(super) baked: Baked,
     pieces: Pieces,
     seconds: f64,
 }
@@ -44,11 +44,6 @@ impl Drawn {
     pub(super) fn lights<'a>(&'a self, scene: &'a Scene, relits: &'a [Relit<'a>]) -> Vec<BakedLight<'a>> {
         let one = |(i, relit)| BakedLight::new(scene, &self.baked, i, relit, &self.pieces);
         relits.iter().enumerate().map(one).collect()
-    }
-
-    /// The bake.
-    pub(super) fn baked(&self) -> &Baked {
-        &self.baked
     }
 
     /// What was baked, and how far the first, the middle and the last of some frames are from rendering them in full.

@@ -51,8 +51,8 @@ mod with_card {
     use crate::cli::render::pictures::write;
     use crate::cli::render::walk_exposure::walk_exposures;
     use crate::cli::terminal::model::Model;
-    use crate::cli::terminal::output::Output;
-    use crate::cli::terminal::{peak_memory::peak_bytes, visible::visible};
+    use crate::cli::terminal::output::{Output, warn};
+    use crate::cli::terminal::visible::visible;
 
     /// What was drawn, for scripts.
     #[derive(Serialize)]
@@ -98,13 +98,9 @@ mod with_card {
         let Model { scene, health, .. } = Model::of(site, &folder)?;
         let load_s = start.elapsed().as_secs_f64();
         let settings = how.settings(BakeSettings { views: false, sun_apart: true, ..BakeSettings::default() });
-        let start = Instant::now();
-        let Bake { baked, setup } =
-            baked(site, &scene, std::slice::from_ref(lighting), how.volume(), &settings, output.told.talks())?;
-        let mut setup = setup.timings;
-        let set_up_s = setup.load_s + setup.shoot_s + setup.index_s + setup.volume_s;
-        let bake_s = start.elapsed().as_secs_f64() - set_up_s;
-        setup.load_s += load_s;
+        let (lighting, volume) = (std::slice::from_ref(lighting), how.volume.settings());
+        let (Bake { baked, setup }, bake_s) = baked(site, &scene, lighting, volume, &settings, output.told)?;
+        let setup = Timings { load_s: setup.timings.load_s + load_s, ..setup.timings };
         let start = Instant::now();
         let mut drawer = Drawer::new(&scene, &baked, 0)?;
         let upload_s = start.elapsed().as_secs_f64();
@@ -134,16 +130,14 @@ mod with_card {
             vertices: baked.vertices.len(),
             triangles: baked.triangles.len(),
             views: done,
-            peak_bytes: peak_bytes(),
+            peak_bytes: clerestory::memory::peak(),
             warnings: site.warnings.iter().cloned().chain(health.warnings).collect(),
         };
         output.told.tell(&outcome, out, |out| print(&outcome, out))
     }
 
     fn print(o: &Outcome, out: &mut impl Write) -> io::Result<()> {
-        for warning in &o.warnings {
-            writeln!(out, "warning: {warning}")?;
-        }
+        warn("warning:", &o.warnings, out)?;
         let t = o.setup;
         writeln!(
             out,

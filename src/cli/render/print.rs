@@ -6,12 +6,12 @@ use clerestory::report::{BakedFrames, NotDone, Rendered, VideoTimes};
 use clerestory::study::{Comparison, median};
 use std::io::{self, Write};
 
+use crate::cli::terminal::output::warn;
+
 /// Tells what was rendered.
 pub(super) fn print(outcome: &Rendered, out: &mut impl Write) -> io::Result<()> {
     let Timings { load_s, shoot_s, index_s, volume_s } = outcome.setup;
-    for warning in &outcome.warnings {
-        writeln!(out, "! {warning}")?;
-    }
+    warn("!", &outcome.warnings, out)?;
     writeln!(out, "load {load_s:.2} s, shoot {shoot_s:.2} s, index {index_s:.2} s, volume {volume_s:.2} s")?;
     let mib = outcome.record_bytes as f64 / f64::from(1 << 20);
     writeln!(out, "{} records in {mib:.0} MiB", outcome.records)?;
@@ -126,14 +126,11 @@ fn print_means(when: &str, errors: Vec<&Comparison>, out: &mut impl Write) -> io
         let relmse = errors.iter().map(|e| e.all.relmse).sum::<f64>() / n;
         writeln!(out, "mean over {} views{when}: FLIP {flip:.4}, relMSE {relmse:.4}", errors.len())?;
         let unseen: Vec<f64> = errors.iter().flat_map(|e| e.unseen_errors.iter().copied()).collect();
-        if !unseen.is_empty() {
-            let (count, error) = (unseen.len(), 100.0 * median(unseen));
-            writeln!(out, "all {count} pixels where no probe sees{when}: median error {error:.1} %")?;
-        }
         let filled: Vec<f64> = errors.iter().flat_map(|e| e.filled_errors.iter().copied()).collect();
-        if !filled.is_empty() {
-            let (count, error) = (filled.len(), 100.0 * median(filled));
-            writeln!(out, "all {count} pixels that no record lights{when}: median error {error:.1} %")?;
+        let parts = [("where no probe sees", unseen), ("that no record lights", filled)];
+        for (which, errors) in parts.into_iter().filter(|(_, errors)| !errors.is_empty()) {
+            let (count, error) = (errors.len(), 100.0 * median(errors));
+            writeln!(out, "all {count} pixels {which}{when}: median error {error:.1} %")?;
         }
     }
     Ok(())

@@ -5,8 +5,8 @@ use std::ffi::OsString;
 use std::path::Path;
 
 /// A command line of this program (without its name) as a shell takes it.
-pub(crate) fn command(line: &[String]) -> String {
-    std::iter::once("clerestory".to_owned()).chain(line.iter().map(|w| quoted(w))).collect::<Vec<_>>().join(" ")
+pub(crate) fn command(line: &[impl AsRef<str>]) -> String {
+    line.iter().fold("clerestory".to_owned(), |line, word| line + " " + &quoted(word.as_ref()))
 }
 
 /// A word as a shell takes it: in quotes only if need be.

@@ -4,6 +4,5 @@ pub(crate) mod command;
 pub(crate) mod model;
 pub(crate) mod number;
 pub(crate) mod output;
-pub(crate) mod peak_memory;
-pub(crate) mod progress;
+mod progress;
 pub(crate) mod visible;

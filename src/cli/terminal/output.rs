@@ -1,15 +1,13 @@
-//! The folder that a verb writes into.
+//! The folder that a verb writes into, and what it tells.
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueHint};
 use clerestory::atomic_write::folder_of;
 use clerestory::site::Site;
-use indicatif::ProgressBar;
 use serde::Serialize;
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-use super::progress::bar;
 
 /// Where a verb's results go, and what it prints.
 #[derive(Args, Debug, Default)]
@@ -33,14 +31,12 @@ pub(crate) struct Told {
 }
 
 impl Told {
+    /// Nothing but errors.
+    pub(crate) const NOTHING: Self = Self { json: false, quiet: true };
+
     /// Whether a person is to be told how it goes.
     pub(crate) fn talks(self) -> bool {
         !self.quiet && !self.json
-    }
-
-    /// A progress bar after indicatif's `template`, hidden where nobody is told.
-    pub(crate) fn bar(self, template: &str) -> ProgressBar {
-        bar(self.talks(), template)
     }
 
     /// Tells a result: as JSON where that was asked for, in `words` where a person reads.
@@ -62,7 +58,7 @@ impl Told {
 impl Output {
     /// Into a folder, and nothing printed.
     pub(crate) fn silent(folder: &Path) -> Self {
-        Self { out: Some(folder.to_owned()), told: Told { json: false, quiet: true } }
+        Self { out: Some(folder.to_owned()), told: Told::NOTHING }
     }
 
     /// The folder asked for, else the site's own under `reports`; made where it is not there yet.
@@ -101,6 +97,16 @@ fn by_default(site: &Site) -> PathBuf {
     };
     Path::new("reports").join(name)
 }
+
+/// Tells what is odd, a line each, after a mark.
+pub(crate) fn warn<T: Display>(
+    mark: &str,
+    warnings: impl IntoIterator<Item = T>,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    warnings.into_iter().try_for_each(|warning| writeln!(out, "{mark} {warning}"))
+}
+
 /// Tells a value as JSON, and ends the line.
 pub(crate) fn json(value: &impl Serialize, out: &mut impl Write) -> io::Result<()> {
     serde_json::to_writer_pretty(&mut *out, value)?;
