@@ -80,13 +80,15 @@ fn samples(panorama: &Panorama, target: f64, centre: Option<DVec3>) -> usize {
     ((1.5 * ratio).ceil() as usize).clamp(2, MAX_SAMPLES)
 }
 
-/// The picture in latitude/longitude, its equator as fine as the picture's centre; NaN where it shows nothing, so that this never
-/// becomes light.
-pub fn latlong(picture: Picture, projection: Projection) -> Picture {
+/// The picture in latitude/longitude, its equator as fine as the picture's centre; NaN where it shows nothing, or a pixel that is
+/// no light, so that this never becomes light.
+pub fn latlong(mut picture: Picture, projection: Projection) -> Picture {
     if projection == Projection::LatLong {
         return picture;
     }
-    let panorama = Panorama::new(picture, projection, DMat3::IDENTITY);
+    // others may average to what looks like light
+    picture.pixels.iter_mut().filter(|p| !Picture::valid(**p)).for_each(|p| *p = Vec3::NAN);
+    let panorama = Panorama::as_stored(picture, projection, DMat3::IDENTITY);
     let (width, height) = latlong_size(&panorama);
     let (mut out, shown) = resampled(&panorama, Projection::LatLong, width, height);
     out.pixels.iter_mut().zip(shown).filter(|(_, shown)| !shown).for_each(|(pixel, _)| *pixel = Vec3::NAN);
@@ -128,6 +130,7 @@ fn average(from: usize, to: usize, value: impl Fn(usize) -> Vec3) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     /// A smooth function on the sphere with something in every direction.
     fn light(d: DVec3) -> Vec3 {
@@ -173,6 +176,23 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn pixels_that_are_no_light_stay_none() {
+        let mut picture = picture_of(Projection::Angular, 64, 64);
+        let none = [(31, 31, f32::NAN), (50, 31, -1.0), (31, 50, f32::INFINITY)];
+        none.iter().for_each(|&(x, y, value)| picture.pixels[y * 64 + x] = Vec3::splat(value));
+        let around = latlong(picture, Projection::Angular);
+        let (w, h) = (around.width, around.height);
+        for (i, pixel) in around.pixels.iter().enumerate() {
+            let d = latlong::direction(w, h, (i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+            let p = Projection::Angular.pixel(64, 64, d).unwrap();
+            let off = |&(x, y, _): &(usize, usize, f32)| (p - DVec2::new(x as f64, y as f64) - 0.5).abs().max_element();
+            let off = none.iter().map(off).fold(f64::INFINITY, f64::min);
+            // the pixels beside them, of which they are a part, are lost as well
+            assert!(if off < 0.5 { pixel.is_nan() } else { off < 4.0 || Picture::valid(*pixel) }, "{p}: {pixel}");
         }
     }
 

@@ -22,6 +22,11 @@ impl Panorama {
     /// A panorama from a picture; `rotation` takes the camera's axes (+x right, +y forward, +z up) to the program's.
     /// Pixels that are no light (see [`Picture::valid`]) become black; a picture without pixels is black all over.
     pub fn new(picture: Picture, projection: Projection, rotation: DMat3) -> Self {
+        Self::as_stored(picture.cleaned(), projection, rotation)
+    }
+
+    /// The same with all pixels as they are, also those that are no light.
+    pub(super) fn as_stored(picture: Picture, projection: Projection, rotation: DMat3) -> Self {
         let picture = if picture.pixels.is_empty() { Picture::new(1, 1) } else { picture };
         let to_camera = rotation.transpose().as_mat3();
         let (w, h) = (picture.width, picture.height);
@@ -30,7 +35,7 @@ impl Panorama {
             Projection::LatLong | Projection::Perspective { .. } => Vec::new(),
             _ => (0..w * h).into_par_iter().map(|i| middle(i).is_some()).collect(),
         };
-        Self { picture: picture.cleaned(), projection, rotation, to_camera, shown }
+        Self { picture, projection, rotation, to_camera, shown }
     }
 
     /// Whether the picture shows a direction in the camera's axes.

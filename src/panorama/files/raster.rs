@@ -108,27 +108,36 @@ pub(crate) fn read(path: &Path, mut file: BufReader<File>, format: ImageFormat) 
     let channels = usize::from(kind.channel_count());
     let coding = match kind {
         ColorType::Rgb32F | ColorType::Rgba32F => {
-            fill(&mut picture, bytemuck::cast_slice(bytes), channels, |v: f32| v);
+            fill(&mut picture, bytemuck::cast_slice(bytes), channels, 0.5, |v: f32| v);
             Coding::Linear
         }
         ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {
             let table: Vec<f32> = (0..=255u8).map(|v| srgb_to_linear(f32::from(v) / 255.0)).collect();
-            fill(&mut picture, bytes, channels, |v: u8| table[usize::from(v)]);
+            fill(&mut picture, bytes, channels, 1 << 7, |v: u8| table[usize::from(v)]);
             Coding::Srgb8
         }
         _ => {
             let table: Vec<f32> = (0..=65535u16).map(|v| srgb_to_linear(f32::from(v) / 65535.0)).collect();
-            fill(&mut picture, bytemuck::cast_slice(bytes), channels, |v: u16| table[usize::from(v)]);
+            fill(&mut picture, bytemuck::cast_slice(bytes), channels, 1 << 15, |v: u16| table[usize::from(v)]);
             Coding::Srgb16
         }
     };
     Ok((picture, coding))
 }
 
-/// Fills a picture from stored values, one or three channels a pixel, with alpha or without.
-fn fill<T: Copy>(picture: &mut Picture, stored: &[T], channels: usize, linear: impl Fn(T) -> f32) {
+/// Fills a picture from stored values, one or three channels a pixel, with alpha or without. What alpha below `half` hides was
+/// never photographed, and is NaN.
+fn fill<T: Copy + PartialOrd>(
+    picture: &mut Picture,
+    stored: &[T],
+    channels: usize,
+    half: T,
+    linear: impl Fn(T) -> f32,
+) {
+    let has_alpha = channels.is_multiple_of(2);
     for (pixel, v) in picture.pixels.iter_mut().zip(stored.chunks_exact(channels)) {
         *pixel = match *v {
+            [.., alpha] if has_alpha && alpha < half => Vec3::NAN,
             [r, g, b, ..] => Vec3::new(linear(r), linear(g), linear(b)),
             [grey, ..] => Vec3::splat(linear(grey)),
             [] => Vec3::ZERO,
@@ -153,14 +162,14 @@ pub(crate) fn decode_error(path: &Path, error: image::ImageError) -> PanoramaErr
 mod tests {
     use super::*;
     use crate::panorama::linear_to_srgb;
-    use image::{ImageBuffer, Luma, Rgb, Rgba};
+    use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
 
     #[test]
     fn integers_are_decoded_from_srgb_and_floats_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         ImageBuffer::from_fn(3, 2, |x, _| Rgb([x as u8 * 100, 255, 0])).save(path("8.png")).unwrap();
-        ImageBuffer::from_fn(3, 2, |x, _| Rgba([x as u16 * 30_000, 65535, 0, 9])).save(path("16.png")).unwrap();
+        ImageBuffer::from_fn(3, 2, |x, _| Rgba([x as u16 * 30_000, 65535, 0, 65535])).save(path("16.png")).unwrap();
         ImageBuffer::from_fn(3, 2, |x, _| Luma([x as u16 * 30_000])).save(path("grey.tif")).unwrap();
         ImageBuffer::from_fn(3, 2, |x, _| Rgb([x as f32 * 1e5, -1.0, 0.5])).save(path("float.tif")).unwrap();
         let at = |name: &str| crate::panorama::read(&path(name)).unwrap().pixels[2];
@@ -170,6 +179,28 @@ mod tests {
         near(at("grey.tif"), Vec3::splat(srgb_to_linear(60_000.0 / 65535.0)));
         near(at("float.tif"), Vec3::new(2e5, -1.0, 0.5));
         assert_eq!(crate::panorama::dimensions(&path("16.png")).unwrap(), (3, 2));
+    }
+
+    #[test]
+    fn what_alpha_hides_is_no_light() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        ImageBuffer::from_fn(4, 1, |x, _| Rgba([0u8, 90, 255, [0, 127, 128, 255][x as usize]]))
+            .save(path("8.png"))
+            .unwrap();
+        ImageBuffer::from_fn(4, 1, |x, _| Rgba([9u16, 9, 9, [0, 32_767, 32_768, 65_535][x as usize]]))
+            .save(path("16.png"))
+            .unwrap();
+        ImageBuffer::from_fn(4, 1, |x, _| LumaA([200u8, [0, 127, 128, 255][x as usize]]))
+            .save(path("grey.png"))
+            .unwrap();
+        ImageBuffer::from_fn(4, 1, |x, _| Rgba([0.2f32, 3.0, 0.0, [0.0, 0.49, 0.5, 1.0][x as usize]]))
+            .save(path("float.tif"))
+            .unwrap();
+        for name in ["8.png", "16.png", "grey.png", "float.tif"] {
+            let shown = crate::panorama::read(&path(name)).unwrap().pixels.into_iter().map(Picture::valid);
+            assert_eq!(shown.collect::<Vec<_>>(), [false, false, true, true], "{name}");
+        }
     }
 
     #[test]

@@ -14,11 +14,11 @@ use crate::panorama::{PanoramaError, Picture};
 ///
 /// | format | values |
 /// |---|---|
-/// | OpenEXR | as stored; the first R, G, B found (else Y), in the display window; alpha is left out |
+/// | OpenEXR | as stored; the first R, G, B found (else Y), in the display window; alpha is passed over |
 /// | Radiance `.hdr` | as stored, over the header's EXPOSURE and COLORCORR |
-/// | PNG, JPEG, TIFF | decoded from sRGB to 0..=1; float TIFF as stored; alpha is left out |
+/// | PNG, JPEG, TIFF | decoded from sRGB to 0..=1; float TIFF as stored; NaN where alpha is below one half, as where a stitching program had no photograph |
 ///
-/// Values are kept as stored, also NaN, infinite and negative ones: see [`Picture::health`].
+/// Values are otherwise kept as stored, also NaN, infinite and negative ones: see [`Picture::health`].
 ///
 /// # Errors
 /// [`PanoramaError`] when the file is missing, damaged, of another format, larger than [`MAX_PIXELS`](crate::panorama::MAX_PIXELS), or more than
