@@ -73,9 +73,9 @@ fn halves(target: Projection, width: usize, height: usize) -> impl Fn(usize, usi
 fn samples(panorama: &Panorama, target: f64, centre: Option<DVec3>) -> usize {
     let source = panorama.picture();
     let (w, h) = (source.width, source.height);
-    let Some(p) = centre.and_then(|d| panorama.projection().pixel(w, h, d)) else { return 4 };
+    let Some(p) = centre.and_then(|d| panorama.projection.pixel(w, h, d)) else { return 4 };
     let (x, y) = ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1));
-    let under = panorama.projection().solid_angle(w, h, x, y);
+    let under = panorama.projection.solid_angle(w, h, x, y);
     let ratio = if under > 0.0 { (target / under).sqrt() } else { 1.0 };
     ((1.5 * ratio).ceil() as usize).clamp(2, MAX_SAMPLES)
 }
@@ -98,9 +98,9 @@ pub fn latlong(mut picture: Picture, projection: Projection) -> Picture {
 /// A latitude/longitude size whose equator is as fine as the panorama's centre.
 pub(super) fn latlong_size(panorama: &Panorama) -> (usize, usize) {
     let (w, h) = (panorama.picture().width, panorama.picture().height);
-    let forward = panorama.projection().pixel(w, h, DVec3::Y);
+    let forward = panorama.projection.pixel(w, h, DVec3::Y);
     let (x, y) = forward.map_or((0, 0), |p| ((p.x as usize).min(w - 1), (p.y as usize).min(h - 1)));
-    let side = panorama.projection().solid_angle(w, h, x, y).sqrt();
+    let side = panorama.projection.solid_angle(w, h, x, y).sqrt();
     let height = (0.5 * TAU / side).ceil().clamp(16.0, 4096.0) as usize;
     (2 * height, height)
 }

@@ -18,7 +18,6 @@ const MAX_WIDTH: usize = 2048;
 pub struct EnvironmentSampler {
     panorama: Panorama,
     to_world: Mat3,
-    to_camera: Mat3,
     width: usize,
     height: usize,
     /// Each pixel's share; all sum to 1.
@@ -44,7 +43,13 @@ impl EnvironmentSampler {
     /// Prepares a panorama. Projections other than latitude/longitude are converted to it first, at a size that keeps
     /// their resolution.
     pub fn new(panorama: Panorama) -> Self {
-        let panorama = as_latlong(panorama);
+        let panorama = if panorama.projection == Projection::LatLong {
+            panorama
+        } else {
+            let (width, height) = convert::latlong_size(&panorama);
+            let picture = convert::convert(&panorama, Projection::LatLong, width, height);
+            Panorama::new(picture, Projection::LatLong, panorama.rotation)
+        };
         let (width, height, luminance) = table(panorama.picture());
         let weight = |i: usize| f64::from(luminance[i]) * latlong::solid_angle(width, height, i / width);
         let mut total = 0.0;
@@ -62,8 +67,7 @@ impl EnvironmentSampler {
         let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
         rows.iter_mut().chain(&mut columns).for_each(|c| *c *= scale);
         let shares = (0..width * height).map(|i| (weight(i) * scale) as f32).collect();
-        let to_world = panorama.rotation().as_mat3();
-        Self { to_camera: to_world.transpose(), to_world, panorama, width, height, shares, rows, columns }
+        Self { to_world: panorama.rotation.as_mat3(), panorama, width, height, shares, rows, columns }
     }
 
     /// Radiance that arrives from direction `d` (program's axes, unit).
@@ -85,7 +89,7 @@ impl EnvironmentSampler {
 
     /// Density per steradian with which [`sample`](Self::sample) draws direction `d` (program's axes, unit).
     pub fn pdf(&self, d: Vec3) -> f32 {
-        self.density(self.to_camera * d)
+        self.density(self.panorama.to_camera * d)
     }
 
     fn density(&self, local: Vec3) -> f32 {
@@ -134,16 +138,6 @@ fn table(picture: &Picture) -> (usize, usize, Vec<f32>) {
 /// Brightness by which light is drawn: the mean of the channels, so that no colour is ever out of reach.
 fn luminance(p: Vec3) -> f32 {
     (p.x + p.y + p.z) / 3.0
-}
-
-/// The panorama in latitude/longitude, turned as it was.
-fn as_latlong(panorama: Panorama) -> Panorama {
-    if panorama.projection() == Projection::LatLong {
-        return panorama;
-    }
-    let rotation = panorama.rotation();
-    let (width, height) = convert::latlong_size(&panorama);
-    Panorama::new(convert::convert(&panorama, Projection::LatLong, width, height), Projection::LatLong, rotation)
 }
 
 #[cfg(test)]

@@ -1,5 +1,11 @@
 //! sRGB's curve.
 
+use std::sync::{Arc, LazyLock};
+
+/// Linear value of each 8-bit sRGB code.
+pub(crate) static LINEAR: LazyLock<Arc<[f32; 256]>> =
+    LazyLock::new(|| Arc::new(std::array::from_fn(|code| srgb_to_linear(code as f32 / 255.0))));
+
 /// From sRGB-encoded 0..=1 to linear (IEC 61966-2-1).
 pub fn srgb_to_linear(v: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }

@@ -11,9 +11,11 @@ use super::{Picture, Projection};
 #[derive(Clone, Debug)]
 pub struct Panorama {
     picture: Picture,
-    projection: Projection,
-    rotation: DMat3,
-    to_camera: Mat3,
+    /// How pixels map to directions in the camera's axes.
+    pub(super) projection: Projection,
+    /// From the camera's axes to the program's.
+    pub(super) rotation: DMat3,
+    pub(super) to_camera: Mat3,
     /// Which pixels' middles show something; empty where all do.
     shown: Vec<bool>,
 }
@@ -46,16 +48,6 @@ impl Panorama {
     /// The pixels, without invalid ones.
     pub fn picture(&self) -> &Picture {
         &self.picture
-    }
-
-    /// How pixels map to directions in the camera's axes.
-    pub fn projection(&self) -> Projection {
-        self.projection
-    }
-
-    /// From the camera's axes to the program's.
-    pub fn rotation(&self) -> DMat3 {
-        self.rotation
     }
 
     /// Radiance that arrives from direction `d` (program's axes, unit), interpolated between the four nearest pixel

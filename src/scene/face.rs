@@ -23,23 +23,19 @@ impl Scene {
             paint.plain = Vec3::ONE;
             return paint;
         }
-        if !self.mesh.colours.is_empty() {
-            let [a, b, c] = self.mesh.at_corners(face.triangle, &self.mesh.colours);
+        match self.mesh.span(face.triangle, &self.mesh.colours) {
             // of one colour: painted as by a material of that colour
-            if a == b && a == c {
-                paint.plain *= a;
-            } else {
-                paint.colours = Some([a, b - a, c - a]);
-            }
+            Some([a, Vec3::ZERO, Vec3::ZERO]) => paint.plain *= a,
+            colours => paint.colours = colours,
         }
         if let Some(texture) = material.texture
-            && !self.mesh.uvs.is_empty()
+            && let Some(uv) = self.mesh.span(face.triangle, &self.mesh.uvs)
         {
-            let [a, b, c] = self.mesh.at_corners(face.triangle, &self.mesh.uvs);
             let texture = &self.textures[texture as usize];
-            let uv = [a, b - a, c - a];
+            let (width, height) = texture.size();
             let units2_per_m2 = uv[1].perp_dot(uv[2]).abs() / face.doubled_m2.max(f32::MIN_POSITIVE);
-            paint.texture = Some(Cloth { texture, uv, scale: (texture.texels_per_unit2() * units2_per_m2).sqrt() });
+            let scale = (width as f32 * height as f32 * units2_per_m2).sqrt();
+            paint.texture = Some(Cloth { texture, uv, scale });
         }
         paint
     }
@@ -133,30 +129,25 @@ impl Paint<'_> {
     /// width in metres on the surface.
     #[inline]
     pub fn albedo(&self, barycentric: Vec2, width_m: f32) -> Vec3 {
-        let albedo = self.shade(barycentric);
-        let Some(cloth) = &self.texture else { return albedo };
-        albedo * cloth.texture.sample(cloth.at(barycentric), Texture::level_of(width_m * cloth.scale))
+        self.shade(barycentric, |cloth, uv| cloth.texture.sample(uv, Texture::level_of(width_m * cloth.scale)))
     }
 
     /// [`Paint::albedo`] without the blend between two levels of the texture: for the many rays whose mean counts.
     #[inline]
     pub fn rough_albedo(&self, barycentric: Vec2, width_m: f32) -> Vec3 {
-        let albedo = self.shade(barycentric);
-        let Some(cloth) = &self.texture else { return albedo };
-        albedo * cloth.texture.near(cloth.at(barycentric), width_m * cloth.scale)
+        self.shade(barycentric, |cloth, uv| cloth.texture.near(uv, width_m * cloth.scale))
     }
 
     /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: bilinear in the
     /// texture's level whose texels are about half its shorter side wide, over places so many texels apart.
     pub fn patch(&self, face: &Face, barycentric: Vec2, sides: [Vec3; 2], apart: f32) -> Vec3 {
-        let albedo = self.shade(barycentric);
-        let Some(cloth) = &self.texture else { return albedo };
-        let Cloth { texture, uv: [_, b, c], .. } = cloth;
-        let on_texture = |side: Vec3| {
-            let change = face.change(side);
-            *b * change.x + *c * change.y
-        };
-        albedo * texture.patch(cloth.at(barycentric), on_texture(sides[0]), on_texture(sides[1]), apart)
+        self.shade(barycentric, |Cloth { texture, uv: [_, b, c], .. }, uv| {
+            let on_texture = |side: Vec3| {
+                let change = face.change(side);
+                *b * change.x + *c * change.y
+            };
+            texture.patch(uv, on_texture(sides[0]), on_texture(sides[1]), apart)
+        })
     }
 
     /// Whether another face carries this one on at a point of it: in the same plane, and painted as this one would be
@@ -181,12 +172,13 @@ impl Paint<'_> {
             }
     }
 
-    /// Kd × vertex colour.
+    /// Kd × vertex colour × what a texture gives at its coordinates there.
     #[inline]
-    fn shade(&self, at: Vec2) -> Vec3 {
-        match self.colours {
+    fn shade(&self, at: Vec2, texel: impl FnOnce(&Cloth, Vec2) -> Vec3) -> Vec3 {
+        let plain = match self.colours {
             Some([a, b, c]) => self.plain * (a + b * at.x + c * at.y),
             None => self.plain,
-        }
+        };
+        self.texture.as_ref().map_or(plain, |cloth| plain * texel(cloth, cloth.at(at)))
     }
 }

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use smallvec::SmallVec;
+use std::ops::Sub;
 
 use crate::components::components;
 use crate::lists::Lists;
@@ -56,9 +57,20 @@ impl Mesh {
 
     /// What the corners of a triangle have, of what each vertex has.
     #[inline]
-    pub(super) fn at_corners<T: Copy>(&self, triangle: u32, each: &[T]) -> [T; 3] {
+    fn at_corners<T: Copy>(&self, triangle: u32, each: &[T]) -> [T; 3] {
         let [a, b, c] = self.triangles[triangle as usize];
         [each[a as usize], each[b as usize], each[c as usize]]
+    }
+
+    /// What each vertex has, over a triangle: that of the first corner, and what the second's and the third's add to it. `None`
+    /// where vertices have none.
+    #[inline]
+    pub(super) fn span<T: Copy + Sub<Output = T>>(&self, triangle: u32, each: &[T]) -> Option<[T; 3]> {
+        if each.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.at_corners(triangle, each);
+        Some([a, b - a, c - a])
     }
 
     /// Unit normal by the winding of the corners.
@@ -75,20 +87,12 @@ impl Mesh {
 
     /// Texture coordinates at a point of a triangle.
     pub fn uv(&self, triangle: u32, barycentric: Vec2) -> Option<Vec2> {
-        if self.uvs.is_empty() {
-            return None;
-        }
-        let [a, b, c] = self.at_corners(triangle, &self.uvs);
-        Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
+        self.span(triangle, &self.uvs).map(|[a, b, c]| a + b * barycentric.x + c * barycentric.y)
     }
 
     /// Vertex colour at a point of a triangle.
     pub fn colour(&self, triangle: u32, barycentric: Vec2) -> Option<Vec3> {
-        if self.colours.is_empty() {
-            return None;
-        }
-        let [a, b, c] = self.at_corners(triangle, &self.colours);
-        Some(a + (b - a) * barycentric.x + (c - a) * barycentric.y)
+        self.span(triangle, &self.colours).map(|[a, b, c]| a + b * barycentric.x + c * barycentric.y)
     }
 
     /// For each vertex the first vertex at the same position, to the last bit.

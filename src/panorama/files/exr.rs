@@ -18,13 +18,7 @@ use crate::memory;
 use crate::panorama::primaries::{Primaries, converted};
 use crate::panorama::{PanoramaError, Picture};
 
-/// Where a picture's colour is stored: the layer and its channels by index.
-struct Colour {
-    layer: usize,
-    channels: Channels,
-}
-
-/// How a layer stores colour.
+/// How a layer stores colour: its channels by index.
 enum Channels {
     Rgb([usize; 3]),
     Luminance(usize),
@@ -34,22 +28,22 @@ enum Channels {
 
 pub(crate) fn dimensions(path: &Path, file: BufReader<File>) -> Result<(usize, usize)> {
     let meta = MetaData::read_from_buffered(file, false).map_err(|e| decode_error(path, e))?;
-    let colour = find_colour(path, &meta)?;
-    checked_windows(path, &meta.headers[colour.layer])
+    let (layer, _) = find_colour(path, &meta)?;
+    checked_windows(path, &meta.headers[layer])
 }
 
 pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     let reader = block::read(file, false).map_err(|e| decode_error(path, e))?;
     let meta = reader.meta_data().clone();
-    let colour = find_colour(path, &meta)?;
-    let header = &meta.headers[colour.layer];
+    let (layer, channels) = find_colour(path, &meta)?;
+    let header = &meta.headers[layer];
     let (width, height) = checked_windows(path, header)?;
     let primaries = primaries(header);
     let unusable = || PanoramaError::damaged(path, "its chromaticities span no colour space");
     let weights = primaries.weights().ok_or_else(unusable)?;
     let to_rec709 = primaries.to_rec709().ok_or_else(unusable)?;
     let wanted =
-        |_: &MetaData, _, index: block::BlockIndex| index.layer == colour.layer && index.level == exr::math::Vec2(0, 0);
+        |_: &MetaData, _, index: block::BlockIndex| index.layer == layer && index.level == exr::math::Vec2(0, 0);
     let at_once = blocks_at_once(path, header, picture_bytes(width as u64, height as u64))?;
     let mut chunks = reader.filter_chunks(false, wanted).map_err(|e| decode_error(path, e))?;
     // only once the first pixels prove right: a lying header must not cost memory
@@ -74,7 +68,7 @@ pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
                 Some(picture) => picture,
                 none => none.insert(allocate(path, width, height)?),
             };
-            place(&block, header, &colour.channels, weights, picture);
+            place(&block, header, &channels, weights, picture);
         }
     }
     let mut picture = picture.ok_or_else(|| PanoramaError::damaged(path, "it holds no pixels"))?;
@@ -84,24 +78,18 @@ pub(crate) fn read(path: &Path, file: BufReader<File>) -> Result<Picture> {
     Ok(picture)
 }
 
-/// What may be a picture's light.
-struct Candidate {
-    /// The layer's name, or the part's; empty without one.
-    name: String,
-    colour: Colour,
-}
+/// What may be a picture's light: the layer's name, or the part's, empty without one; the part; and how it stores colour.
+type Candidate = (String, usize, Channels);
 
-impl Candidate {
-    /// Least is best: what is surely not light last, then R, G and B before chroma and luminance, then by its name.
-    fn order(&self) -> (bool, u8, u8) {
-        let kind = match self.colour.channels {
-            Channels::Rgb(_) => 0,
-            Channels::Chroma(_) => 1,
-            Channels::Luminance(_) => 2,
-        };
-        let rank = rank(&self.name);
-        (rank == NOT_LIGHT, kind, rank)
-    }
+/// Least is best: what is surely not light last, then R, G and B before chroma and luminance, then by its name.
+fn order((name, _, channels): &Candidate) -> (bool, u8, u8) {
+    let kind = match channels {
+        Channels::Rgb(_) => 0,
+        Channels::Chroma(_) => 1,
+        Channels::Luminance(_) => 2,
+    };
+    let rank = rank(name);
+    (rank == NOT_LIGHT, kind, rank)
 }
 
 /// The rank of passes that hold no light, or a part of it.
@@ -122,22 +110,20 @@ fn rank(name: &str) -> u8 {
     }
 }
 
-/// Of all layers and parts with colour the one that is light, as far as names tell; the file's first of those alike.
-fn find_colour(path: &Path, meta: &MetaData) -> Result<Colour> {
+/// Of all layers and parts with colour the one that is light, as far as names tell; the file's first of those alike. Its part,
+/// and how that stores it.
+fn find_colour(path: &Path, meta: &MetaData) -> Result<(usize, Channels)> {
     let flat = || meta.headers.iter().enumerate().filter(|(_, h)| !h.deep);
     let candidates: Vec<Candidate> = flat()
         .flat_map(|(layer, header)| {
             let part = header.own_attributes.layer_name.as_ref().map_or_else(String::new, |name| name.to_string());
-            let plain = [plain_rgb(header), chroma(header), luminance(header)].into_iter().flatten();
-            let plain = plain.map(move |channels| (part.clone(), channels));
-            plain
-                .chain(named_rgb(header))
-                .map(move |(name, channels)| Candidate { name, colour: Colour { layer, channels } })
+            let plain = unnamed(header).map(move |channels| (part.clone(), channels));
+            plain.chain(named_rgb(header)).map(move |(name, channels)| (name, layer, channels))
         })
         .collect();
-    let names: Vec<_> = candidates.iter().map(|c| c.name.clone()).collect();
-    match candidates.into_iter().min_by_key(Candidate::order) {
-        Some(best) if rank(&best.name) < NOT_LIGHT => return Ok(best.colour),
+    let names: Vec<_> = candidates.iter().map(|(name, ..)| name.clone()).collect();
+    match candidates.into_iter().min_by_key(order) {
+        Some((name, layer, channels)) if rank(&name) < NOT_LIGHT => return Ok((layer, channels)),
         Some(_) => {
             let what = format!("no light among its layers of colour ({})", names.join(", "));
             let cure = "export it with the combined picture, as channels R, G and B";
@@ -157,8 +143,16 @@ fn find(header: &Header, name: &str) -> Option<usize> {
     header.channels.list.iter().position(|c| c.name.eq_case_insensitive(name))
 }
 
-fn plain_rgb(header: &Header) -> Option<Channels> {
-    Some(Channels::Rgb([find(header, "R")?, find(header, "G")?, find(header, "B")?]))
+fn three(header: &Header, names: [&str; 3]) -> Option<[usize; 3]> {
+    let [a, b, c] = names.map(|name| find(header, name));
+    Some([a?, b?, c?])
+}
+
+/// A part's own colour, in each way that it is stored in.
+fn unnamed(header: &Header) -> impl Iterator<Item = Channels> {
+    let rgb = three(header, ["R", "G", "B"]).map(Channels::Rgb);
+    let chroma = three(header, ["RY", "Y", "BY"]).map(Channels::Chroma);
+    [rgb, chroma, find(header, "Y").map(Channels::Luminance)].into_iter().flatten()
 }
 
 /// The named layers of colour within a part.
@@ -166,17 +160,9 @@ fn named_rgb(header: &Header) -> impl Iterator<Item = (String, Channels)> + '_ {
     header.channels.list.iter().filter_map(move |channel| {
         let name = channel.name.to_string();
         let prefix = name.strip_suffix(".R").or_else(|| name.strip_suffix(".r"))?;
-        let of = |letter| find(header, &format!("{prefix}.{letter}"));
-        Some((prefix.to_owned(), Channels::Rgb([of("R")?, of("G")?, of("B")?])))
+        let [r, g, b] = ["R", "G", "B"].map(|letter| format!("{prefix}.{letter}"));
+        Some((prefix.to_owned(), Channels::Rgb(three(header, [&r, &g, &b])?)))
     })
-}
-
-fn chroma(header: &Header) -> Option<Channels> {
-    Some(Channels::Chroma([find(header, "RY")?, find(header, "Y")?, find(header, "BY")?]))
-}
-
-fn luminance(header: &Header) -> Option<Channels> {
-    find(header, "Y").map(Channels::Luminance)
 }
 
 /// The file's own primaries, Rec. 709 where it states none.

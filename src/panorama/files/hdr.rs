@@ -8,11 +8,9 @@ use glam::Vec3;
 use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
 
-use super::limits::{allocate, check_size};
+use super::limits::{Result, allocate, check_size};
 use super::raster::decode_error;
 use crate::panorama::{PanoramaError, Picture};
-
-type Result<T> = std::result::Result<T, PanoramaError>;
 
 pub(crate) fn dimensions(path: &Path, file: BufReader<File>) -> Result<(usize, usize)> {
     let decoder = HdrDecoder::new_nonstrict(file).map_err(|e| decode_error(path, e))?;

@@ -11,34 +11,36 @@ use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Ima
 use super::limits::{Result, allocate, check_size, picture_bytes};
 use crate::memory;
 use crate::panorama::radiometry::Coding;
-use crate::panorama::srgb::srgb_to_linear;
+use crate::panorama::srgb::{LINEAR, srgb_to_linear};
 use crate::panorama::{PanoramaError, Picture};
 
 /// The most bytes that a PNG file's colour profile, which nothing here uses, may inflate to.
 const MOST_BESIDE_PIXELS: u64 = 16 << 20;
 
-/// Reads a file's head.
-pub(crate) fn opened<'a>(file: impl BufRead + Seek + 'a, format: ImageFormat) -> ImageResult<impl ImageDecoder + 'a> {
+/// Reads a file's head: its decoder, and the bytes that decoding takes, which are the pixels as they are stored and what the
+/// decoder keeps beside them.
+pub(crate) fn opened<'a>(
+    mut file: impl BufRead + Seek + 'a,
+    format: ImageFormat,
+) -> ImageResult<(impl ImageDecoder + 'a, u64)> {
+    let many_scans = has_many_scans(&mut file, format)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(if format == ImageFormat::Png { MOST_BESIDE_PIXELS } else { memory::limit() });
     let mut reader = ImageReader::with_format(file, format);
     reader.limits(limits);
-    reader.into_decoder()
-}
-
-/// What decoding takes, in bytes: the pixels as they are stored, and what the decoder keeps beside them.
-pub(crate) fn decoding_bytes(decoder: &impl ImageDecoder, format: ImageFormat, many_scans: bool) -> u64 {
+    let decoder = reader.into_decoder()?;
     let stored = decoder.total_bytes();
-    match format {
+    let bytes = match format {
         ImageFormat::Tiff => stored.saturating_mul(2), // decoded, and copied
         ImageFormat::Jpeg if many_scans => stored.saturating_mul(3), // a coefficient of two bytes for each value
         _ => stored,
-    }
+    };
+    Ok((decoder, bytes))
 }
 
 /// Whether a JPEG file's values come in several scans, so that all coefficients are kept until the last (ITU-T T.81, B.2).
 /// Leaves the file at its start.
-pub(crate) fn has_many_scans(file: &mut (impl BufRead + Seek), format: ImageFormat) -> std::io::Result<bool> {
+fn has_many_scans(file: &mut (impl BufRead + Seek), format: ImageFormat) -> std::io::Result<bool> {
     if format != ImageFormat::Jpeg {
         return Ok(false);
     }
@@ -72,34 +74,33 @@ pub(crate) fn has_many_scans(file: &mut (impl BufRead + Seek), format: ImageForm
     Ok(many)
 }
 
-pub(crate) fn dimensions(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<(usize, usize)> {
-    let mut decoder = opened(file, format).map_err(|e| decode_error(path, e))?;
-    let (width, height) = decoder.dimensions();
-    let (width, height) = check_size(path, width.into(), height.into())?;
-    let sideways = matches!(turned(&mut decoder), Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH);
-    Ok(if sideways { (height, width) } else { (width, height) })
-}
-
-/// How the camera was held.
-pub(crate) fn orientation(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<Orientation> {
-    let mut decoder = opened(file, format).map_err(|e| decode_error(path, e))?;
-    Ok(turned(&mut decoder))
-}
-
-/// How the camera was held, as the file says; unturned where it does not say.
-fn turned(decoder: &mut impl ImageDecoder) -> Orientation {
-    decoder.orientation().unwrap_or(Orientation::NoTransforms)
-}
-
-pub(crate) fn read(path: &Path, mut file: BufReader<File>, format: ImageFormat) -> Result<(Picture, Coding)> {
-    let many_scans = has_many_scans(&mut file, format).map_err(|e| PanoramaError::io(path, e))?;
-    let mut decoder = opened(file, format).map_err(|e| decode_error(path, e))?;
+/// The decoder of a picture that is not too large, the bytes that decoding takes, and how the camera was held, unturned where
+/// the file does not say.
+pub(super) fn checked(
+    path: &Path,
+    file: BufReader<File>,
+    format: ImageFormat,
+) -> Result<(impl ImageDecoder, u64, Orientation)> {
+    let (mut decoder, bytes) = opened(file, format).map_err(|e| decode_error(path, e))?;
     let (width, height) = decoder.dimensions();
     check_size(path, width.into(), height.into())?;
-    let orientation = turned(&mut decoder);
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    Ok((decoder, bytes, orientation))
+}
+
+pub(crate) fn dimensions(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<(usize, usize)> {
+    let (decoder, _, orientation) = checked(path, file, format)?;
+    let (width, height) = decoder.dimensions();
+    let sideways = matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH);
+    let (width, height) = if sideways { (height, width) } else { (width, height) };
+    Ok((width as usize, height as usize))
+}
+
+pub(crate) fn read(path: &Path, file: BufReader<File>, format: ImageFormat) -> Result<(Picture, Coding)> {
+    let (decoder, decoding, orientation) = checked(path, file, format)?;
+    let (width, height) = decoder.dimensions();
     let turning = if orientation == Orientation::NoTransforms { 0 } else { decoder.total_bytes() };
-    let decoding = decoding_bytes(&decoder, format, many_scans).saturating_add(turning);
-    let needed = decoding.saturating_add(picture_bytes(width.into(), height.into()));
+    let needed = decoding.saturating_add(turning).saturating_add(picture_bytes(width.into(), height.into()));
     memory::check(needed).map_err(|over| PanoramaError::memory(path, over))?;
     let mut decoded = DynamicImage::from_decoder(decoder).map_err(|e| decode_error(path, e))?;
     decoded.apply_orientation(orientation);
@@ -112,7 +113,7 @@ pub(crate) fn read(path: &Path, mut file: BufReader<File>, format: ImageFormat) 
             Coding::Linear
         }
         ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {
-            let table: Vec<f32> = (0..=255u8).map(|v| srgb_to_linear(f32::from(v) / 255.0)).collect();
+            let table: &[f32; 256] = &LINEAR;
             fill(&mut picture, bytes, channels, 1 << 7, |v: u8| table[usize::from(v)]);
             Coding::Srgb8
         }

@@ -1,5 +1,6 @@
 //! Reading pictures: the format is told by the file's first bytes, never by its name.
 
+use image::ImageFormat;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -34,9 +35,9 @@ pub fn read(path: &Path) -> Result<Picture> {
 pub fn read_coded(path: &Path) -> Result<(Picture, Coding)> {
     let (format, file) = open(path)?;
     guarded(path, || match format {
-        Format::Exr => Ok((exr::read(path, file)?, Coding::Linear)),
-        Format::Hdr => Ok((hdr::read(path, file)?, Coding::Linear)),
-        Format::Raster(kind) => raster::read(path, file, kind),
+        ImageFormat::OpenExr => Ok((exr::read(path, file)?, Coding::Linear)),
+        ImageFormat::Hdr => Ok((hdr::read(path, file)?, Coding::Linear)),
+        _ => raster::read(path, file, format),
     })
 }
 
@@ -48,8 +49,10 @@ pub fn read_coded(path: &Path) -> Result<(Picture, Coding)> {
 pub fn quarter_turns(path: &Path) -> Result<(u32, bool)> {
     use image::metadata::Orientation as O;
     let (format, file) = open(path)?;
-    let Format::Raster(kind) = format else { return Ok((0, false)) };
-    Ok(match guarded(path, || raster::orientation(path, file, kind))? {
+    if matches!(format, ImageFormat::OpenExr | ImageFormat::Hdr) {
+        return Ok((0, false));
+    }
+    Ok(match guarded(path, || Ok(raster::checked(path, file, format)?.2))? {
         O::NoTransforms => (0, false),
         O::Rotate90 => (1, false),
         O::Rotate180 => (2, false),
@@ -68,40 +71,26 @@ pub fn quarter_turns(path: &Path) -> Result<(u32, bool)> {
 pub fn dimensions(path: &Path) -> Result<(usize, usize)> {
     let (format, file) = open(path)?;
     guarded(path, || match format {
-        Format::Exr => exr::dimensions(path, file),
-        Format::Hdr => hdr::dimensions(path, file),
-        Format::Raster(kind) => raster::dimensions(path, file, kind),
+        ImageFormat::OpenExr => exr::dimensions(path, file),
+        ImageFormat::Hdr => hdr::dimensions(path, file),
+        _ => raster::dimensions(path, file, format),
     })
 }
 
-enum Format {
-    Exr,
-    Hdr,
-    Raster(image::ImageFormat),
-}
-
-fn open(path: &Path) -> Result<(Format, BufReader<File>)> {
+/// A file that is read here, and its format.
+fn open(path: &Path) -> Result<(ImageFormat, BufReader<File>)> {
     let mut file = BufReader::new(File::open(path).map_err(|e| PanoramaError::io(path, e))?);
     let mut head = Vec::new();
     file.by_ref().take(16).read_to_end(&mut head).map_err(|e| PanoramaError::io(path, e))?;
     file.rewind().map_err(|e| PanoramaError::io(path, e))?;
-    let format = format_of(&head).ok_or_else(|| PanoramaError::UnknownFormat { path: path.into() })?;
-    Ok((format, file))
-}
-
-fn format_of(head: &[u8]) -> Option<Format> {
-    const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
-    if head.starts_with(EXR) {
-        return Some(Format::Exr);
-    }
-    if head.starts_with(b"#?") {
-        return Some(Format::Hdr);
-    }
-    match image::guess_format(head).ok()? {
-        kind @ (image::ImageFormat::Png | image::ImageFormat::Jpeg | image::ImageFormat::Tiff) => {
-            Some(Format::Raster(kind))
-        }
-        _ => None,
+    // programs write their own names behind the mark of Radiance's pictures
+    let format = if head.starts_with(b"#?") { Ok(ImageFormat::Hdr) } else { image::guess_format(&head) };
+    match format {
+        Ok(
+            known
+            @ (ImageFormat::OpenExr | ImageFormat::Hdr | ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff),
+        ) => Ok((known, file)),
+        _ => Err(PanoramaError::UnknownFormat { path: path.into() }),
     }
 }
 

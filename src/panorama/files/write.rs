@@ -8,29 +8,17 @@ use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::f16;
 
+use super::limits::Result;
 use crate::atomic_write::write_atomically;
 use crate::panorama::{Exposure, PanoramaError, Picture};
 
-type Result<T> = std::result::Result<T, PanoramaError>;
-
-/// One channel of a layer, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Its name within the layer, such as `R` or `Z`.
-    pub name: String,
-    /// The values, `width × height` of them.
-    pub values: Vec<f32>,
-    /// Store as 16-bit floats: 11 bits of precision, magnitudes up to 65504 (larger ones are clamped to that).
-    pub half: bool,
-}
-
-/// A named group of channels. Radiance, the main layer, has the empty name, so that every viewer shows it.
+/// A named group of channels. Radiance, the main layer, has the empty name, so that every viewer shows it. Those that are `half`
+/// are stored as 16-bit floats: 11 bits of precision, magnitudes up to 65504 (larger ones are clamped to that).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Prefix of the channels' names; empty for the main layer.
-    pub name: String,
-    /// The channels.
-    pub channels: Vec<Channel>,
+    /// Names, with the layer's before them, and `width × height` values, rows from the top.
+    channels: Vec<(String, Vec<f32>)>,
+    half: bool,
 }
 
 impl Layer {
@@ -41,15 +29,19 @@ impl Layer {
 
     /// A layer of three channels with the given names.
     pub fn vectors(name: &str, channels: [&str; 3], values: &[glam::Vec3], half: bool) -> Self {
-        let channel =
-            |i: usize| Channel { name: channels[i].into(), values: values.iter().map(|v| v[i]).collect(), half };
-        Self { name: name.into(), channels: (0..3).map(channel).collect() }
+        let channel = |i: usize| (full_name(name, channels[i]), values.iter().map(|v| v[i]).collect());
+        Self { channels: (0..3).map(channel).collect(), half }
     }
 
     /// A layer of one channel with the given name.
     pub fn scalars(name: &str, channel: &str, values: Vec<f32>, half: bool) -> Self {
-        Self { name: name.into(), channels: vec![Channel { name: channel.into(), values, half }] }
+        Self { channels: vec![(full_name(name, channel), values)], half }
     }
+}
+
+/// A channel's name behind its layer's.
+fn full_name(layer: &str, channel: &str) -> String {
+    if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") }
 }
 
 /// Writes an OpenEXR file of `width × height` pixels: one part whose channels are named `layer.channel`, ZIP-compressed
@@ -63,10 +55,8 @@ impl Layer {
 pub fn write_exr(path: &Path, width: usize, height: usize, layers: &[Layer], note: Option<&str>) -> Result<()> {
     let mut channels = Vec::new();
     for layer in layers {
-        for channel in &layer.channels {
-            let name =
-                if layer.name.is_empty() { channel.name.clone() } else { format!("{}.{}", layer.name, channel.name) };
-            channels.push(exr_channel(path, name, channel, width * height)?);
+        for (name, values) in &layer.channels {
+            channels.push(exr_channel(path, name, values, layer.half, width * height)?);
         }
     }
     channels.sort_by(|a, b| a.name.bytes().cmp(b.name.bytes()));
@@ -120,19 +110,19 @@ pub fn write_png(path: &Path, picture: &Picture, exposure: Exposure) -> Result<(
     )
 }
 
-fn exr_channel(path: &Path, name: String, channel: &Channel, count: usize) -> Result<AnyChannel<FlatSamples>> {
-    if channel.values.len() != count {
-        let what = format!("channel {name} has {} values for {count} pixels", channel.values.len());
+fn exr_channel(path: &Path, name: &str, values: &[f32], half: bool, count: usize) -> Result<AnyChannel<FlatSamples>> {
+    if values.len() != count {
+        let what = format!("channel {name} has {} values for {count} pixels", values.len());
         return Err(PanoramaError::unwritable(path, what));
     }
-    let samples = if channel.half {
+    let samples = if half {
         // infinity from an overflow would poison whoever reads the file
         let narrow = |&v: &f32| f16::from_f32(if v.is_finite() { v.clamp(-65504.0, 65504.0) } else { v });
-        FlatSamples::F16(channel.values.iter().map(narrow).collect())
+        FlatSamples::F16(values.iter().map(narrow).collect())
     } else {
-        FlatSamples::F32(channel.values.clone())
+        FlatSamples::F32(values.to_vec())
     };
-    Ok(AnyChannel::new(text(path, &name)?, samples))
+    Ok(AnyChannel::new(text(path, name)?, samples))
 }
 
 fn text(path: &Path, s: &str) -> Result<Text> {

@@ -39,8 +39,7 @@ impl CameraModel {
 
     /// The same lens before a picture of another size.
     pub fn resized(&self, width: u32, height: u32) -> Self {
-        let new = DVec2::new(f64::from(width), f64::from(height));
-        let by = new / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+        let by = self.stretch(width as usize, height as usize);
         Self {
             size: [width, height],
             focal: self.focal * by,
@@ -48,6 +47,11 @@ impl CameraModel {
             skew: self.skew * by.x,
             ..*self
         }
+    }
+
+    /// Pixels across and down a picture of this size for one that the lengths belong to.
+    pub(crate) fn stretch(&self, width: usize, height: usize) -> DVec2 {
+        DVec2::new(width as f64, height as f64) / DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]))
     }
 
     /// Whether it is a perfect pinhole: directions are linear in pixels before they are normalised.
@@ -65,7 +69,8 @@ impl CameraModel {
     /// beyond 180° of a fisheye.
     pub fn shows(&self, x: f64, y: f64) -> bool {
         self.is_pinhole()
-            || self.distortion.undo(self.distorted(x, y)).is_some_and(|u| u.length() <= self.lens.farthest())
+            || (self.distortion.undo(self.distorted(x, y)))
+                .is_some_and(|u| self.lens == Lens::Perspective || u.length() <= std::f64::consts::PI)
     }
 
     /// The pixel coordinates of a direction of any length but 0, inside the picture's frame or not; `None` where the lens
@@ -145,13 +150,6 @@ impl Lens {
                 let theta = length.atan2(c.y);
                 if length > 0.0 { Some(side * (theta / length)) } else { (c.y > 0.0).then_some(DVec2::ZERO) }
             }
-        }
-    }
-
-    fn farthest(self) -> f64 {
-        match self {
-            Self::Perspective => f64::INFINITY,
-            Self::Fisheye => std::f64::consts::PI,
         }
     }
 }

@@ -25,14 +25,13 @@ pub struct Distortion {
     k: [f64; 4],
     d: [f64; 3],
     p: [f64; 2],
-    none: bool,
-    /// Largest ideal radius, and the distorted one there.
+    /// Largest ideal radius, and the distorted one there: both infinite where all is zero, and only there.
     limit: [f64; 2],
 }
 
 impl Default for Distortion {
     fn default() -> Self {
-        Self { k: [0.0; 4], d: [0.0; 3], p: [0.0; 2], none: true, limit: [f64::INFINITY; 2] }
+        Self { k: [0.0; 4], d: [0.0; 3], p: [0.0; 2], limit: [f64::INFINITY; 2] }
     }
 }
 
@@ -50,9 +49,8 @@ impl Distortion {
 
     /// The same over a denominator, as OpenCV's rational model has it.
     pub fn rational(k: [f64; 4], d: [f64; 3], p: [f64; 2]) -> Self {
-        let none = k == [0.0; 4] && d == [0.0; 3] && p == [0.0; 2];
-        let mut made = Self { k, d, p, none, limit: [f64::INFINITY; 2] };
-        if !none {
+        let mut made = Self { k, d, p, ..Self::default() };
+        if made != Self::default() {
             made.limit = made.domain();
         }
         made
@@ -76,7 +74,7 @@ impl Distortion {
 
     /// Whether it changes nothing.
     pub fn is_none(&self) -> bool {
-        self.none
+        self.limit[0].is_infinite()
     }
 
     /// The largest ideal radius at which the distortion can be undone.
@@ -96,7 +94,7 @@ impl Distortion {
 
     /// From ideal to distorted coordinates (x right, y up); right inside the [domain](Self::limit) only.
     pub fn apply(&self, u: DVec2) -> DVec2 {
-        if self.none {
+        if self.is_none() {
             return u;
         }
         let (x, y) = (u.x, -u.y);
@@ -112,7 +110,7 @@ impl Distortion {
     /// From distorted to ideal coordinates by Newton's method; `None` outside the picture of the domain. The result is
     /// right to 10⁻¹² or a relative 10⁻¹².
     pub fn undo(&self, d: DVec2) -> Option<DVec2> {
-        if self.none {
+        if self.is_none() {
             return Some(d);
         }
         let rd = d.length();

@@ -48,8 +48,7 @@ pub fn pinhole_of(model: &CameraModel) -> Option<CameraModel> {
 /// nearest pixels. Where the photograph shows nothing, or a pixel that is no light, it is NaN.
 pub fn undistorted(picture: &Picture, model: &CameraModel, pinhole: &CameraModel) -> Picture {
     let (width, height) = (pinhole.size[0] as usize, pinhole.size[1] as usize);
-    let stretch = DVec2::new(picture.width as f64, picture.height as f64)
-        / DVec2::new(f64::from(model.size[0]), f64::from(model.size[1]));
+    let stretch = model.stretch(picture.width, picture.height);
     let mut out = Picture::new(width, height);
     out.pixels.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {

@@ -52,7 +52,7 @@ impl Projection {
             Self::CubeCross => cube::direction(width, height, x, y),
             Self::Perspective { fov_y } => camera(*fov_y, width, height).direction(width, height, x, y),
             Self::Camera(model) => {
-                let at = DVec2::new(x, y) / stretch(model, width, height);
+                let at = DVec2::new(x, y) / model.stretch(width, height);
                 model.shows(at.x, at.y).then(|| model.direction(at.x, at.y))
             }
         }
@@ -69,7 +69,7 @@ impl Projection {
             Self::CubeCross => Some(cube::pixel(width, height, direction)),
             Self::Perspective { fov_y } => camera(*fov_y, width, height).pixel(width, height, direction),
             Self::Camera(model) => {
-                let p = model.pixel(direction)? * stretch(model, width, height);
+                let p = model.pixel(direction)? * model.stretch(width, height);
                 let inside = (0.0..=width as f64).contains(&p.x) && (0.0..=height as f64).contains(&p.y);
                 inside.then_some(p)
             }
@@ -88,7 +88,7 @@ impl Projection {
             Self::CubeCross => cube::solid_angle(width, height, x, y),
             Self::Perspective { fov_y } => camera(*fov_y, width, height).solid_angle(width, height, x, y),
             Self::Camera(model) => {
-                let by = stretch(model, width, height);
+                let by = model.stretch(width, height);
                 let [low, middle, high] = [0.0, 0.5, 1.0].map(|d| DVec2::new(x as f64 + d, y as f64 + d) / by);
                 if model.shows(middle.x, middle.y) { model.solid_angle(low, high) } else { 0.0 }
             }
@@ -104,11 +104,6 @@ impl Projection {
 /// A perspective picture of this size as one through a lens.
 fn camera(fov_y: f64, width: usize, height: usize) -> Projection {
     Projection::Camera(CameraModel::with_fov([width as u32, height as u32], fov_y.to_degrees()))
-}
-
-/// Pixels of a picture of this size per pixel that a lens was calibrated in.
-fn stretch(model: &CameraModel, width: usize, height: usize) -> DVec2 {
-    DVec2::new(width as f64, height as f64) / DVec2::new(f64::from(model.size[0]), f64::from(model.size[1]))
 }
 
 #[cfg(test)]

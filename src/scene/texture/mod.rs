@@ -2,15 +2,15 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ImageDecoder, ImageError};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageResult};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor};
 use std::panic::catch_unwind;
 use std::path::Path;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use crate::memory;
-use crate::panorama::{decoding_bytes, has_many_scans, linear_to_srgb, opened, srgb_to_linear};
+use crate::panorama::{LINEAR, linear_to_srgb, opened};
 
 pub(super) mod cutout;
 mod wrap;
@@ -19,18 +19,12 @@ pub use wrap::Wrap;
 
 use super::error::{MAX_SIDE, SceneError};
 
-/// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
-static LINEAR: LazyLock<Arc<[f32; 256]>> =
-    LazyLock::new(|| Arc::new(std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0))));
-
 /// A picture that multiplies a material's albedo; v = 0 is its bottom row. Beyond its edges it goes on as its [`Wrap`]s say.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// The picture's file name, for messages.
     pub name: String,
     levels: Vec<Level>,
-    /// How it goes on across and down.
-    wrap: [Wrap; 2],
     /// The file it was read from, if that is a PNG or JPEG picture: to be passed on as it is.
     file: Option<Arc<[u8]>>,
 }
@@ -41,14 +35,15 @@ struct Level {
     height: usize,
     /// Rows from the top; the fourth byte is alpha, of the picture itself only.
     texels: Vec<[u8; 4]>,
+    /// How the picture goes on across and down.
     wrap: [Wrap; 2],
     /// [`LINEAR`], without asking each time whether it is ready.
     linear: Arc<[f32; 256]>,
 }
 
 impl Texture {
-    /// One white texel: what stands in for a picture that nothing looks at.
-    pub(super) fn blank() -> Self {
+    /// One white texel: what stands in where there is no picture, or nothing looks at it.
+    pub(crate) fn blank() -> Self {
         Self::new(String::new(), 1, 1, vec![[255; 4]])
     }
 
@@ -57,7 +52,7 @@ impl Texture {
         let size = || {
             let mut file = BufReader::new(File::open(path).ok()?);
             let format = image::guess_format(file.fill_buf().ok()?).ok()?;
-            Some(opened(file, format).ok()?.dimensions())
+            Some(opened(file, format).ok()?.0.dimensions())
         };
         // the levels add a third
         size().map_or(0, |(width, height)| u64::from(width) * u64::from(height) * 4 * 4 / 3)
@@ -81,13 +76,13 @@ impl Texture {
     /// As [`Texture::load`].
     pub(super) fn decode(path: &Path, bytes: Arc<[u8]>) -> Result<Option<Self>, SceneError> {
         let fault = |why: String| SceneError::Texture { path: path.to_owned(), why };
-        let picture = match catch_unwind(|| picture(path, &bytes)) {
-            Ok(Ok(picture)) => picture.into_rgba8(),
-            Ok(Err(Undecoded::Fault(fault))) => return Err(fault),
-            Ok(Err(Undecoded::Picture(ImageError::Unsupported(_)))) => return Ok(None),
-            Ok(Err(Undecoded::Picture(e))) => return Err(fault(e.to_string())),
-            // decoders may panic on damaged bytes
-            Err(_) => return Err(fault("it is damaged: its decoder broke off".to_owned())),
+        // decoders may panic on damaged bytes
+        let decoded = catch_unwind(|| picture(path, &bytes))
+            .map_err(|_| fault("it is damaged: its decoder broke off".to_owned()))?;
+        let picture = match decoded {
+            Ok(picture) => picture?.into_rgba8(),
+            Err(ImageError::Unsupported(_)) => return Ok(None),
+            Err(e) => return Err(fault(e.to_string())),
         };
         let (width, height) = picture.dimensions();
         if width == 0 || height == 0 {
@@ -113,7 +108,7 @@ impl Texture {
         let picture = image::RgbImage::from_raw(level.width as u32, level.height as u32, rgb).unwrap_or_default();
         let mut bytes = Vec::new();
         picture.write_with_encoder(PngEncoder::new(&mut bytes)).map_err(|e| e.to_string())?;
-        Ok((bytes.into(), PNG))
+        Ok((bytes.into(), ImageFormat::Png.to_mime_type()))
     }
 
     /// A texture from `width × height` sRGB texels, rows from the top. Neither side may be zero.
@@ -127,19 +122,18 @@ impl Texture {
             let next = last.halved();
             levels.push(next);
         }
-        Self { name, levels, wrap, file: None }
+        Self { name, levels, file: None }
     }
 
     /// The same that goes on in another way, across and down.
     pub fn wrapped(mut self, wrap: [Wrap; 2]) -> Self {
-        self.wrap = wrap;
         self.levels.iter_mut().for_each(|level| level.wrap = wrap);
         self
     }
 
     /// How it goes on beyond its edges, across and down.
     pub fn wrap(&self) -> [Wrap; 2] {
-        self.wrap
+        self.levels[0].wrap
     }
 
     /// Alpha of a texel, 0..=1, from the top left.
@@ -170,12 +164,6 @@ impl Texture {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(|l| l.texels.len() * 4).sum()
-    }
-
-    /// Texels on a square texture unit.
-    pub fn texels_per_unit2(&self) -> f32 {
-        let (w, h) = self.size();
-        w as f32 * h as f32
     }
 
     /// The pyramid level whose texels are so many of the picture's own wide; 0 is the picture itself.
@@ -253,46 +241,27 @@ impl Texture {
     }
 }
 
-/// Why a file became no picture.
-enum Undecoded {
-    Picture(ImageError),
-    Fault(SceneError),
-}
-
-impl From<ImageError> for Undecoded {
-    fn from(error: ImageError) -> Self {
-        Self::Picture(error)
-    }
-}
-
 /// Decodes a file's bytes, if its size and what that takes are within the limits.
-fn picture(path: &Path, bytes: &[u8]) -> Result<DynamicImage, Undecoded> {
+fn picture(path: &Path, bytes: &[u8]) -> ImageResult<Result<DynamicImage, SceneError>> {
     /// Texels and their levels, beside what was decoded.
     const BYTES_PER_TEXEL: u64 = 10;
-    let fault = |why: String| Undecoded::Fault(SceneError::Texture { path: path.to_owned(), why });
-    let mut file = Cursor::new(bytes);
-    let format = image::guess_format(bytes)?;
-    let many_scans = has_many_scans(&mut file, format).map_err(|e| fault(e.to_string()))?;
-    let decoder = opened(file, format)?;
+    let (decoder, decoding) = opened(Cursor::new(bytes), image::guess_format(bytes)?)?;
     let (width, height) = decoder.dimensions();
     if width.max(height) > MAX_SIDE {
-        return Err(fault(format!("it has {width} × {height} pixels")));
+        let why = format!("it has {width} × {height} pixels");
+        return Ok(Err(SceneError::Texture { path: path.to_owned(), why }));
     }
     let texels = u64::from(width) * u64::from(height) * BYTES_PER_TEXEL;
-    memory::check(decoding_bytes(&decoder, format, many_scans).saturating_add(texels))
-        .map_err(|over| Undecoded::Fault(SceneError::Memory { path: path.to_owned(), over }))?;
-    Ok(DynamicImage::from_decoder(decoder)?)
+    if let Err(over) = memory::check(decoding.saturating_add(texels)) {
+        return Ok(Err(SceneError::Memory { path: path.to_owned(), over }));
+    }
+    DynamicImage::from_decoder(decoder).map(Ok)
 }
-
-const PNG: &str = "image/png";
 
 /// The media type of a PNG or JPEG file, by its first bytes.
 fn kind_of(file: &[u8]) -> Option<&'static str> {
-    match file {
-        [0x89, b'P', b'N', b'G', ..] => Some(PNG),
-        [0xff, 0xd8, 0xff, ..] => Some("image/jpeg"),
-        _ => None,
-    }
+    let format = image::guess_format(file).ok()?;
+    matches!(format, ImageFormat::Png | ImageFormat::Jpeg).then(|| format.to_mime_type())
 }
 
 /// The next whole number below; without a call into the C library.
