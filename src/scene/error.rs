@@ -30,20 +30,12 @@ pub enum SceneError {
         problem: String,
     },
     /// The file is not a model this program reads.
-    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {found}. Export it as glTF (.glb), as PLY, or as OBJ with its MTL file", path.display())]
+    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {found}. {cure}", path.display())]
     NotAModel {
         /// The file.
         path: PathBuf,
         /// What it seems to be.
         found: String,
-    },
-    /// The file is a model of a format that is not read here.
-    #[error("{}: expected an OBJ, PLY, glTF or E57 model, found {what}. {cure}", path.display())]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-        /// What it is.
-        what: &'static str,
         /// How to make one of it that is read.
         cure: &'static str,
     },
@@ -76,5 +68,10 @@ pub enum SceneError {
 impl SceneError {
     pub(super) fn io(path: &Path, error: &std::io::Error) -> Self {
         Self::Unreadable { path: path.to_owned(), why: error.to_string() }
+    }
+
+    /// A file that makes no sense as a whole, or has no lines.
+    pub(super) fn malformed(path: &Path, problem: String) -> Self {
+        Self::Malformed { path: path.to_owned(), line: 0, problem }
     }
 }

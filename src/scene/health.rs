@@ -105,46 +105,23 @@ fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
 
 /// Marks all but the first of triangles with the same corners.
 fn drop_duplicates(mesh: &Mesh, keep: &mut [bool], health: &mut Health) {
-    let mut order: Vec<(u64, u32)> = (0..mesh.triangles.len() as u32)
-        .into_par_iter()
-        .filter(|&t| keep[t as usize])
-        .map(|t| (hash(sorted_corners(mesh, t)), t))
-        .collect();
+    let welded = mesh.welded();
+    let corners = |t: u32| {
+        let mut corners = mesh.triangles[t as usize].map(|i| welded[i as usize]);
+        corners.sort_unstable();
+        corners
+    };
+    let all = (0..mesh.triangles.len() as u32).into_par_iter();
+    let mut order: Vec<([u32; 3], u32)> = all.filter(|&t| keep[t as usize]).map(|t| (corners(t), t)).collect();
     order.par_sort_unstable();
-    for same_hash in order.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
-        let mut firsts: Vec<u32> = Vec::new();
-        for &(_, triangle) in same_hash {
-            let corners = sorted_corners(mesh, triangle);
-            match firsts.iter().find(|&&f| sorted_corners(mesh, f) == corners) {
-                None => firsts.push(triangle),
-                Some(&first) => {
-                    keep[triangle as usize] = false;
-                    health.duplicates += 1;
-                    let differs = mesh.materials[first as usize] != mesh.materials[triangle as usize];
-                    health.duplicates_in_other_material += usize::from(differs);
-                }
-            }
+    for same in order.chunk_by(|a, b| a.0 == b.0) {
+        let material = |&(_, triangle): &([u32; 3], u32)| mesh.materials[triangle as usize];
+        for duplicate in &same[1..] {
+            keep[duplicate.1 as usize] = false;
+            health.duplicates += 1;
+            health.duplicates_in_other_material += usize::from(material(duplicate) != material(&same[0]));
         }
     }
-}
-
-fn sorted_corners(mesh: &Mesh, triangle: u32) -> [[u32; 3]; 3] {
-    let mut corners = mesh.corners(triangle).map(bits);
-    corners.sort_unstable();
-    corners
-}
-
-/// A position as bits; −0 and 0 are one.
-fn bits(p: Vec3) -> [u32; 3] {
-    (p + Vec3::ZERO).to_array().map(f32::to_bits)
-}
-
-fn hash(corners: [[u32; 3]; 3]) -> u64 {
-    // multiply and fold, as in wyhash
-    corners.as_flattened().iter().fold(0x9e37_79b9_7f4a_7c15, |h: u64, &word| {
-        let product = u128::from(h ^ u64::from(word)) * 0xd6e8_feb8_6659_fd93;
-        (product as u64) ^ ((product >> 64) as u64).rotate_left(29)
-    })
 }
 
 fn warn_of_dropped(health: &mut Health) {

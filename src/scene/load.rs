@@ -1,7 +1,7 @@
 //! From a site's model files to a scene that rays can be cast at.
 
 use glam::{DVec3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -41,20 +41,14 @@ pub fn load_without(
     let mut model = read(&site.model, &site.frame)?;
     health.files.append(&mut model.files);
     if site.vertex_colours == VertexColours::Srgb {
-        model.colours.iter_mut().for_each(|c| *c = c.map(srgb_to_linear));
+        model.mesh.colours.iter_mut().for_each(|c| *c = c.map(srgb_to_linear));
     }
     warn_of_oddities(&model, health);
     let folder = site.model.parent().unwrap_or(Path::new(""));
     let library = library(&site.model, folder, &model, health);
-    let used = used(&model.materials, model.material_names.len());
+    let used = used(&model.mesh.materials, model.material_names.len());
     let (mut materials, maps) = materials(&model, &used, &library, health);
-    let mut mesh = Mesh {
-        positions: model.positions,
-        uvs: model.uvs,
-        colours: model.colours,
-        triangles: model.triangles,
-        materials: model.materials,
-    };
+    let mut mesh = model.mesh;
     if !matches!(ModelFormat::of(&site.model), Some(ModelFormat::Gltf | ModelFormat::E57)) {
         warn_of_paint_twice(&mesh, &materials, &maps, health);
     }
@@ -65,17 +59,17 @@ pub fn load_without(
     let of_cleaning = std::mem::replace(&mut health.warnings, told);
     let keep: Option<Vec<bool>> =
         marks(&mesh, model.origin).filter(|m| m.contains(&true)).map(|m| m.iter().map(|m| !m).collect());
-    let reached = keep.as_ref().map_or_else(
-        || vec![true; materials.len()],
-        |keep| {
-            let kept = mesh.materials.iter().zip(keep).filter(|(_, k)| **k).map(|(m, _)| *m).collect::<Vec<_>>();
-            self::used(&kept, materials.len())
-        },
-    );
-    let Decoded { textures, indices, mut spared } = pictures::decoded(folder, &maps, &reached, health)?;
-    for (material, map) in materials.iter_mut().zip(&maps) {
-        material.texture = map.as_ref().and_then(|m| indices.get(&pictures::key(m)).copied());
-        if let (Some(map), None) = (map, material.texture) {
+    let reached = match &keep {
+        Some(keep) => {
+            let kept = mesh.materials.iter().zip(keep).filter(|(_, kept)| **kept).map(|(m, _)| m);
+            self::used(kept, materials.len())
+        }
+        None => vec![true; materials.len()],
+    };
+    let Decoded { textures, indices, spared } = pictures::decoded(folder, &maps, &reached, health)?;
+    for ((material, map), texture) in materials.iter_mut().zip(&maps).zip(indices) {
+        material.texture = texture;
+        if let (Some(map), None) = (map, texture) {
             material.albedo = map.plain_albedo;
         }
     }
@@ -88,22 +82,19 @@ pub fn load_without(
         return Err(SceneError::Empty { path: site.model.clone(), why });
     }
     health::settle_uvs(&mut mesh, &mut materials, &textures, health);
-    let Some(keep) = keep else {
-        let scene = Scene::new(mesh, materials, textures, model.origin);
-        health::measure(&scene, &site.frame, health);
-        return Ok((scene, None));
-    };
     let start = Instant::now();
-    let tracer = Tracer::over(&mesh, &keep);
-    let seconds = start.elapsed().as_secs_f64();
-    let kept = keep.iter().filter(|k| **k).count();
-    spared.triangles = keep.len() - kept;
-    let ratio = spared.triangles as f64 / kept.max(1) as f64;
-    spared.seconds += ratio * seconds;
-    spared.bytes += (ratio * tracer.bytes() as f64) as u64;
+    let tracer = keep.as_ref().map_or_else(|| Tracer::new(&mesh), |keep| Tracer::over(&mesh, keep));
+    let build_s = start.elapsed().as_secs_f64();
+    let spared = keep.map(|keep| {
+        let kept = keep.iter().filter(|k| **k).count();
+        let triangles = keep.len() - kept;
+        let ratio = triangles as f64 / kept.max(1) as f64;
+        let bytes = spared.bytes + (ratio * tracer.bytes() as f64) as u64;
+        Spared { triangles, seconds: spared.seconds + ratio * build_s, bytes, ..spared }
+    });
     let scene = Scene { mesh, materials, textures, origin: model.origin, tracer };
     health::measure(&scene, &site.frame, health);
-    Ok((scene, Some(spared)))
+    Ok((scene, spared))
 }
 
 /// The clean triangles of a model file in its own axes and units, less the point that is given with them.
@@ -113,8 +104,7 @@ pub fn load_without(
 /// As [`load`].
 pub fn mesh_of(path: &Path) -> Result<(Mesh, DVec3), SceneError> {
     let own = Frame { metres_per_unit: 1.0, up: Up::Z, north_deg: 0.0 };
-    let ImportedModel { origin, positions, uvs, colours, triangles, materials, .. } = read(path, &own)?;
-    let mut mesh = Mesh { positions, uvs, colours, triangles, materials };
+    let ImportedModel { origin, mut mesh, .. } = read(path, &own)?;
     let mut health = Health::default();
     health::clean(&mut mesh, &mut health);
     if mesh.triangles.is_empty() {
@@ -160,7 +150,7 @@ fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
         Some(ModelFormat::E57) => e57::read(path, frame),
         Some(ModelFormat::Obj) => obj::read(path, frame),
         None => match foreign_model(path) {
-            Some((what, cure)) => Err(SceneError::Foreign { path: path.to_owned(), what, cure }),
+            Some((what, cure)) => Err(SceneError::NotAModel { path: path.to_owned(), found: what.to_owned(), cure }),
             None => obj::read(path, frame),
         },
     }
@@ -174,7 +164,7 @@ fn warn_of_oddities(model: &ImportedModel, health: &mut Health) {
             health.warnings.push(format!("{what}: {count}."));
         }
     };
-    warn(o.points + o.lines, "Point and line elements ignored, as only faces have a surface");
+    warn(o.points_and_lines, "Point and line elements ignored, as only faces have a surface");
     warn(o.short_faces, "Faces with fewer than three corners ignored");
     warn(o.free_form, "Free-form curves and surfaces ignored (export them as polygons)");
     warn(o.fans, "Faces that cross themselves, or with corners on a line or very many, cut only roughly");
@@ -253,13 +243,9 @@ fn library_files(model_file: &Path, folder: &Path, model: &ImportedModel, health
             files.push(beside);
         }
     }
-    let mut once: Vec<PathBuf> = Vec::new();
-    for file in files {
-        if !once.contains(&file) {
-            once.push(file);
-        }
-    }
-    once
+    let mut known = BTreeSet::new();
+    files.retain(|file| known.insert(file.clone()));
+    files
 }
 
 /// The files in a list of names that are separated by blanks and may hold blanks themselves: at each place the longest
@@ -302,9 +288,9 @@ fn split_names(folder: &Path, names: &str, warnings: &mut Vec<String>) -> (Vec<P
 }
 
 /// Which of `count` materials any triangle has.
-fn used(materials: &[u32], count: usize) -> Vec<bool> {
+fn used<'a>(materials: impl IntoIterator<Item = &'a u32>, count: usize) -> Vec<bool> {
     let mut used = vec![false; count];
-    materials.iter().for_each(|&m| used[m as usize] = true);
+    materials.into_iter().for_each(|m| used[*m as usize] = true);
     used
 }
 
@@ -345,7 +331,7 @@ fn materials(
     health: &mut Health,
 ) -> (Vec<Material>, Vec<Option<Map>>) {
     // what has colours of its own and no material is as bright as they say
-    let nameless = if model.colours.is_empty() { Vec3::splat(UNKNOWN_ALBEDO) } else { Vec3::ONE };
+    let nameless = if model.mesh.colours.is_empty() { Vec3::splat(UNKNOWN_ALBEDO) } else { Vec3::ONE };
     let one = |(name, used): (&Option<String>, &bool)| {
         let unknown = if name.is_some() { Vec3::splat(UNKNOWN_ALBEDO) } else { nameless };
         let found = name.as_ref().and_then(|n| library.get(n));

@@ -1,10 +1,10 @@
 //! What a reader of model files gives: triangles and materials as the file has them.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::Wrap;
+use super::{Mesh, Wrap};
 use crate::site::Frame;
 use crate::statistics;
 
@@ -16,16 +16,9 @@ pub(super) const UNKNOWN_ALBEDO: f32 = 0.5;
 pub(super) struct ImportedModel {
     /// What positions are relative to: metres in the program's axes.
     pub(super) origin: DVec3,
-    /// Metres in the program's axes; not finite where the file's numbers are not.
-    pub(super) positions: Vec<Vec3>,
-    /// Per vertex, NaN where a vertex has none; or empty.
-    pub(super) uvs: Vec<Vec2>,
-    /// Per vertex, white where a vertex has none; or empty.
-    pub(super) colours: Vec<Vec3>,
-    /// Corners, polygons already cut into triangles.
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Index into the names, per triangle.
-    pub(super) materials: Vec<u32>,
+    /// Positions are not finite where the file's numbers are not; of vertices without texture coordinates these are NaN, of
+    /// those without a colour it is white. Polygons are cut into triangles.
+    pub(super) mesh: Mesh,
     /// Names of materials; `None` for faces without one.
     pub(super) material_names: Vec<Option<String>>,
     /// Files of materials that an OBJ file names after `mtllib`.
@@ -41,8 +34,7 @@ pub(super) struct ImportedModel {
 /// Counts of what a model file holds and import passes over or mends.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Oddities {
-    pub(super) points: u64,
-    pub(super) lines: u64,
+    pub(super) points_and_lines: u64,
     /// Faces of fewer than three corners.
     pub(super) short_faces: u64,
     /// Statements of curves and free-form surfaces.
@@ -60,7 +52,7 @@ pub(super) struct Oddities {
 }
 
 /// A material as its file tells it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ModelMaterial {
     /// Its name, blanks inside kept.
     pub(super) name: String,
@@ -75,7 +67,7 @@ pub(super) struct ModelMaterial {
 }
 
 /// A picture that tells where there is a surface and where there is a hole.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Cutout {
     /// The picture; `None` for the one that paints the surface.
     pub(super) map: Option<Map>,
@@ -99,7 +91,7 @@ pub(super) enum Channel {
 }
 
 /// A texture as a material names it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Map {
     /// The name as written, options taken off.
     pub(super) name: String,
@@ -122,9 +114,9 @@ impl ImportedModel {
     ///
     /// More vertices than an index can tell apart.
     pub(super) fn add_vertices(&mut self, points: impl Iterator<Item = DVec3>, frame: &Frame) -> Result<u32, String> {
-        let first = self.positions.len();
-        self.positions.extend(points.map(|p| (frame.point_in(p) - self.origin).as_vec3()));
-        match u32::try_from(self.positions.len()) {
+        let first = self.mesh.positions.len();
+        self.mesh.positions.extend(points.map(|p| (frame.point_in(p) - self.origin).as_vec3()));
+        match u32::try_from(self.mesh.positions.len()) {
             Ok(_) => Ok(first as u32),
             Err(_) => Err("the model has more than 4294967295 vertices".to_owned()),
         }
@@ -133,11 +125,12 @@ impl ImportedModel {
     /// Scales colours that some scanners' programs write as 0..=255, and gives white to vertices without one. What is only a
     /// little above 1 was sharpened or rounded, and is clamped.
     pub(super) fn settle_colours(&mut self) {
-        if self.colours.iter().any(|c| c.max_element() > 2.0) {
+        let colours = &mut self.mesh.colours;
+        if colours.iter().any(|c| c.max_element() > 2.0) {
             self.oddities.byte_colours = true;
-            self.colours.iter_mut().for_each(|c| *c /= 255.0);
+            colours.iter_mut().for_each(|c| *c /= 255.0);
         }
-        for c in &mut self.colours {
+        for c in colours {
             *c = if c.is_finite() { c.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE };
         }
     }

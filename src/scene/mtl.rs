@@ -59,8 +59,7 @@ impl Reader<'_> {
         if name.is_empty() {
             self.warn("newmtl without a name");
         }
-        let albedo = Vec3::splat(UNKNOWN_ALBEDO);
-        ModelMaterial { name: name.to_owned(), albedo, emission: Vec3::ZERO, map: None, cutout: None }
+        ModelMaterial { name: name.to_owned(), albedo: Vec3::splat(UNKNOWN_ALBEDO), ..ModelMaterial::default() }
     }
 
     /// Settles what needs the whole material.
@@ -176,14 +175,8 @@ impl Reader<'_> {
             return None;
         }
         let clamped = options.iter().any(|(option, values)| option == "-clamp" && values == &["on"]);
-        Some(Map {
-            name: name.to_owned(),
-            file: self.path.to_owned(),
-            line: self.line,
-            plain_albedo: Vec3::ZERO,
-            embedded: None,
-            wrap: [if clamped { Wrap::Clamp } else { Wrap::Repeat }; 2],
-        })
+        let wrap = [if clamped { Wrap::Clamp } else { Wrap::Repeat }; 2];
+        Some(Map { name: name.to_owned(), file: self.path.to_owned(), line: self.line, wrap, ..Map::default() })
     }
 }
 

@@ -12,11 +12,10 @@ use super::model::Map;
 use super::{Texture, Wrap};
 use crate::site::files::find_loosely;
 
-/// Pictures, which of them a name became, and what was not decoded.
+/// Pictures, which of them each map became, and what was not decoded.
 pub(super) struct Decoded {
     pub(super) textures: Vec<Texture>,
-    /// By the file that names them, their name, and how they go on.
-    pub(super) indices: BTreeMap<Key, u32>,
+    pub(super) indices: Vec<Option<u32>>,
     pub(super) spared: Spared,
 }
 
@@ -39,15 +38,6 @@ impl Picture {
     }
 }
 
-/// What tells textures apart: the file that names a picture, since it is looked for beside that; its name; and how it goes on,
-/// as glTF numbers it.
-type Key = (PathBuf, String, [u32; 2]);
-
-/// The key of a material's picture.
-pub(super) fn key(map: &Map) -> Key {
-    (map.file.clone(), map.name.clone(), map.wrap.map(Wrap::code))
-}
-
 /// One picture alone, decoded; `None` where it is not there or cannot be used.
 pub(super) fn alone(folder: &Path, map: &Map, health: &mut Health) -> Option<Texture> {
     match decoded(folder, &[Some(map.clone())], &[true], health) {
@@ -59,51 +49,51 @@ pub(super) fn alone(folder: &Path, map: &Map, health: &mut Health) -> Option<Tex
     }
 }
 
-/// Decodes each picture once; the map tells which texture a name became. A picture that only materials out of reach have
-/// is not decoded: one white texel stands for it.
+/// Decodes each picture once. One that only materials out of reach have is not decoded: a white texel stands for it.
 pub(super) fn decoded(
     folder: &Path,
     maps: &[Option<Map>],
     reached: &[bool],
     health: &mut Health,
 ) -> Result<Decoded, SceneError> {
-    let mut paths: Vec<Picture> = Vec::new();
+    let mut pictures: Vec<Picture> = Vec::new();
     let mut seen: Vec<bool> = Vec::new();
-    let mut wanted: BTreeMap<Key, usize> = BTreeMap::new();
-    for (map, reached) in maps.iter().zip(reached).filter_map(|(m, r)| Some((m.as_ref()?, *r))) {
-        if let Some(&index) = wanted.get(&key(map)) {
-            seen[index] |= reached;
-            continue;
-        }
-        let picture = match &map.embedded {
-            Some(bytes) => {
-                let path = map.file.with_file_name(&map.name);
-                Some(Picture { path, embedded: Some(bytes.clone()), wrap: map.wrap })
+    // by the file that names a picture, since it is looked for beside that, its name, and how it goes on
+    let mut known: BTreeMap<_, usize> = BTreeMap::new();
+    let mut numbers: Vec<Option<usize>> = vec![None; maps.len()];
+    for ((map, number), reached) in maps.iter().zip(&mut numbers).zip(reached) {
+        let Some(map) = map else { continue };
+        let key = (&map.file, &map.name, map.wrap.map(Wrap::code));
+        let place = match known.get(&key) {
+            Some(place) => *place,
+            None => {
+                let embedded = map.embedded.clone();
+                let within = embedded.as_ref().map(|_| map.file.with_file_name(&map.name));
+                let Some(path) = within.or_else(|| texture_file(folder, map, health)) else { continue };
+                let picture = Picture { path, embedded, wrap: map.wrap };
+                pictures.iter().position(|p| *p == picture).unwrap_or_else(|| {
+                    pictures.push(picture);
+                    seen.push(false);
+                    pictures.len() - 1
+                })
             }
-            None => texture_file(folder, map, health).map(|path| Picture { path, embedded: None, wrap: map.wrap }),
         };
-        if let Some(picture) = picture {
-            let index = paths.iter().position(|p| *p == picture).unwrap_or_else(|| {
-                paths.push(picture);
-                seen.push(false);
-                paths.len() - 1
-            });
-            seen[index] |= reached;
-            wanted.insert(key(map), index);
-        }
+        known.insert(key, place);
+        seen[place] |= reached;
+        *number = Some(place);
     }
     let start = Instant::now();
     let load = |(p, seen): (&Picture, &bool)| if *seen { p.load() } else { Ok(Some(Texture::blank())) };
-    let decoded = paths.par_iter().zip(&seen).map(load).collect::<Vec<_>>();
+    let decoded = pictures.par_iter().zip(&seen).map(load).collect::<Vec<_>>();
     let seconds = start.elapsed().as_secs_f64();
     let spared = Spared {
         textures: seen.iter().filter(|s| !**s).count(),
-        bytes: paths.iter().zip(&seen).filter(|(_, seen)| !**seen).map(|(p, _)| Texture::bytes_of(&p.path)).sum(),
+        bytes: pictures.iter().zip(&seen).filter(|(_, seen)| !**seen).map(|(p, _)| Texture::bytes_of(&p.path)).sum(),
         ..Spared::default()
     };
     let mut textures = Vec::new();
     let mut places = Vec::new();
-    for (Picture { path, .. }, texture) in paths.iter().zip(decoded) {
+    for (Picture { path, .. }, texture) in pictures.iter().zip(decoded) {
         let texture = texture?;
         places.push(texture.is_some().then_some(textures.len() as u32));
         if texture.is_none() {
@@ -114,8 +104,8 @@ pub(super) fn decoded(
         }
         textures.extend(texture);
     }
-    health.files.extend(paths.into_iter().filter(|p| p.embedded.is_none()).map(|p| p.path));
-    let indices = wanted.into_iter().filter_map(|(name, i)| Some((name, places[i]?))).collect();
+    health.files.extend(pictures.into_iter().filter(|p| p.embedded.is_none()).map(|p| p.path));
+    let indices = numbers.into_iter().map(|number| places[number?]).collect();
     let read = textures.iter().map(Texture::bytes).sum::<usize>();
     let rate = if spared.textures < seen.len() { seconds / read.max(1) as f64 } else { 0.0 };
     Ok(Decoded { textures, indices, spared: Spared { seconds: rate * spared.bytes as f64, ..spared } })

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::error::SceneError;
 use super::model::{ImportedModel, Map, ModelMaterial, UNKNOWN_ALBEDO, centre};
-use super::{polygon, text};
+use super::{Mesh, polygon, text};
 use crate::memory::{self, OverLimit};
 use crate::site::Frame;
 
@@ -121,7 +121,7 @@ impl PropertyAccess for Ignored {
 ///
 /// A file that cannot be read, is damaged, or has points but no faces.
 pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
-    let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
+    let malformed = |problem: String| SceneError::malformed(path, problem);
     let fault = |e: ParseError| {
         let (line, said) = (e.line().unwrap_or(0), e.to_string());
         let said = said.lines().next().unwrap_or_default();
@@ -204,13 +204,10 @@ fn decoded(mut file: BufReader<File>) -> io::Result<Text> {
 
 type Text = Chain<Cursor<Vec<u8>>, BufReader<File>>;
 
-/// The triangles of a strip, in which every other one is wound the other way and −1 ends a run.
+/// The triangles of strips, of which −1 ends each.
 fn triangles(strips: &Face) -> impl Iterator<Item = Face> {
-    let runs = strips.corners.split(|corner| *corner == NONE);
-    runs.flat_map(|run| run.windows(3).enumerate()).map(|(i, t)| {
-        let corners = if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] };
-        Face { corners: SmallVec::from_slice(&corners), ..Face::default() }
-    })
+    let all = strips.corners.split(|corner| *corner == NONE).flat_map(polygon::strip);
+    all.map(|corners| Face { corners: SmallVec::from(corners), ..Face::default() })
 }
 
 fn elements<E: PropertyAccess>(
@@ -231,10 +228,10 @@ fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Imported
     let add = |model: &mut ImportedModel, vertex: &Vertex, uv: Vec2| -> Result<u32, String> {
         let index = model.add_vertices(std::iter::once(vertex.position), frame)?;
         if some_uv {
-            model.uvs.push(uv);
+            model.mesh.uvs.push(uv);
         }
         if some_colour {
-            model.colours.push(vertex.colour);
+            model.mesh.colours.push(vertex.colour);
         }
         Ok(index)
     };
@@ -260,19 +257,12 @@ fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Imported
             let uv = face.uvs.get(2 * k..2 * k + 2).map(Vec2::from_slice);
             corners.push(if mapped { add(&mut model, vertex, uv.unwrap_or(Vec2::NAN))? } else { i });
         }
-        if let [a, b, c] = corners[..] {
-            model.triangles.push([a, b, c]);
-            model.materials.push(face.picture);
-            continue;
-        }
-        let points: Vec<DVec3> = corners.iter().map(|&i| model.positions[i as usize].as_dvec3()).collect();
-        let order: Vec<u32> = (0..corners.len() as u32).collect();
-        let picture = face.picture;
-        let mut triangle = |t: [u32; 3]| {
-            model.triangles.push(t.map(|k| corners[k as usize]));
-            model.materials.push(picture);
+        let Mesh { positions, triangles, materials, .. } = &mut model.mesh;
+        let mut add = |t: [u32; 3]| {
+            triangles.push(t);
+            materials.push(face.picture);
         };
-        if !polygon::triangulate(&order, &points, &mut triangle) {
+        if !polygon::triangulate(&corners, |i| positions[i as usize].as_dvec3(), &mut add) {
             model.oddities.fans += 1;
         }
     }
@@ -284,22 +274,14 @@ fn meshed(vertices: &[Vertex], faces: &[Face], frame: &Frame) -> Result<Imported
 fn name_materials(model: &mut ImportedModel, path: &Path, header: &Header) {
     let pictures = header.comments.iter().filter_map(|c| c.trim().strip_prefix("TextureFile").map(str::trim));
     for name in pictures {
-        let plain_albedo = Vec3::splat(UNKNOWN_ALBEDO);
-        let map = Map {
-            name: name.to_owned(),
-            file: path.to_owned(),
-            line: 0,
-            plain_albedo,
-            embedded: None,
-            wrap: Default::default(),
-        };
-        let name = name.to_owned();
+        let (name, plain_albedo) = (name.to_owned(), Vec3::splat(UNKNOWN_ALBEDO));
+        let map = Some(Map { name: name.clone(), file: path.to_owned(), plain_albedo, ..Map::default() });
         model.material_names.push(Some(name.clone()));
-        model.own.push(ModelMaterial { name, albedo: Vec3::ONE, emission: Vec3::ZERO, map: Some(map), cutout: None });
+        model.own.push(ModelMaterial { name, albedo: Vec3::ONE, map, ..ModelMaterial::default() });
     }
     if model.material_names.is_empty() {
         model.material_names.push(None);
     }
     let last = model.material_names.len() as u32 - 1;
-    model.materials.iter_mut().for_each(|m| *m = (*m).min(last));
+    model.mesh.materials.iter_mut().for_each(|m| *m = (*m).min(last));
 }

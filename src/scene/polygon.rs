@@ -1,4 +1,4 @@
-//! Cutting a face of more than three corners into triangles.
+//! Cutting faces of more than three corners, strips and fans into triangles.
 
 use glam::{DVec2, DVec3};
 use spade::handles::FixedFaceHandle;
@@ -8,20 +8,21 @@ use std::collections::BTreeMap;
 /// Past this many corners cutting ears, whose time goes with their square at best, takes longer than Delaunay triangles.
 const MOST_EARS: usize = 64;
 
-/// Cuts a face into triangles that cover it, concave or not, in the plane of Newell's normal: by cutting ears, or, of many
-/// corners, into constrained Delaunay triangles. `false` where only a fan was possible: corners on one line, or many corners
-/// and edges that cross.
-pub(super) fn triangulate(face: &[u32], points: &[DVec3], add: &mut impl FnMut([u32; 3])) -> bool {
+/// Cuts a face, whose corners lie where `point` says, into triangles that cover it, concave or not, in the plane of Newell's
+/// normal: by cutting ears, or, of many corners, into constrained Delaunay triangles. `false` where only a fan was possible:
+/// corners on one line, or many corners and edges that cross.
+pub(super) fn triangulate(face: &[u32], point: impl Fn(u32) -> DVec3, add: &mut impl FnMut([u32; 3])) -> bool {
     if let [a, b, c] = *face {
         add([a, b, c]);
         return true;
     }
-    let normal = newell(face, points);
+    let points: Vec<DVec3> = face.iter().map(|&i| point(i)).collect();
+    let normal = newell(&points);
     if !normal.is_finite() || normal == DVec3::ZERO {
         fan(face, add);
         return false;
     }
-    let flat: Vec<DVec2> = face.iter().map(|&i| project(points[i as usize], normal)).collect();
+    let flat: Vec<DVec2> = points.iter().map(|&p| project(p, normal)).collect();
     if face.len() > MOST_EARS {
         let triangles = delaunay(&flat);
         match &triangles {
@@ -111,17 +112,22 @@ fn delaunay(ring: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     ((covered - twice).abs() <= 1e-9 * twice.abs()).then_some(triangles)
 }
 
-fn fan(face: &[u32], add: &mut impl FnMut([u32; 3])) {
+/// The triangles of a strip, in which every other one is wound the other way.
+pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    let triangle = |(i, t): (usize, &[u32])| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] };
+    corners.windows(3).enumerate().map(triangle)
+}
+
+/// The triangles from the first corner to each two that follow each other.
+pub(super) fn fan(face: &[u32], add: &mut impl FnMut([u32; 3])) {
     for pair in face.windows(2).skip(1) {
         add([face[0], pair[0], pair[1]]);
     }
 }
 
 /// Twice the area of a polygon, as a vector along its normal (Newell's sums, about the first corner).
-fn newell(face: &[u32], points: &[DVec3]) -> DVec3 {
-    let first = points[face[0] as usize];
-    let arm = |i: u32| points[i as usize] - first;
-    face.windows(2).map(|p| arm(p[0]).cross(arm(p[1]))).sum()
+fn newell(points: &[DVec3]) -> DVec3 {
+    points.windows(2).map(|p| (p[0] - points[0]).cross(p[1] - points[0])).sum()
 }
 
 /// Drops the axis that the normal is nearest to, keeping the winding counter-clockwise.
@@ -156,7 +162,7 @@ mod tests {
     fn cut(points: &[DVec3]) -> (Vec<[u32; 3]>, bool) {
         let face: Vec<u32> = (0..points.len() as u32).collect();
         let mut triangles = Vec::new();
-        let proper = triangulate(&face, points, &mut |t| triangles.push(t));
+        let proper = triangulate(&face, |i| points[i as usize], &mut |t| triangles.push(t));
         (triangles, proper)
     }
 

@@ -45,13 +45,12 @@ impl Grid {
     ///
     /// As [`Extent::of`].
     pub(super) fn of(cells: &[Cell], step: i64, turn: i64) -> Result<Self, String> {
-        let place = |c: &Cell| c.place.map(|v| i64::from(v) / step);
-        let extent = Extent::of(cells.iter().map(place))?;
+        let extent = Extent::of(cells.iter().map(|c| c.place), step)?;
         let [rows, columns] = extent.size;
         let mut grid =
             Self { rows, columns, index: vec![NONE; rows * columns], points: Vec::new(), places: Vec::new() };
         for cell in cells {
-            let index = &mut grid.index[extent.index(place(cell))];
+            let index = &mut grid.index[extent.index(cell.place)];
             if *index == NONE {
                 *index = grid.points.len() as u32;
                 grid.points.push(cell.local);
@@ -95,19 +94,13 @@ impl Grid {
     /// Triangles over the points, in their order.
     pub(super) fn triangles(&self) -> Vec<[u32; 3]> {
         let mut all = Vec::with_capacity(2 * self.points.len());
-        for row in 0..self.rows.saturating_sub(1) {
-            for column in 0..self.columns.saturating_sub(1) {
-                let next = column + 1;
-                let at = |r: usize, c: usize| self.at(r as isize, c as isize);
-                let [a, b, c, d] = [at(row, column), at(row, next), at(row + 1, next), at(row + 1, column)];
-                // the quad's sides: above, right, below, left
-                let joined = |one: Option<u32>, other: Option<u32>, step: [isize; 2], from: [usize; 2]| {
-                    one.zip(other).is_some_and(|(i, j)| self.joined(i, j, from, step))
-                };
-                let above = joined(a, b, [0, 1], [row, column]);
-                let right = joined(b, c, [1, 0], [row, next]);
-                let below = joined(d, c, [0, 1], [row + 1, column]);
-                let left = joined(a, d, [1, 0], [row, column]);
+        for row in 0..self.rows as isize - 1 {
+            for column in 0..self.columns as isize - 1 {
+                let corners = [[row, column], [row, column + 1], [row + 1, column + 1], [row + 1, column]];
+                let [a, b, c, d] = corners.map(|place| self.at(place));
+                // the quad's sides
+                let (above, below) = (self.joined(corners[0], [0, 1]), self.joined(corners[3], [0, 1]));
+                let (left, right) = (self.joined(corners[0], [1, 0]), self.joined(corners[1], [1, 0]));
                 let mut add = |corners: [Option<u32>; 3]| {
                     if let [Some(i), Some(j), Some(k)] = corners {
                         all.push([i, j, k]);
@@ -130,7 +123,7 @@ impl Grid {
         all
     }
 
-    fn at(&self, row: isize, column: isize) -> Option<u32> {
+    fn at(&self, [row, column]: [isize; 2]) -> Option<u32> {
         if !(0..self.rows as isize).contains(&row) || !(0..self.columns as isize).contains(&column) {
             return None;
         }
@@ -141,10 +134,13 @@ impl Grid {
         self.points[index as usize].length()
     }
 
-    /// Whether two neighbours lie on one surface: `from` is the first one's row and column, `step` leads to the second.
-    fn joined(&self, i: u32, j: u32, from: [usize; 2], step: [isize; 2]) -> bool {
+    /// Whether there are two neighbours that lie on one surface: `from` is the first one's row and column, `step` leads to the
+    /// second.
+    fn joined(&self, from: [isize; 2], step: [isize; 2]) -> bool {
         /// Even change: at most so many times as much as from the neighbour before or to the one after.
         const EVEN: f32 = 1.6;
+        let at = |steps: isize| self.at([0, 1].map(|axis| from[axis] + steps * step[axis]));
+        let (Some(i), Some(j)) = (at(0), at(1)) else { return false };
         let (near, far) = (self.range(i).min(self.range(j)), self.range(i).max(self.range(j)));
         let [a, b] = [i, j].map(|i| self.points[i as usize].normalize());
         // what the angle between two rays makes of a plane at right angles to them
@@ -159,16 +155,15 @@ impl Grid {
         let inverse = |index: u32| 1.0 / self.range(index);
         let change = inverse(j) - inverse(i);
         let even = |other: f32| other * change > 0.0 && change.abs() <= EVEN * other.abs();
-        let [row, column] = from.map(|v| v as isize);
-        let before = self.at(row - step[0], column - step[1]).map(|k| inverse(i) - inverse(k));
-        let after = self.at(row + 2 * step[0], column + 2 * step[1]).map(|k| inverse(k) - inverse(j));
+        let before = at(-1).map(|k| inverse(i) - inverse(k));
+        let after = at(2).map(|k| inverse(k) - inverse(j));
         before.is_some_and(even) || after.is_some_and(even)
     }
 
     /// Whether the last column is the first one's neighbour, as of a scan all round.
     fn closes(&self) -> bool {
         let direction = |row: usize, column: usize| {
-            let index = self.at(row as isize, column as isize)?;
+            let index = self.at([row as isize, column as isize])?;
             Some(self.points[index as usize].normalize())
         };
         let angle = |row: usize, a: usize, b: usize| Some(direction(row, a)?.distance(direction(row, b)?));

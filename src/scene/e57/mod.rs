@@ -44,7 +44,7 @@ pub struct Setup {
 
 /// Opens a file; whatever the crate says or panics of becomes one error.
 fn opened<T>(path: &Path, work: impl FnOnce(&mut Reader) -> Result<T, SceneError>) -> Result<T, SceneError> {
-    let damaged = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
+    let damaged = |problem: String| SceneError::malformed(path, problem);
     File::open(path).map_err(|e| SceneError::io(path, &e))?;
     let done = catch_unwind(AssertUnwindSafe(|| {
         let mut reader = E57Reader::from_file(path).map_err(|e| damaged(decode_error(&e)))?;
@@ -98,15 +98,14 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneErr
         let all: u64 = structured.iter().map(|c| c.records).fold(0, u64::saturating_add);
         // a point takes a byte at least: a header alone must not keep the machine busy
         if all > size {
-            let problem = format!("{all} points are announced, more than the file holds");
-            return Err(SceneError::Malformed { path: path.to_owned(), line: 0, problem });
+            return Err(SceneError::malformed(path, format!("{all} points are announced, more than the file holds")));
         }
         let thin = |most: u64| ((all as f64 / most as f64).sqrt().ceil() as i64).max(1);
         let texel = thin(MOST_TEXELS);
         let steps = Steps { texel, mesh: (thin(MOST_POINTS) as u64).next_multiple_of(texel as u64) as i64 };
-        let malformed = |problem| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
         let scans = structured.iter().map(|cloud| scan(reader, cloud, steps)).collect::<Result<Vec<_>, _>>();
-        let mut model = scans.and_then(|scans| joined(path, &scans, frame)).map_err(malformed)?;
+        let model = scans.and_then(|scans| joined(path, &scans, frame));
+        let mut model = model.map_err(|problem| SceneError::malformed(path, problem))?;
         let mut odd = |sentence: String| model.oddities.others.push(sentence);
         if steps.mesh > 1 {
             let colours = if texel > 1 { format!("every {}", nth(texel)) } else { "all".to_owned() };
@@ -200,14 +199,15 @@ fn joined(path: &Path, scans: &[Scan], frame: &Frame) -> Result<ImportedModel, S
         let used = renumbered(&mut triangles, grid.points().len());
         let points = used.iter().map(|i| placed(at, grid.points()[*i as usize]));
         let first = model.add_vertices(points, frame)?;
-        model.uvs.extend(used.iter().map(|i| DVec2::from(colours.uv(grid.place(*i))).as_vec2()));
-        model.materials.extend(std::iter::repeat_n(model.own.len() as u32, triangles.len()));
-        model.triangles.extend(triangles.into_iter().map(|corners| corners.map(|i| first + i)));
+        let mesh = &mut model.mesh;
+        mesh.uvs.extend(used.iter().map(|i| DVec2::from(colours.uv(grid.place(*i))).as_vec2()));
+        mesh.materials.extend(std::iter::repeat_n(model.own.len() as u32, triangles.len()));
+        mesh.triangles.extend(triangles.into_iter().map(|corners| corners.map(|i| first + i)));
         let material = painted(path, model.own.len(), colours.png()?);
         model.material_names.push(Some(material.name.clone()));
         model.own.push(material);
     }
-    model.oddities.vertices = model.positions.len() as u64;
+    model.oddities.vertices = model.mesh.positions.len() as u64;
     Ok(model)
 }
 
@@ -222,7 +222,7 @@ fn painted(path: &Path, number: usize, picture: Vec<u8>) -> ModelMaterial {
         embedded: Some(picture.into()),
         wrap: [Wrap::Repeat, Wrap::Clamp],
     };
-    ModelMaterial { name, albedo: Vec3::ONE, emission: Vec3::ZERO, map: Some(map), cutout: None }
+    ModelMaterial { name, albedo: Vec3::ONE, map: Some(map), ..ModelMaterial::default() }
 }
 
 /// The ordinal of a step.

@@ -121,14 +121,10 @@ impl<'a> Setup<'a> {
         let points = grid.points();
         let mut spacing = vec![0.0f32; points.len()];
         for t in triangles {
-            let [a, b, c] = t.map(|i| points[i as usize]);
-            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let longest = longest_side(t.map(|i| points[i as usize]));
             t.iter().for_each(|i| spacing[*i as usize] = spacing[*i as usize].max(longest));
         }
-        let angle = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| points[i as usize].normalize());
-            a.distance(b).max(b.distance(c)).max(c.distance(a))
-        };
+        let angle = |t: &[u32; 3]| longest_side(t.map(|i| points[i as usize].normalize()));
         let some = triangles.iter().step_by((triangles.len() / 4096).max(1)).map(angle);
         let step = (1.5 * crate::statistics::median(some).unwrap_or(0.1)).clamp(1e-3, 0.5);
         let mut rows = vec![0];
@@ -167,16 +163,14 @@ impl<'a> Setup<'a> {
             bin.normal = bin.normal.normalize_or_zero();
             bin.middle /= count.max(1.0);
         }
-        for (point, _) in self.points.iter().zip(&self.spacing).filter(|(_, spacing)| **spacing > 0.0) {
+        for (point, spacing) in self.points.iter().zip(&self.spacing) {
             let bin = self.bin(*point);
             let bin = &mut self.bins[bin];
-            bin.rough = bin.rough.max(bin.normal.dot(*point - bin.middle).abs());
-        }
-        for point in self.points {
-            let bin = self.bin(*point);
-            let nearest = &mut self.bins[bin].nearest;
+            if *spacing > 0.0 {
+                bin.rough = bin.rough.max(bin.normal.dot(*point - bin.middle).abs());
+            }
             let range = point.length();
-            *nearest = if *nearest > 0.0 { nearest.min(range) } else { range };
+            bin.nearest = if bin.nearest > 0.0 { bin.nearest.min(range) } else { range };
         }
         // beyond that, a bin holds a foreground's rim and what lies behind it
         for bin in &mut self.bins {
@@ -202,7 +196,7 @@ impl<'a> Setup<'a> {
         Patch {
             middle,
             normal: if normal.dot(middle) > 0.0 { -normal } else { normal },
-            size: a.distance(b).max(b.distance(c)).max(c.distance(a)),
+            size: longest_side([a, b, c]),
             spacing: t.iter().map(|i| self.spacing[*i as usize]).fold(f32::INFINITY, f32::min),
         }
     }
@@ -217,6 +211,10 @@ impl<'a> Setup<'a> {
             [0, 1, count - 1].into_iter().all(|step| holds(&self.bins[first + (column + step) % count]))
         })
     }
+}
+
+fn longest_side([a, b, c]: [Vec3; 3]) -> f32 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
 }
 
 /// How far two setups' places of one surface may be apart at a distance.

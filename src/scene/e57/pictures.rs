@@ -1,10 +1,11 @@
 //! The pictures of an E57 file that have a projection, and where each was taken.
 
-use e57::{Blob, Image, ImageBlob, ImageFormat, Projection};
+use e57::{Blob, Image, ImageFormat, Projection};
 use glam::{DMat3, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
 use super::distortion::{Calibrated, distortions};
+use super::grid::Placement;
 use super::{decode_error, opened, placement};
 use crate::scene::SceneError;
 
@@ -84,11 +85,8 @@ impl ScanPictures {
                 let scan = clouds.iter().find(|c| c.guid.is_some() && c.guid == image.pointcloud_guid);
                 let transform = image.transform.as_ref().or(scan.and_then(|c| c.transform.as_ref()));
                 let at = placement(transform);
-                let described = described(&image, &at.rotation).and_then(|picture| with_lens(picture, lens));
-                match described {
-                    Ok(picture) if at.position.is_finite() && picture.rotation.is_finite() => {
-                        pictures.push(ScanPicture { name, position: at.position, ..picture });
-                    }
+                match described(&image, &name, at, lens) {
+                    Ok(picture) if at.position.is_finite() && picture.rotation.is_finite() => pictures.push(picture),
                     Ok(_) => warnings.push(format!("Picture “{name}” has a pose that is not finite: left out.")),
                     Err(why) => warnings.push(format!("Picture “{name}” is left out: {why}.")),
                 }
@@ -118,73 +116,59 @@ impl ScanPictures {
     fn bytes(&self, blob: &Blob) -> Result<Vec<u8>, SceneError> {
         opened(&self.path, |reader| {
             let mut bytes = Vec::new();
-            let damaged =
-                |e: e57::Error| SceneError::Malformed { path: self.path.clone(), line: 0, problem: decode_error(&e) };
-            reader.blob(blob, &mut bytes).map_err(damaged)?;
+            reader.blob(blob, &mut bytes).map_err(|e| SceneError::malformed(&self.path, decode_error(&e)))?;
             Ok(bytes)
         })
     }
 }
 
-/// A picture, its place left at the origin. The standard's own axes are those of OpenGL for a pinhole; spherical and
-/// cylindrical pictures have their centre column along +x, z up.
-fn described(image: &Image, rotation: &DMat3) -> Result<ScanPicture, &'static str> {
-    let around = *rotation * DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X);
-    let (blob, mask, size, rotation, projection) = match image.projection.as_ref() {
+/// A picture that was taken there, with the lens that the extension for distortion gives a pinhole, if it gives one; only if its
+/// projection can be used. The standard's own axes are those of OpenGL for a pinhole; spherical and cylindrical pictures have
+/// their centre column along +x, z up.
+fn described(image: &Image, name: &str, at: Placement, lens: Option<Calibrated>) -> Result<ScanPicture, &'static str> {
+    let around = at.rotation * DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X);
+    let finite = |numbers: &[f64]| numbers.iter().all(|v| v.is_finite());
+    let (blob, mask, size, rotation, projection, fits) = match image.projection.as_ref() {
         None => return Err("it is an illustration without a projection"),
         Some(Projection::Pinhole(p)) => {
             let v = &p.properties;
-            let focal = DVec2::new(v.focal_length / v.pixel_width, v.focal_length / v.pixel_height);
-            let centre = DVec2::new(v.principal_x, v.principal_y);
-            let projection = ScanProjection::Pinhole { focal, centre, distortion: [0.0; 5] };
-            (&p.blob, &p.mask, [v.width, v.height], *rotation, projection)
+            let own = Calibrated {
+                focal: DVec2::new(v.focal_length / v.pixel_width, v.focal_length / v.pixel_height),
+                centre: DVec2::new(v.principal_x, v.principal_y),
+                distortion: [0.0; 5],
+                rational: false,
+                size: None,
+            };
+            let Calibrated { focal, centre, distortion, rational, size } = lens.unwrap_or(own);
+            if rational {
+                return Err(
+                    "its distortion is OpenCV's rational one, which a site file cannot hold: undistort it first",
+                );
+            }
+            let fits = focal.is_finite() && focal.min_element() > 0.0 && centre.is_finite() && finite(&distortion);
+            let projection = ScanProjection::Pinhole { focal, centre, distortion };
+            (&p.blob, &p.mask, size.unwrap_or([v.width, v.height]), at.rotation, projection, fits)
         }
         Some(Projection::Spherical(p)) => {
             let v = &p.properties;
-            let projection = ScanProjection::Spherical { step: DVec2::new(v.pixel_width, v.pixel_height) };
-            (&p.blob, &p.mask, [v.width, v.height], around, projection)
+            let step = DVec2::new(v.pixel_width, v.pixel_height);
+            let fits = step.is_finite() && step.min_element() > 0.0;
+            (&p.blob, &p.mask, [v.width, v.height], around, ScanProjection::Spherical { step }, fits)
         }
         Some(Projection::Cylindrical(p)) => {
             let v = &p.properties;
-            let slope = v.pixel_height / v.radius;
-            let projection = ScanProjection::Cylindrical { step: v.pixel_width, slope, horizon: v.principal_y };
-            (&p.blob, &p.mask, [v.width, v.height], around, projection)
-        }
-    };
-    let ImageBlob { data, format, .. } = blob;
-    let ending = match format {
-        ImageFormat::Png => "png",
-        ImageFormat::Jpeg => "jpg",
-    };
-    let (picture, mask) = (data.clone(), mask.clone());
-    Ok(ScanPicture { name: String::new(), position: DVec3::ZERO, rotation, projection, size, ending, picture, mask })
-}
-
-/// A picture with the lens that the extension for distortion gives a pinhole, if it gives one; only if its projection can
-/// be used.
-fn with_lens(picture: ScanPicture, lens: Option<Calibrated>) -> Result<ScanPicture, &'static str> {
-    let (mut projection, mut size) = (picture.projection, picture.size);
-    if let (ScanProjection::Pinhole { .. }, Some(lens)) = (projection, lens) {
-        if lens.rational {
-            return Err("its distortion is OpenCV's rational one, which a site file cannot hold: undistort it first");
-        }
-        projection = ScanProjection::Pinhole { focal: lens.focal, centre: lens.centre, distortion: lens.distortion };
-        size = lens.size.unwrap_or(size);
-    }
-    let fits = match projection {
-        ScanProjection::Pinhole { focal, centre, distortion } => {
-            focal.is_finite()
-                && focal.min_element() > 0.0
-                && centre.is_finite()
-                && distortion.iter().all(|k| k.is_finite())
-        }
-        ScanProjection::Spherical { step } => step.is_finite() && step.min_element() > 0.0,
-        ScanProjection::Cylindrical { step, slope, horizon } => {
-            step.is_finite() && slope.is_finite() && horizon.is_finite() && step > 0.0 && slope > 0.0
+            let (step, slope, horizon) = (v.pixel_width, v.pixel_height / v.radius, v.principal_y);
+            let fits = finite(&[step, slope, horizon]) && step > 0.0 && slope > 0.0;
+            (&p.blob, &p.mask, [v.width, v.height], around, ScanProjection::Cylindrical { step, slope, horizon }, fits)
         }
     };
     if !fits || size.contains(&0) {
         return Err("its projection has no size");
     }
-    Ok(ScanPicture { projection, size, ..picture })
+    let ending = match blob.format {
+        ImageFormat::Png => "png",
+        ImageFormat::Jpeg => "jpg",
+    };
+    let (name, picture, mask) = (name.to_owned(), blob.data.clone(), mask.clone());
+    Ok(ScanPicture { name, position: at.position, rotation, projection, size, ending, picture, mask })
 }

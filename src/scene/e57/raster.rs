@@ -7,10 +7,12 @@ use image::{ExtendedColorType, ImageEncoder};
 use crate::memory;
 use crate::scene::error::MAX_SIDE;
 
-/// The rows and columns that points are numbered by.
+/// Every so-manieth of the rows and columns that points are numbered by.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
-    /// Least row and column.
+    /// One of so many is counted.
+    step: i64,
+    /// Least row and column, counted so.
     first: [i64; 2],
     /// How many rows and columns from there.
     pub(super) size: [usize; 2],
@@ -22,16 +24,17 @@ impl Extent {
     /// # Errors
     ///
     /// Rows and columns so far apart that the raster is all but empty, or takes more memory than is allowed.
-    pub(super) fn of(places: impl ExactSizeIterator<Item = [i64; 2]> + Clone) -> Result<Self, String> {
+    pub(super) fn of(places: impl ExactSizeIterator<Item = [i32; 2]>, step: i64) -> Result<Self, String> {
         let count = places.len();
         let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
         for (place, axis) in places.flat_map(|p| [(p[0], 0), (p[1], 1)]) {
+            let place = i64::from(place) / step;
             (low[axis], high[axis]) = (low[axis].min(place), high[axis].max(place));
         }
         if count == 0 {
-            return Ok(Self { first: [0; 2], size: [0; 2] });
+            return Ok(Self { step, first: [0; 2], size: [0; 2] });
         }
-        let size = [0, 1].map(|axis| (i128::from(high[axis]) - i128::from(low[axis]) + 1) as usize);
+        let size = [0, 1].map(|axis| (high[axis] - low[axis] + 1) as usize);
         let room = count.saturating_mul(64).saturating_add(1 << 16);
         if size[0].checked_mul(size[1]).is_none_or(|all| all > room) || count >= u32::MAX as usize {
             let [rows, columns] = size;
@@ -40,12 +43,13 @@ impl Extent {
             ));
         }
         memory::check(4 * (size[0] * size[1]) as u64).map_err(|over| over.to_string())?;
-        Ok(Self { first: low, size })
+        Ok(Self { step, first: low, size })
     }
 
     /// Where a place stands, row by row.
-    pub(super) fn index(&self, place: [i64; 2]) -> usize {
-        (place[0] - self.first[0]) as usize * self.size[1] + (place[1] - self.first[1]) as usize
+    pub(super) fn index(&self, place: [i32; 2]) -> usize {
+        let [row, column] = [0, 1].map(|axis| (i64::from(place[axis]) / self.step - self.first[axis]) as usize);
+        row * self.size[1] + column
     }
 }
 
@@ -59,8 +63,6 @@ pub(super) struct Texel {
 /// A picture of a setup's colours.
 #[derive(Debug)]
 pub(super) struct Raster {
-    /// Every so-manieth row and column of the scan is a texel.
-    step: i64,
     extent: Extent,
     /// Row by row.
     texels: Vec<[u8; 3]>,
@@ -73,25 +75,24 @@ impl Raster {
     ///
     /// As [`Extent::of`].
     pub(super) fn of(points: &[Texel], step: i64) -> Result<Self, String> {
-        let place = |p: &Texel| p.place.map(|v| i64::from(v) / step);
-        let extent = Extent::of(points.iter().map(place))?;
+        let extent = Extent::of(points.iter().map(|p| p.place), step)?;
         if extent.size[0].max(extent.size[1]) > MAX_SIDE as usize {
             return Self::of(points, 2 * step);
         }
         let mut texels = vec![None; extent.size[0] * extent.size[1]];
-        points.iter().for_each(|p| texels[extent.index(place(p))] = Some(p.colour));
-        Ok(Self { step, extent, texels: continued(&texels, extent.size[1]) })
+        points.iter().for_each(|p| texels[extent.index(p.place)] = Some(p.colour));
+        Ok(Self { extent, texels: continued(&texels, extent.size[1]) })
     }
 
     /// How many of the scan's columns the picture spans.
     pub(super) fn columns(&self) -> i64 {
-        self.extent.size[1] as i64 * self.step
+        self.extent.size[1] as i64 * self.extent.step
     }
 
     /// Texture coordinates of a row and column of the scan.
     pub(super) fn uv(&self, place: [i64; 2]) -> [f64; 2] {
         let [v, u] = [0, 1].map(|axis| {
-            let texel = place[axis] as f64 / self.step as f64 - self.extent.first[axis] as f64;
+            let texel = place[axis] as f64 / self.extent.step as f64 - self.extent.first[axis] as f64;
             (texel + 0.5) / self.extent.size[axis] as f64
         });
         [u, 1.0 - v]
@@ -152,7 +153,8 @@ mod tests {
 
     #[test]
     fn rows_and_columns_that_make_no_raster_are_refused() {
-        assert!(Extent::of([[0, 0], [i64::MAX, i64::MAX]].into_iter()).is_err());
-        assert_eq!(Extent::of(std::iter::empty::<[i64; 2]>().collect::<Vec<_>>().into_iter()).unwrap().size, [0, 0]);
+        assert!(Extent::of([[0, 0], [i32::MAX, i32::MAX]].into_iter(), 1).is_err());
+        assert!(Extent::of([[i32::MIN, i32::MIN], [i32::MAX, i32::MAX]].into_iter(), 1).is_err());
+        assert_eq!(Extent::of(std::iter::empty(), 1).unwrap().size, [0, 0]);
     }
 }

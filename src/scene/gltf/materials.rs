@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use gltf::material::AlphaMode;
-use gltf::texture::WrappingMode;
+use gltf::texture::{TextureTransform, WrappingMode};
 use std::sync::Arc;
 
 use super::document::{File, embedded, unescaped};
@@ -98,32 +98,18 @@ impl File<'_> {
     }
 }
 
-/// `KHR_texture_transform`: offset + rotation · scale · uv.
-#[derive(Clone, Copy)]
-pub(super) struct UvTransform {
-    offset: Vec2,
-    rotation: f32,
-    scale: Vec2,
-}
-
-impl Default for UvTransform {
-    fn default() -> Self {
-        Self { offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE }
-    }
-}
-
-impl UvTransform {
-    pub(super) fn of(self, uv: Vec2) -> Vec2 {
-        let (sin, cos) = self.rotation.sin_cos();
-        let uv = uv * self.scale;
-        self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
-    }
-}
-
 /// The set of texture coordinates that the base colour's picture takes, and how they are moved; `None` without a picture.
-pub(super) fn uv_set(primitive: &gltf::Primitive) -> Option<(u32, UvTransform)> {
+pub(super) fn uv_set<'a>(primitive: &gltf::Primitive<'a>) -> Option<(u32, Option<TextureTransform<'a>>)> {
     let info = primitive.material().pbr_metallic_roughness().base_color_texture()?;
-    let Some(t) = info.texture_transform() else { return Some((info.tex_coord(), UvTransform::default())) };
-    let transform = UvTransform { offset: t.offset().into(), rotation: t.rotation(), scale: t.scale().into() };
-    Some((t.tex_coord().unwrap_or_else(|| info.tex_coord()), transform))
+    let transform = info.texture_transform();
+    let own = transform.as_ref().and_then(TextureTransform::tex_coord);
+    Some((own.unwrap_or_else(|| info.tex_coord()), transform))
+}
+
+/// `KHR_texture_transform`: offset + rotation · scale · uv.
+pub(super) fn moved(uv: Vec2, transform: Option<&TextureTransform>) -> Vec2 {
+    let Some(transform) = transform else { return uv };
+    let (sin, cos) = transform.rotation().sin_cos();
+    let uv = uv * Vec2::from(transform.scale());
+    Vec2::from(transform.offset()) + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
 }

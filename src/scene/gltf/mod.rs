@@ -20,11 +20,12 @@ use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
 use super::model::{ImportedModel, centre};
+use super::polygon;
 use crate::memory;
 use crate::site::Frame;
 use crate::site::files::find_loosely;
 use document::{File, KNOWN, document, embedded, unescaped};
-use materials::{UvTransform, uv_set};
+use materials::{moved, uv_set};
 
 /// Reads a glTF file and its buffers, brings it into metres and the program's axes, and centres it.
 ///
@@ -32,7 +33,6 @@ use materials::{UvTransform, uv_set};
 ///
 /// A file that cannot be read, is not valid glTF 2.0, or needs an extension that is not known here.
 pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneError> {
-    let malformed = |problem: String| SceneError::Malformed { path: path.to_owned(), line: 0, problem };
     let bytes = std::fs::read(path).map_err(|e| SceneError::io(path, &e))?;
     // the crate checks most, but not all that a damaged file may hold
     let read = catch_unwind(AssertUnwindSafe(|| {
@@ -49,7 +49,8 @@ pub(super) fn read(path: &Path, frame: &Frame) -> Result<ImportedModel, SceneErr
         let document = document(&json)?;
         File::open(path, document, blob)?.model(frame)
     }));
-    read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned())).map_err(malformed)
+    read.unwrap_or_else(|_| Err("the file is damaged: its parts contradict each other".to_owned()))
+        .map_err(|problem| SceneError::malformed(path, problem))
 }
 
 /// The most vectors that an accessor without data may stand for.
@@ -117,17 +118,15 @@ impl<'a> File<'a> {
             self.add(&mut model, placed, points, frame, [some_uv, some_colour])?;
         }
         model.settle_colours();
-        let mut passed = BTreeSet::new();
-        if self.document.skins().len() > 0 {
-            passed.insert("skins (bodies stand as they are modelled)");
-        }
-        if self.document.materials().any(|m| m.alpha_mode() == AlphaMode::Blend) {
-            passed.insert("see-through surfaces (they are taken as closed)");
-        }
-        if placed.iter().any(|p| p.primitive.morph_targets().len() > 0) {
-            passed.insert("morph targets (bodies stand as they are modelled)");
-        }
-        let passed = passed.into_iter().map(|what| format!("The model has {what}, which is passed over."));
+        let morphs = placed.iter().any(|p| p.primitive.morph_targets().len() > 0);
+        let see_through = self.document.materials().any(|m| m.alpha_mode() == AlphaMode::Blend);
+        let odd = [
+            (morphs, "morph targets (bodies stand as they are modelled)"),
+            (see_through, "see-through surfaces (they are taken as closed)"),
+            (self.document.skins().len() > 0, "skins (bodies stand as they are modelled)"),
+        ];
+        let passed =
+            odd.iter().filter(|odd| odd.0).map(|(_, what)| format!("The model has {what}, which is passed over."));
         model.oddities.others.extend(passed);
         let unknown: BTreeSet<&str> = self.document.extensions_used().filter(|e| !KNOWN.contains(e)).collect();
         if !unknown.is_empty() {
@@ -224,21 +223,22 @@ impl<'a> File<'a> {
         let primitive = &placed.primitive;
         let reader = primitive.reader(|b| self.buffers.get(b.index()).map(Vec::as_slice));
         let first = model.add_vertices(points.into_iter(), frame)?;
-        let (from, count) = (first as usize, model.positions.len() - first as usize);
+        let mesh = &mut model.mesh;
+        let (from, count) = (first as usize, mesh.positions.len() - first as usize);
         if some_uv {
-            let (set, transform) = uv_set(primitive).unwrap_or((0, UvTransform::default()));
+            let (set, transform) = uv_set(primitive).unwrap_or((0, None));
             let uvs = primitive.get(&Semantic::TexCoords(set)).map(|a| self.numbers::<2>(&a)).transpose()?;
             // v runs downwards in glTF
-            let upright = |uv: [f32; 2]| transform.of(Vec2::from(uv)) * Vec2::new(1.0, -1.0) + Vec2::Y;
-            model.uvs.extend(uvs.unwrap_or_default().into_iter().take(count).map(upright));
-            model.uvs.resize(from + count, Vec2::NAN);
+            let upright = |uv: [f32; 2]| moved(uv.into(), transform.as_ref()) * Vec2::new(1.0, -1.0) + Vec2::Y;
+            mesh.uvs.extend(uvs.unwrap_or_default().into_iter().take(count).map(upright));
+            mesh.uvs.resize(from + count, Vec2::NAN);
         }
         model.oddities.vertices += count as u64;
         if some_colour {
             let colours = reader.read_colors(0).map(|c| c.into_rgba_f32());
-            model.colours.extend(colours.into_iter().flatten().take(count).map(|c| Vec4::from(c).truncate()));
-            model.oddities.coloured += (model.colours.len() - from) as u64;
-            model.colours.resize(from + count, Vec3::NAN);
+            mesh.colours.extend(colours.into_iter().flatten().take(count).map(|c| Vec4::from(c).truncate()));
+            model.oddities.coloured += (mesh.colours.len() - from) as u64;
+            mesh.colours.resize(from + count, Vec3::NAN);
         }
         let corners: Vec<u32> = match reader.read_indices() {
             Some(indices) => indices.into_u32().collect(),
@@ -248,23 +248,16 @@ impl<'a> File<'a> {
             return Err(format!("a face names vertex {wrong} of {count}"));
         }
         let material = primitive.material().index().map_or(0, |i| i as u32 + 1);
-        let mut triangle = |a: u32, b: u32, c: u32| {
-            model.triangles.push([a, b, c].map(|i| first + i));
-            model.materials.push(material);
+        let mut add = |corners: [u32; 3]| {
+            mesh.triangles.push(corners.map(|i| first + i));
+            mesh.materials.push(material);
         };
         match primitive.mode() {
-            Mode::Triangles => corners.chunks_exact(3).for_each(|t| triangle(t[0], t[1], t[2])),
-            Mode::TriangleStrip => {
-                for (i, t) in corners.windows(3).enumerate() {
-                    // every other one is wound the other way
-                    if i % 2 == 0 { triangle(t[0], t[1], t[2]) } else { triangle(t[1], t[0], t[2]) }
-                }
-            }
-            Mode::TriangleFan => {
-                corners.windows(2).skip(1).for_each(|t| triangle(corners[0], t[0], t[1]));
-            }
-            Mode::Points => model.oddities.points += corners.len() as u64,
-            Mode::Lines | Mode::LineLoop | Mode::LineStrip => model.oddities.lines += 1,
+            Mode::Triangles => corners.as_chunks::<3>().0.iter().for_each(|t| add(*t)),
+            Mode::TriangleStrip => polygon::strip(&corners).for_each(add),
+            Mode::TriangleFan => polygon::fan(&corners, &mut add),
+            Mode::Points => model.oddities.points_and_lines += corners.len() as u64,
+            Mode::Lines | Mode::LineLoop | Mode::LineStrip => model.oddities.points_and_lines += 1,
         }
         Ok(())
     }

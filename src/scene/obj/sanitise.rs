@@ -37,7 +37,7 @@ pub(super) struct Sanitised<R> {
     text: String,
     out: String,
     taken: usize,
-    numbers: BTreeMap<String, u32>,
+    numbers: BTreeMap<Option<String>, u32>,
     material: u32,
     /// Material, and whether corners have texture coordinates.
     run: Option<(u32, bool)>,
@@ -69,7 +69,7 @@ impl<R: Read> Sanitised<R> {
             text: String::new(),
             out: String::new(),
             taken: 0,
-            numbers: BTreeMap::new(),
+            numbers: BTreeMap::from([(None, 0)]),
             material: 0,
             run: None,
             run_faces: 0,
@@ -84,7 +84,7 @@ impl<R: Read> Sanitised<R> {
 
     /// The current statement, shortened.
     pub(super) fn statement(&self) -> String {
-        let mut start: String = self.text.trim().chars().take(60).collect();
+        let mut start = shorten(&self.text);
         if start.len() < self.text.trim().len() {
             start.push('…');
         }
@@ -153,32 +153,19 @@ impl<R: Read> Sanitised<R> {
         let text = text.trim_start();
         let (keyword, rest) = text.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((text, ""));
         match keyword {
-            "v" => self.vertex(uncommented(rest)),
-            "vt" => self.texture_coordinates(uncommented(rest)),
-            "f" | "fo" => self.face(uncommented(rest)),
-            "usemtl" => {
-                self.use_material(rest.trim());
-                Ok(())
+            "v" => return self.vertex(uncommented(rest)),
+            "vt" => return self.texture_coordinates(uncommented(rest)),
+            "f" | "fo" => return self.face(uncommented(rest)),
+            "newmtl" if self.oddities.vertices == 0 => {
+                return Err(Fault::NotObj("a material (MTL) file".to_owned()));
             }
-            "mtllib" => {
-                self.libraries.push(rest.trim().to_owned());
-                Ok(())
-            }
-            "p" => {
-                self.oddities.points += 1;
-                Ok(())
-            }
-            "l" => {
-                self.oddities.lines += 1;
-                Ok(())
-            }
-            "curv" | "curv2" | "surf" => {
-                self.oddities.free_form += 1;
-                Ok(())
-            }
-            "newmtl" if self.oddities.vertices == 0 => Err(Fault::NotObj("a material (MTL) file".to_owned())),
-            _ => Ok(()),
+            "usemtl" => self.use_material(rest.trim()),
+            "mtllib" => self.libraries.push(rest.trim().to_owned()),
+            "p" | "l" => self.oddities.points_and_lines += 1,
+            "curv" | "curv2" | "surf" => self.oddities.free_form += 1,
+            _ => {}
         }
+        Ok(())
     }
 
     /// `v x y z`, `v x y z w` or `v x y z r g b`.
@@ -240,17 +227,11 @@ impl<R: Read> Sanitised<R> {
     }
 
     fn use_material(&mut self, name: &str) {
-        if name.is_empty() {
-            self.material = 0;
-            return;
-        }
-        if let Some(&number) = self.numbers.get(name) {
-            self.material = number;
-            return;
-        }
-        self.material = self.materials.len() as u32;
-        self.materials.push(Some(name.to_owned()));
-        self.numbers.insert(name.to_owned(), self.material);
+        let name = Some(name.to_owned()).filter(|name| !name.is_empty());
+        self.material = *self.numbers.entry(name).or_insert_with_key(|name| {
+            self.materials.push(name.clone());
+            self.materials.len() as u32 - 1
+        });
     }
 
     /// Corners as `v`, `v/vt`, `v//vn` or `v/vt/vn`; indices count from 1, or back from the last with a minus.
@@ -327,29 +308,18 @@ fn shorten(text: &str) -> String {
     text.trim().chars().take(60).collect()
 }
 
+/// Gives no more than one statement at a time, so that the current line is that of what was read last.
 impl<R: Read> Read for Sanitised<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let ready = self.fill_buf()?;
-        let n = ready.len().min(buffer.len());
-        buffer[..n].copy_from_slice(&ready[..n]);
-        self.consume(n);
-        Ok(n)
-    }
-}
-
-impl<R: Read> BufRead for Sanitised<R> {
-    fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.taken == self.out.len()
             && let Err(fault) = self.advance()
         {
             self.fault = Some(fault);
             return Err(io::Error::other("stopped"));
         }
-        Ok(&self.out.as_bytes()[self.taken..])
-    }
-
-    fn consume(&mut self, n: usize) {
+        let n = (&self.out.as_bytes()[self.taken..]).read(buffer)?;
         self.taken += n;
+        Ok(n)
     }
 }
 

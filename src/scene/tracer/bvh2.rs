@@ -119,10 +119,6 @@ impl Bvh2 {
         }
         (Self { pairs }, primitives)
     }
-
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.pairs.as_slice())
-    }
 }
 
 /// A leaf with the next slots for its primitives.

@@ -14,11 +14,11 @@ const LEAST: f32 = 1e-24;
 
 /// The tree. The first quad holds the root's children; no quad where there is no triangle.
 #[derive(Default)]
-pub(super) struct Bvh4(Vec<Quad>);
+pub(super) struct Bvh4(pub(super) Vec<Quad>);
 
 /// Four siblings: two cache lines.
 #[repr(align(64))]
-struct Quad {
+pub(super) struct Quad {
     /// The low ends of all boxes along x, y and z, then the high ends.
     bounds: [Vec4; 6],
     children: [Child; 4],
@@ -149,10 +149,6 @@ impl Bvh4 {
                 }
             };
         }
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.0.as_slice())
     }
 }
 

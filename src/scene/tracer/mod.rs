@@ -71,13 +71,12 @@ impl Tracer {
     /// [`Tracer::occluded`], asking first what stood in the way of another ray: rays that follow each other are mostly
     /// stopped by one thing. Keeps in `last` what stops this one.
     pub fn occluded_again(&self, ray: &Ray, t_min: f32, t_max: f32, last: &mut Occluder) -> bool {
-        let again = last.0.is_some_and(|slot| self.triangles.stops(slot, ray, t_min, t_max));
-        if !again {
-            let found = self.bvh4.occluder(&self.triangles, ray, t_min, t_max);
-            last.0 = found.or(last.0);
-            return found.is_some();
+        if last.0.is_some_and(|slot| self.triangles.stops(slot, ray, t_min, t_max)) {
+            return true;
         }
-        true
+        let found = self.bvh4.occluder(&self.triangles, ray, t_min, t_max);
+        last.0 = found.or(last.0);
+        found.is_some()
     }
 
     /// The nearest hits farther than `t_min` metres of many rays from one point, exactly as [`Tracer::closest`] finds
@@ -99,8 +98,8 @@ impl Tracer {
 
     /// Bytes that the trees and the triangles in them take.
     pub fn bytes(&self) -> usize {
-        self.bvh2.bytes()
-            + self.bvh4.bytes()
+        size_of_val(self.bvh2.pairs.as_slice())
+            + size_of_val(self.bvh4.0.as_slice())
             + size_of_val(self.triangles.corners.as_slice())
             + size_of_val(self.triangles.ids.as_slice())
     }

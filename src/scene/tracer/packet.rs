@@ -37,15 +37,15 @@ pub(super) struct RayPacket {
     /// How many groups are in use.
     groups: usize,
     /// Slopes of the whole beam.
-    slopes: [Span<Vec4>; 2],
+    slopes: [Span; 2],
     /// Slopes of each group, four groups a lane.
-    group_slopes: [[Span<Vec4>; 2]; GROUPS / 4],
+    group_slopes: [[Span; 2]; GROUPS / 4],
 }
 
 #[derive(Clone, Copy, Default)]
-struct Span<T> {
-    low: T,
-    high: T,
+struct Span {
+    low: Vec4,
+    high: Vec4,
 }
 
 /// The nearest hits so far.
@@ -86,7 +86,7 @@ impl RayPacket {
         };
         let along = beam.directions[main][..groups].iter().fold(Vec4::MAX, |least, &d| least.min(d * sign));
         beam.span();
-        let wide = |s: Span<Vec4>| s.high.x - s.low.x;
+        let wide = |s: Span| s.high.x - s.low.x;
         let narrow = wide(beam.slopes[0]) <= WIDEST && wide(beam.slopes[1]) <= WIDEST;
         (along.min_element() > LEAST_ALONG && narrow).then_some(beam)
     }
@@ -251,6 +251,6 @@ impl RayPacket {
     }
 }
 
-fn widened(low: Vec4, high: Vec4) -> Span<Vec4> {
+fn widened(low: Vec4, high: Vec4) -> Span {
     Span { low: low - SLACK * (1.0 + low * low), high: high + SLACK * (1.0 + high * high) }
 }

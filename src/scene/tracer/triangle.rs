@@ -132,14 +132,10 @@ mod tests {
 
     const CORNERS: [Vec3; 3] = [Vec3::new(1.0, 0.2, 2.0), Vec3::new(0.3, 0.9, 3.0), Vec3::new(-0.8, -0.4, 2.5)];
 
-    fn corners([a, b, c]: [Vec3; 3]) -> Corners {
-        Corners::new([a, b, c])
-    }
-
     #[test]
     fn the_other_triangle_of_an_edge_sees_it_exactly_negated() {
         let [a, b, c] = CORNERS;
-        let (one, other) = (corners([a, b, c]).edges(), corners([b, a, c]).edges());
+        let (one, other) = (Corners::new([a, b, c]).edges(), Corners::new([b, a, c]).edges());
         for (v, w) in [(one.x, other.x), (one.y, other.y), (one.z, other.z)] {
             assert_eq!((v.x, v.y, v.z), (-w.x, -w.z, -w.y));
         }
@@ -151,9 +147,9 @@ mod tests {
         for (u, v) in [(0.2, 0.3), (0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.01, 0.01)] {
             let p = a + (b - a) * u + (c - a) * v;
             for order in [[a, b, c], [a, c, b]] {
-                let t = corners(order).meet(p.normalize()).unwrap();
+                let t = Corners::new(order).meet(p.normalize()).unwrap();
                 assert!((t - p.length()).abs() < 1e-5);
-                assert!(corners(order).meet(-p.normalize()).is_none_or(|t| t < 0.0));
+                assert!(Corners::new(order).meet(-p.normalize()).is_none_or(|t| t < 0.0));
             }
         }
     }
@@ -162,7 +158,7 @@ mod tests {
     fn rays_in_the_plane_but_beside_the_triangle_do_not_meet_it_ahead() {
         for turn in 0..50 {
             let turn = glam::Quat::from_rotation_y(turn as f32 * 0.37) * glam::Quat::from_rotation_x(turn as f32);
-            let triangle = corners([Vec3::X, Vec3::X * 1.5, Vec3::X + Vec3::Y * 0.5].map(|p| turn * p));
+            let triangle = Corners::new([Vec3::X, Vec3::X * 1.5, Vec3::X + Vec3::Y * 0.5].map(|p| turn * p));
             for i in 10..60 {
                 let angle = 0.1 * i as f32;
                 let d = turn * Vec3::new(angle.cos(), angle.sin(), 0.0);
