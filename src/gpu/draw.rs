@@ -151,36 +151,33 @@ fn model_into(pass: &mut wgpu::RenderPass, pipelines: &Pipelines, model: &Model,
     seen.sort_by(|a, b| a.0.total_cmp(&b.0));
     pass.set_vertex_buffer(0, model.corners.slice(..));
     pass.set_vertex_buffer(1, model.irradiance.slice(..));
-    if let Some(sunlight) = &model.sunlight {
-        pass.set_vertex_buffer(2, sunlight.slice(..));
-    }
+    // without a sun nothing looks at what it adds
+    pass.set_vertex_buffer(2, model.sunlight.as_ref().unwrap_or(&model.irradiance).slice(..));
     pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
     let mut last = None;
     for (_, run) in seen {
-        if last != Some(run.picture) {
-            pass.set_pipeline(&pipelines.model[usize::from(run.picture > 0)]);
-            pass.set_bind_group(1, &model.pictures[run.picture], &[]);
-            last = Some(run.picture);
+        let picture = model.picture_of[run.material];
+        if last != Some(picture) {
+            pass.set_pipeline(&pipelines.model[usize::from(picture > 0)]);
+            pass.set_bind_group(1, &model.pictures[picture], &[]);
+            last = Some(picture);
         }
-        pass.draw_indexed(run.indices.clone(), 0, 0..1);
+        pass.draw_indexed(3 * run.triangles.start..3 * run.triangles.end, 0, 0..1);
     }
 }
 
-/// Room for what the sun sees: depths, `side` × `side` of them.
-pub(super) fn shadow_map(card: &Card, side: u32) -> wgpu::TextureView {
+/// What the sun sees of a model, drawn as `side` × `side` depths; blank without a sun.
+pub(super) fn shadow(card: &Card, model: &Model, sun: Option<&SunView>, side: u32) -> wgpu::TextureView {
     let depths = card.device.create_texture(&described("what the sun sees", side, side, DEPTH));
-    depths.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
-/// Draws what the sun sees of a model.
-pub(super) fn shadow(card: &Card, model: &Model, sun: &SunView, depths: &wgpu::TextureView) {
+    let depths = depths.create_view(&wgpu::TextureViewDescriptor::default());
+    let Some(sun) = sun else { return depths };
     let (pipeline, layout) = shadow_pipeline(card);
     let uniform = uniform(card);
     let group = bind_group(card, &layout, &[uniform.as_entire_binding()]);
     card.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&sun.uniform()));
     let mut encoder = card.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
-        let mut pass = begin(&mut encoder, None, Some((depths, 1.0)));
+        let mut pass = begin(&mut encoder, None, Some((&depths, 1.0)));
         if model.triangles > 0 {
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &group, &[]);
@@ -190,6 +187,7 @@ pub(super) fn shadow(card: &Card, model: &Model, sun: &SunView, depths: &wgpu::T
         }
     }
     card.queue.submit([encoder.finish()]);
+    depths
 }
 
 /// Room for what a card is told of camera and sun.

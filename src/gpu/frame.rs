@@ -25,9 +25,7 @@ pub(super) fn tiles(width: u32, height: u32, most: u32) -> Vec<Tile> {
 }
 
 /// `Frame` in shader.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(super) struct Uniform(pub(super) [[f32; 4]; 10]);
+pub(super) type Uniform = [[f32; 4]; 10];
 
 /// A tile of a camera's picture: how points and samples lie in it.
 pub(super) struct View {
@@ -74,7 +72,7 @@ impl View {
         let with = |v: Vec3, w: f32| v.extend(w).to_array();
         let ([x, y, w], [corner, right, down]) = (self.clip, self.rays);
         let [across, upwards, depth] = sun.rows.map(|row| row.to_array());
-        Uniform([
+        [
             with(x, NEAREST_M),
             with(y, self.samples as f32),
             with(w, sun.off_m),
@@ -85,7 +83,7 @@ impl View {
             across,
             upwards,
             depth,
-        ])
+        ]
     }
 }
 
@@ -115,7 +113,7 @@ impl SunView {
     pub(super) fn uniform(&self) -> Uniform {
         let mut all = [[0.0; 4]; 10];
         all[7..].copy_from_slice(&self.rows.map(|row| row.to_array()));
-        Uniform(all)
+        all
     }
 }
 

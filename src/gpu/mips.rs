@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-use crate::panorama::{linear_to_srgb, srgb_to_linear};
+use crate::panorama::{LINEAR, linear_to_srgb};
 use crate::scene::Texture;
 
 /// Size and sRGB texels of a level.
@@ -44,7 +44,7 @@ fn covered(i: usize, n: usize, fewer: usize) -> impl Iterator<Item = (usize, f32
 
 /// A picture averaged down in linear light, every texel by the area that it has in the smaller one's.
 fn reduced([width, height]: [usize; 2], texels: &[[u8; 4]], [fewer, lower]: [usize; 2]) -> Vec<[u8; 4]> {
-    let linear: Vec<f32> = (0..=255u8).map(|c| srgb_to_linear(f32::from(c) / 255.0)).collect();
+    let linear: &[f32; 256] = &LINEAR;
     let code = |v: f32| (linear_to_srgb(v) * 255.0 + 0.5) as u8;
     let texel = |x: usize, y: usize| {
         let mut sum = Vec3::ZERO;
@@ -62,6 +62,7 @@ fn reduced([width, height]: [usize; 2], texels: &[[u8; 4]], [fewer, lower]: [usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panorama::srgb_to_linear;
 
     fn texture(width: usize, height: usize) -> Texture {
         let texel = |i: usize| [(i * 37 % 256) as u8, (i * 91 % 256) as u8, 128, 255];

@@ -85,9 +85,8 @@ impl Drawer {
         let sun = baked.suns.get(lighting).copied().flatten().filter(|_| model.sunlight.is_some());
         // without a sun one texel stands in
         let side = if sun.is_some() { SHADOW_SIDE.min(card.device.limits().max_texture_dimension_2d) } else { 1 };
-        let shadow = draw::shadow_map(&card, side);
         let sun = sun.map(|sun| SunView::new(baked, sun, side));
-        sun.iter().for_each(|sun| draw::shadow(&card, &model, sun, &shadow));
+        let shadow = draw::shadow(&card, &model, sun.as_ref(), side);
         let pipelines = Pipelines::new(&card, &picture, model.sunlight.is_some());
         let uniform = draw::uniform(&card);
         let frame = pipelines::frame_group(&card, &pipelines.frame, &uniform, &model.sky, &shadow);

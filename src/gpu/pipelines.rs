@@ -40,10 +40,10 @@ impl Pipelines {
         let model = [false, true].map(|textured| {
             let constants = [("TEXTURED", f64::from(u8::from(textured))), ("SUN", f64::from(u8::from(sun)))];
             let own = Program {
-                vertex: if sun { "sunny_corner" } else { "corner" },
+                vertex: "corner",
                 fragment: Some("radiance"),
                 constants: &constants,
-                buffers: if sun { &BUFFERS } else { &BUFFERS[..2] },
+                buffers: &BUFFERS,
                 layouts: &[Some(&frame), Some(picture)],
                 cull: true,
                 depth: Some((true, wgpu::CompareFunction::Greater, wgpu::DepthBiasState::default())),

@@ -37,13 +37,6 @@ struct Corner {
 
 @vertex
 fn corner(
-    @location(0) at: vec3f, @location(1) uv: vec2f, @location(2) reflectance: vec3f, @location(3) irradiance: vec3f
-) -> Corner {
-    return Corner(in_picture(at), at - frame.eye, uv, reflectance, irradiance, vec3f());
-}
-
-@vertex
-fn sunny_corner(
     @location(0) at: vec3f, @location(1) uv: vec2f, @location(2) reflectance: vec3f, @location(3) irradiance: vec3f,
     @location(4) sunlight: vec3f
 ) -> Corner {

@@ -9,7 +9,7 @@ use super::GpuError;
 use super::device::Card;
 use super::mips;
 use crate::bake::{self, Baked};
-use crate::panorama::{Picture, srgb_to_linear};
+use crate::panorama::LINEAR;
 use crate::scene::{Scene, Texture, Wrap};
 
 /// A vertex but for its light.
@@ -23,16 +23,6 @@ pub(super) struct Corner {
     pub(super) reflectance: [f32; 3],
 }
 
-/// Some triangles of a material that lie close together.
-pub(super) struct Run {
-    pub(super) indices: std::ops::Range<u32>,
-    /// Place of its picture in [`Model::pictures`].
-    pub(super) picture: usize,
-    /// The box around them.
-    pub(super) low: Vec3,
-    pub(super) high: Vec3,
-}
-
 /// A baked model on a card.
 pub(super) struct Model {
     pub(super) corners: wgpu::Buffer,
@@ -43,9 +33,11 @@ pub(super) struct Model {
     pub(super) indices: wgpu::Buffer,
     /// Triangles in [`Self::indices`]; those after the last run are not drawn but cast shadows.
     pub(super) triangles: u32,
-    pub(super) runs: Vec<Run>,
+    pub(super) runs: Vec<bake::Run>,
     /// The first is white.
     pub(super) pictures: Vec<wgpu::BindGroup>,
+    /// Which of them each material has.
+    pub(super) picture_of: Vec<usize>,
     pub(super) sky: wgpu::TextureView,
 }
 
@@ -66,13 +58,14 @@ impl Model {
         let light = |light: &[Vec3]| {
             card.buffer("the vertices' light", &floats(light), BufferUsages::VERTEX | BufferUsages::COPY_DST)
         };
-        let (pictures, number) = pictures(card, layout, scene, baked);
+        let (pictures, picture_of) = pictures(card, layout, scene, baked);
         let (mut corners, mut triangles) = (corners(scene, baked), baked.triangles.clone());
         for hidden in &baked.hidden {
             triangles.push([0, 1, 2].map(|k| (corners.len() + k) as u32));
             let at = scene.mesh.corners(*hidden);
             corners.extend(at.map(|p| Corner { at: p.to_array(), uv: [0.0; 2], reflectance: [0.0; 3] }));
         }
+        let cells: Vec<[f32; 4]> = sky.pixels.iter().map(|p| p.extend(1.0).to_array()).collect();
         Ok(Self {
             corners: card.buffer("the vertices", &corners, BufferUsages::VERTEX)?,
             irradiance: light(irradiance)?,
@@ -80,9 +73,10 @@ impl Model {
             sunlight: sunlight.map(|s| light(s)).transpose()?,
             indices: card.buffer("the triangles", triangles.as_flattened(), BufferUsages::INDEX)?,
             triangles: triangles.len() as u32,
-            runs: runs(scene, baked, &number),
+            runs: baked.runs(&baked.triangles, &baked.materials),
             pictures,
-            sky: sky_texture(card, sky),
+            picture_of,
+            sky: filled(card, "the sky", wgpu::TextureFormat::Rgba32Float, &[([sky.width, sky.height], cells)]),
         })
     }
 }
@@ -115,49 +109,36 @@ fn corners(scene: &Scene, baked: &Baked) -> Vec<Corner> {
         .collect()
 }
 
-fn runs(scene: &Scene, baked: &Baked, number: &[usize]) -> Vec<Run> {
-    let runs = baked.runs(&baked.triangles, &baked.materials).into_iter();
-    let run = |run: bake::Run| Run {
-        indices: 3 * run.triangles.start..3 * run.triangles.end,
-        picture: scene.materials[run.material].with_white_lamps().1.map_or(0, |t| number[t as usize]),
-        low: run.low,
-        high: run.high,
-    };
-    runs.map(run).collect()
-}
-
-/// The pictures in use with their samplers, a white one first, and per texture of the scene which it is.
+/// The pictures in use with their samplers, a white one first, and which of them each material has.
 fn pictures(
     card: &Card,
     layout: &wgpu::BindGroupLayout,
     scene: &Scene,
     baked: &Baked,
 ) -> (Vec<wgpu::BindGroup>, Vec<usize>) {
-    let white = Texture::new("white".to_owned(), 1, 1, vec![[255; 4]]);
     let mut number = vec![0; scene.textures.len()];
-    let mut all = vec![picture(card, layout, &white)];
+    let mut all = vec![picture(card, layout, &Texture::blank())];
+    let mut picture_of = vec![0; scene.materials.len()];
     for (m, _) in in_use(baked) {
-        if let Some(t) = scene.materials[m].with_white_lamps().1.map(|t| t as usize).filter(|t| number[*t] == 0) {
-            number[t] = all.len();
-            all.push(picture(card, layout, &scene.textures[t]));
+        let Some(t) = scene.materials[m].with_white_lamps().1 else { continue };
+        let number = &mut number[t as usize];
+        if *number == 0 {
+            *number = all.len();
+            all.push(picture(card, layout, &scene.textures[t as usize]));
         }
+        picture_of[m] = *number;
     }
-    (all, number)
+    (all, picture_of)
 }
 
 fn picture(card: &Card, layout: &wgpu::BindGroupLayout, texture: &Texture) -> wgpu::BindGroup {
     let levels = mips::levels(texture, card.device.limits().max_texture_dimension_2d as usize);
-    let ([width, height], count) = (levels[0].0.map(|n| n as u32), levels.len() as u32);
     // cards decode sRGB in their own ways, some half a percent off
-    let mut asked = described("a picture", width, height, wgpu::TextureFormat::Rgba16Float);
-    asked.mip_level_count = count;
-    asked.usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-    let image = card.device.create_texture(&asked);
-    let linear: [u16; 256] = std::array::from_fn(|code| half(srgb_to_linear(code as f32 / 255.0)));
-    for (level, ([width, height], texels)) in levels.iter().enumerate() {
-        let texels: Vec<[u16; 4]> = texels.par_iter().map(|t| t.map(|code| linear[usize::from(code)])).collect();
-        write(card, &image, level as u32, [*width as u32, *height as u32], bytemuck::cast_slice(&texels));
-    }
+    let linear = LINEAR.map(half);
+    let decoded = |texels: &[[u8; 4]]| texels.par_iter().map(|t| t.map(|code| linear[usize::from(code)])).collect();
+    let levels: Vec<([usize; 2], Vec<[u16; 4]>)> =
+        levels.iter().map(|(size, texels)| (*size, decoded(texels))).collect();
+    let view = filled(card, "a picture", wgpu::TextureFormat::Rgba16Float, &levels);
     let [u, v] = texture.wrap().map(|wrap| match wrap {
         Wrap::Repeat => wgpu::AddressMode::Repeat,
         Wrap::Clamp => wgpu::AddressMode::ClampToEdge,
@@ -170,7 +151,6 @@ fn picture(card: &Card, layout: &wgpu::BindGroupLayout, texture: &Texture) -> wg
         min_filter: wgpu::FilterMode::Linear,
         ..wgpu::SamplerDescriptor::default()
     });
-    let view = image.create_view(&wgpu::TextureViewDescriptor::default());
     let resources = [wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(&sampler)];
     bind_group(card, layout, &resources)
 }
@@ -181,14 +161,25 @@ fn half(v: f32) -> u16 {
     if bits == 0 { 0 } else { (((bits + 0xfff + (bits >> 13 & 1)) >> 13) - (112 << 10)) as u16 }
 }
 
-/// The sky's picture, in floats.
-fn sky_texture(card: &Card, sky: &Picture) -> wgpu::TextureView {
-    let (width, height) = (sky.width as u32, sky.height as u32);
-    let mut asked = described("the sky", width, height, wgpu::TextureFormat::Rgba32Float);
+/// A texture with these levels in it, each with its size, to be read from.
+fn filled<T: bytemuck::NoUninit>(
+    card: &Card,
+    label: &'static str,
+    format: wgpu::TextureFormat,
+    levels: &[([usize; 2], Vec<T>)],
+) -> wgpu::TextureView {
+    let [width, height] = levels[0].0.map(|n| n as u32);
+    let mut asked = described(label, width, height, format);
+    asked.mip_level_count = levels.len() as u32;
     asked.usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
     let image = card.device.create_texture(&asked);
-    let texels: Vec<[f32; 4]> = sky.pixels.iter().map(|p| p.extend(1.0).to_array()).collect();
-    write(card, &image, 0, [width, height], bytemuck::cast_slice(&texels));
+    for (mip_level, ([width, height], texels)) in (0..).zip(levels) {
+        let place = wgpu::TexelCopyTextureInfo { mip_level, ..image.as_image_copy() };
+        let bytes_per_row = Some((width * size_of::<T>()) as u32);
+        let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        let size = wgpu::Extent3d { width: *width as u32, height: *height as u32, depth_or_array_layers: 1 };
+        card.queue.write_texture(place, bytemuck::cast_slice(texels), rows, size);
+    }
     image.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
@@ -211,19 +202,6 @@ pub(super) fn described(
     }
 }
 
-fn write(card: &Card, image: &wgpu::Texture, mip_level: u32, [width, height]: [u32; 2], bytes: &[u8]) {
-    let place = wgpu::TexelCopyTextureInfo {
-        texture: image,
-        mip_level,
-        origin: wgpu::Origin3d::ZERO,
-        aspect: wgpu::TextureAspect::All,
-    };
-    let bytes_per_row = Some((bytes.len() / height.max(1) as usize) as u32);
-    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
-    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-    card.queue.write_texture(place, bytes, rows, size);
-}
-
 /// Resources as they stand in a layout: 0, 1, 2, …
 pub(super) fn bind_group(
     card: &Card,
@@ -244,9 +222,8 @@ mod tests {
     #[test]
     fn codes_keep_eleven_bits_of_their_light() {
         assert_eq!([0.0, 0.5, 0.75, 1.0].map(half), [0, 0x3800, 0x3a00, 0x3c00]);
-        for code in 1..=255u8 {
-            let v = srgb_to_linear(f32::from(code) / 255.0);
-            let h = half(v);
+        for (code, v) in LINEAR.iter().enumerate().skip(1) {
+            let h = half(*v);
             let back = (1.0 + f32::from(h & 0x3ff) / 1024.0) * (f32::from(h >> 10) - 15.0).exp2();
             assert!((back / v - 1.0).abs() <= 1.0 / 2048.0, "{code}: {v} became {back}");
         }
