@@ -69,6 +69,17 @@ fn of_view<'a>(own: &Assessed, others: impl Iterator<Item = &'a Assessed>) -> Ve
     best
 }
 
+/// Whether what two photographs show, given by its pixels in each, may be one thing before the model's surfaces: most lines of sight
+/// of either meet the other's.
+pub(crate) fn are_one_thing(own: (&Eye, &[usize]), other: (&Eye, &[usize])) -> bool {
+    let mostly = |(eye, pixels): (&Eye, &[usize]), (other, theirs): (&Eye, &[usize])| {
+        let lines: Vec<usize> = pixels.iter().copied().step_by(STEP).collect();
+        let meet = Lines::new(eye, &lines, other).meet(&mask_of(theirs, other.distance.len()));
+        2 * meet.iter().filter(|m| **m).count() > lines.len()
+    };
+    mostly(own, other) && mostly(other, own)
+}
+
 /// The pixels whose lines of sight are followed.
 fn grid(eye: &Eye) -> Vec<usize> {
     let (w, h) = (eye.camera.width as usize, eye.camera.height as usize);
@@ -151,6 +162,23 @@ mod tests {
         let level = |k: usize| (grid[k] / 64).abs_diff(at / 64) <= 3 + STEP / 2;
         assert!((0..grid.len()).all(|k| !meet[k] || level(k)));
         assert!(meet.iter().filter(|m| **m).count() * 5 < meet.len());
+    }
+
+    #[test]
+    fn a_thing_that_two_photographs_show_is_one_and_two_things_are_two() {
+        let (own, other) = (eye(-0.5), eye(0.5));
+        let pixels = |eye: &Eye, thing: Vec3| -> Vec<usize> {
+            let (_, around) = seen(eye, thing);
+            (0..around.len()).filter(|i| around[*i]).collect()
+        };
+        let (thing, lower) = (Vec3::new(0.1, 2.0, 0.3), Vec3::new(0.1, 2.0, -0.6));
+        let here = pixels(&own, thing);
+        assert!(are_one_thing((&own, &here), (&other, &pixels(&other, thing))));
+        assert!(!are_one_thing((&own, &here), (&other, &pixels(&other, lower))));
+        let on_the_wall = |eye: &Eye| -> Vec<usize> {
+            (0..64 * 64).filter(|i| eye.position[*i].distance(Vec3::new(0.0, 4.0, 0.0)) < 0.4).collect()
+        };
+        assert!(!are_one_thing((&own, &on_the_wall(&own)), (&other, &on_the_wall(&other))));
     }
 
     #[test]

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::audit::decide::assess::{extent, note};
-use crate::audit::decide::assessed::{Assessed, Found};
+use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
-use crate::audit::decide::lines_of_sight::support;
+use crate::audit::decide::lines_of_sight::{are_one_thing, support};
 use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
@@ -96,6 +96,14 @@ impl Fault {
             && apart < 0.6 * a.size_m.max(b.size_m)
     }
 
+    /// Whether another view's finding is of the same thing that the model lacks: it hides other surfaces there.
+    fn is_thing(&self, other: &Found, own_eye: &Eye, eye: &Eye) -> bool {
+        let (a, b) = (&self.finding, &other.finding);
+        (a.what, b.what) == (What::Missing, What::Missing)
+            && (a.reason == Reason::None) == (b.reason == Reason::None)
+            && are_one_thing((own_eye, &self.pixels), (eye, &other.pixels))
+    }
+
     /// Whether it is a fault of surfaces that the model has: those are wrong in whichever view shows them. What the model lacks stands
     /// before or behind its surfaces, elsewhere in each view.
     fn of_modelled_surfaces(&self) -> bool {
@@ -162,7 +170,9 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
     let mut faults: Vec<Fault> = Vec::new();
     for (v, f) in all {
         let metres = site.frame.metres_per_unit;
-        match faults.iter_mut().find(|k| k.view != v && k.is_also(&f, metres)) {
+        let eye = |v: usize| &assessed[v].eye;
+        let same = |k: &&mut Fault| k.view != v && (k.is_also(&f, metres) || k.is_thing(&f, eye(k.view), eye(v)));
+        match faults.iter_mut().find(same) {
             Some(fault) => {
                 let k = &mut fault.finding;
                 if k.kind != f.finding.kind {
