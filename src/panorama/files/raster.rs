@@ -135,10 +135,12 @@ fn fill<T: Copy + PartialOrd>(
     half: T,
     linear: impl Fn(T) -> f32,
 ) {
-    let has_alpha = channels.is_multiple_of(2);
+    let opaque = |v: &[T]| v.last().is_some_and(|alpha| *alpha >= half);
+    // some programs write an alpha of nought all over, which would hide all there is
+    let has_alpha = channels.is_multiple_of(2) && stored.chunks_exact(channels).any(opaque);
     for (pixel, v) in picture.pixels.iter_mut().zip(stored.chunks_exact(channels)) {
         *pixel = match *v {
-            [.., alpha] if has_alpha && alpha < half => Vec3::NAN,
+            _ if has_alpha && !opaque(v) => Vec3::NAN,
             [r, g, b, ..] => Vec3::new(linear(r), linear(g), linear(b)),
             [grey, ..] => Vec3::splat(linear(grey)),
             [] => Vec3::ZERO,
@@ -202,6 +204,9 @@ mod tests {
             let shown = crate::panorama::read(&path(name)).unwrap().pixels.into_iter().map(Picture::valid);
             assert_eq!(shown.collect::<Vec<_>>(), [false, false, true, true], "{name}");
         }
+        ImageBuffer::from_fn(4, 1, |_, _| Rgba([200u8, 90, 255, 0])).save(path("all.png")).unwrap();
+        let all = crate::panorama::read(&path("all.png")).unwrap();
+        assert!(all.pixels.into_iter().all(Picture::valid), "an alpha that is nought all over says nothing");
     }
 
     #[test]
