@@ -15,14 +15,7 @@ const FOUND: f32 = 0.45;
 const FITS: f32 = 0.75;
 
 /// Logarithm of the odds from which on another laying is told: many are tried.
-pub(crate) const TOLD: f32 = 12.0;
-
-/// The same in a coded photograph, whose few waves depend on each other, but for a surface off its place whose texture does
-/// not fit as it is: that is one line of places and not all shifts of all turns and scales.
-const TOLD_CODED: f32 = 2.0 * TOLD;
-
-/// Fewer independent pixels of a coded photograph, some ten blocks, hold so few waves that much else fits them.
-const FEWEST_CODED: f32 = 50.0;
+pub(crate) const TOLD: f32 = 24.0;
 
 /// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
 /// when it is shifted.
@@ -94,14 +87,18 @@ pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -
 
 fn searched(laid: &TexturePatch) -> Option<Relaid> {
     let (as_is, _) = laid.climbed(UvTransform::AS_IS, 0.7, 1);
+    // a texture that fits is not laid otherwise
+    if as_is > FITS {
+        return None;
+    }
     let n = laid.independent();
     // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
     let odds = |from: f32, to: f32| {
         let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
         0.5 * n * (left(from) / left(to)).ln()
     };
-    // a texture that fits is not laid otherwise, and elsewhere even a perfect fit may not be enough
-    if as_is > FITS || odds(as_is, 0.98) < TOLD {
+    // even a perfect fit may not be enough
+    if odds(as_is, 0.98) < TOLD {
         return None;
     }
     // most can be left after a coarse look, which sees somewhat less than a close one
@@ -117,14 +114,8 @@ fn searched(laid: &TexturePatch) -> Option<Relaid> {
     let mut best: Option<(What, f32)> = None;
     for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
         // the likelier comes first, and a less likely one must explain what the likelier cannot
-        let told = match what {
-            _ if !laid.is_coded() => TOLD,
-            What::Moved if as_is < FOUND => TOLD,
-            _ if n < FEWEST_CODED => f32::INFINITY,
-            _ => TOLD_CODED,
-        };
         let better = best.is_none_or(|(_, b)| odds(b, c) > ODDS);
-        if c > FOUND && odds(as_is, c) > told && better {
+        if c > FOUND && odds(as_is, c) > TOLD && better {
             best = Some((what, c));
         }
     }

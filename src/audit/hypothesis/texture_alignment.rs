@@ -26,6 +26,9 @@ const BOX_PX: usize = 8 * MOST_PX;
 /// Fewer pixels tell nothing.
 const FEWEST: usize = 40;
 
+/// Structure is compared with itself up to so many pixels beside and below.
+const LAGS: usize = 16;
+
 /// Structure of less variance than this is none.
 const LEAST_VARIANCE: f32 = 1e-6;
 
@@ -47,6 +50,8 @@ pub(crate) struct TexturePatch<'a> {
     /// Per pixel of the cut-out, 1 where there is a place, and the same smoothed.
     here: Vec<f32>,
     smoothed: Vec<f32>,
+    /// Whether the cut-out is blocks of the picture, one below the other.
+    in_blocks: bool,
     /// How they are coded.
     coded: Option<Coded>,
     /// The pixels' indices in the cut-out, places, the structure that the photograph shows there and how much it counts.
@@ -104,7 +109,8 @@ impl<'a> TexturePatch<'a> {
         let (all, places): (Vec<usize>, Vec<Place>) = chosen.into_iter().unzip();
         let joined = |i: usize, j: usize| s.paint.joined(i, j);
         let [left, top, right, bottom] = bounds(&all, w);
-        let (filter, pixels) = if stride == 1 && (right - left) * (bottom - top) <= BOX_PX {
+        let in_blocks = stride > 1 || (right - left) * (bottom - top) > BOX_PX;
+        let (filter, pixels) = if !in_blocks {
             cut_out(right - left, bottom - top, &all, |i| (i / w - top) * (right - left) + i % w - left, joined)
         } else {
             // blocks one below the other, without what lies between them
@@ -119,7 +125,7 @@ impl<'a> TexturePatch<'a> {
         let photo = all.iter().map(real);
         let weight = all.iter().map(|i| 1.0 / observed.texture.structure.variance[*i]).collect();
         let coded = observed.photo.coding.as_ref().map(|c| c.coded(&all));
-        Some(Self::new(texture, filter, pixels, places, coded, photo, weight))
+        Some(Self { in_blocks, ..Self::new(texture, filter, pixels, places, coded, photo, weight) })
     }
 
     /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, how they are coded, the
@@ -157,6 +163,7 @@ impl<'a> TexturePatch<'a> {
             filter,
             here,
             smoothed,
+            in_blocks: false,
             coded,
             pixels,
             places,
@@ -172,19 +179,41 @@ impl<'a> TexturePatch<'a> {
         this
     }
 
-    /// How many pixels count as independent of each other.
+    /// How many pixels count as independent of each other: what is alike in itself over many pixels, such as grain of wood, is
+    /// like much else by chance. A correlation with another field as alike in itself varies as one of so many independent
+    /// samples does (Clifford, Richardson and Hémon, *Assessing the significance of the correlation between two spatial
+    /// processes*, 1989). Lags whose correlation is chance add their share, which is taken out again. Never more than where nothing is
+    /// known: light's own structure, such as a shadow's edge, is coarser than grain.
     pub(crate) fn independent(&self) -> f32 {
-        let (sum, square) = self.weight.iter().fold((0.0f64, 0.0f64), |(s, q), w| {
-            let w = f64::from(*w);
-            (s + w, q + w * w)
-        });
-        let telling = self.coded.as_ref().map_or(1.0, |c| c.telling(ALIKE_PX));
-        (sum * sum / square.max(1e-30)) as f32 / ALIKE_PX * telling
-    }
-
-    /// Whether the photograph is coded coarsely.
-    pub(crate) fn is_coded(&self) -> bool {
-        self.coded.is_some()
+        let width = self.filter.width;
+        let mut plane = vec![[0.0f32; 2]; self.here.len()];
+        let values = self.photo.iter().zip(&self.weight);
+        self.pixels.iter().zip(values).for_each(|(k, (a, w))| plane[*k] = [*w, w * a]);
+        let moment = |k: usize| self.weight.iter().map(|w| f64::from(*w).powi(k as i32)).sum::<f64>();
+        let energy: f64 = plane.iter().map(|[_, wa]| f64::from(wa * wa)).sum();
+        // the blocks of a cut-out that lie below each other are no neighbours
+        let band = if self.in_blocks { BLOCK_PX } else { usize::MAX };
+        let at_lag = |dx: isize, dy: usize| -> Option<f64> {
+            let [mut both, mut product] = [0.0f64; 2];
+            for k in &self.pixels {
+                let (x, y) = (k % width, k / width);
+                let across = x as isize + dx;
+                if across < 0 || across >= width as isize || y / band != (y + dy) / band {
+                    continue;
+                }
+                let Some([w, wa]) = plane.get((y + dy) * width + across as usize) else { continue };
+                both += f64::from(plane[*k][0] * w);
+                product += f64::from(plane[*k][1] * wa);
+            }
+            (both > 0.0).then(|| product * product / both)
+        };
+        let lags = (0..=LAGS).flat_map(|dy| (-(LAGS as isize)..=LAGS as isize).map(move |dx| (dx, dy)));
+        let half = lags.filter(|(dx, dy)| *dy > 0 || *dx > 0).filter_map(|(dx, dy)| at_lag(dx, dy));
+        let (sum, count) = half.fold((0.0, 0.0), |(s, n), v| (s + 2.0 * v, n + 2.0));
+        // squared correlations, each as often as there are pairs, over those of a pixel with itself
+        let alike = 1.0 + sum * moment(2) / (energy * energy).max(1e-300);
+        let pixels = moment(1).powi(2) / moment(2).max(1e-300);
+        ((pixels + count) / alike).min(pixels / f64::from(ALIKE_PX)) as f32
     }
 
     /// The texture's width over its height, texels.

@@ -108,18 +108,6 @@ impl Coded {
             part.pixels.iter().for_each(|&(i, at, slope)| structure[i as usize] = block[usize::from(at)] / slope);
         }
     }
-
-    /// The share of the pixels that the photograph tells something of, if one in so many is independent of the others: a
-    /// block tells no more than it has waves.
-    pub(crate) fn telling(&self, alike_px: f32) -> f32 {
-        let (told, all) = self.parts.iter().fold((0.0f32, 0.0f32), |(told, all), part| {
-            // the first one is the block's mean, and no structure
-            let waves = (part.kept & !1).count_ones() as f32;
-            let pixels = part.pixels.len() as f32;
-            (told + pixels * (waves * alike_px / BLOCK as f32).min(1.0), all + pixels)
-        });
-        told / all.max(1.0)
-    }
 }
 
 impl Part {
@@ -263,8 +251,5 @@ mod tests {
         coded.leave(&mut strong);
         assert!(faint.iter().all(|v| v.abs() < 1e-6), "{faint:?}");
         assert!(strong.iter().zip(checks(0.3)).all(|(a, b)| a * b > 0.0));
-        assert_eq!(coded.telling(12.0), 0.0);
-        let elsewhere = coding.coded(&first.iter().map(|i| i + 2 * SIDE).collect::<Vec<_>>());
-        assert!(elsewhere.telling(12.0) > 0.9);
     }
 }
