@@ -17,6 +17,9 @@ const CELLS: usize = 320;
 /// About how long a picture's longer side is on a sheet, millimetres.
 const PRINTED: f64 = 80.0;
 
+/// Room that a finding's name takes on a sheet, millimetres.
+const LABEL: f64 = 8.0;
+
 /// Pixels along the longer side of a picture on the sheet.
 const PIXELS: usize = 720;
 
@@ -149,6 +152,20 @@ fn shown<'a>(audit: &'a Audit, view: &AuditedView) -> Vec<Shown<'a>> {
     view.masks.iter().rev().filter_map(of).collect()
 }
 
+/// Where a label of some size stands that is not to hide what it names: in the middle of its region, or below or above a small one.
+fn beside_if_small(middle: Point, rings: &[Vec<Point>], frame: [f64; 4], label: f64) -> Point {
+    let span = |k: usize| {
+        let all = rings.iter().flatten().map(|p| p[k]);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+    };
+    let ([left, right], [top, bottom]) = (span(0), span(1));
+    if (right - left).max(bottom - top) > label {
+        return middle;
+    }
+    let below = bottom + 0.4 * label;
+    [middle[0], if below + 0.4 * label < frame[1] + frame[3] { below } else { top - 0.4 * label }]
+}
+
 /// The outline of each finding, with its name, so many times as coarse as on a sheet.
 fn outlines(svg: &mut Svg, shown: &[Shown], frame: [f64; 4], scale: f64) {
     let mut labels = Vec::new();
@@ -160,11 +177,12 @@ fn outlines(svg: &mut Svg, shown: &[Shown], frame: [f64; 4], scale: f64) {
             svg.area(&rings, &if sure(finding) { line } else { line.dashed(1.4 * scale, 0.8 * scale) });
         });
         if let Some([x, y]) = cells.middle() {
-            labels.push((&finding.id, [frame[0] + x * frame[2], frame[1] + y * frame[3]]));
+            let middle = [frame[0] + x * frame[2], frame[1] + y * frame[3]];
+            labels.push((&finding.id, beside_if_small(middle, &rings, frame, LABEL * scale)));
         }
     }
     let places: Vec<Point> = labels.iter().map(|(_, place)| *place).collect();
-    for ((id, _), [x, y]) in labels.iter().zip(apart(&places, 8.0 * scale, frame)) {
+    for ((id, _), [x, y]) in labels.iter().zip(apart(&places, LABEL * scale, frame)) {
         svg.text([x, y + 1.4 * scale], id, &Text::new(3.8 * scale).bold().anchor(Anchor::Middle).halo(0.7 * scale));
     }
 }
