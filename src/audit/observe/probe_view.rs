@@ -21,17 +21,22 @@ pub(crate) struct ProbeView {
     pub(crate) origin: Vec3,
     to_probe: Mat3,
     directions: Directions,
-    /// The logarithm of radiance, and averaged 2 × 2, 4 × 4, …
-    levels: Vec<Level>,
+    /// The logarithm of radiance, and averaged 2 × 2, 4 × 4, …; NaN where the picture shows nothing valid.
+    levels: Vec<Shown<Vec3>>,
     /// Distance to the model through each pixel's middle; infinite where there is none.
-    depth: Vec<f32>,
+    depth: Shown<f32>,
 }
 
-struct Level {
+/// A latitude/longitude map of which only the rows and columns are kept that show something: a photograph shows a small part of all
+/// directions.
+struct Shown<T> {
     width: usize,
     height: usize,
-    /// NaN where the picture shows nothing valid.
-    log: Vec<Vec3>,
+    /// First column and row, and how many of each; columns go on at the map's left end.
+    from: [usize; 2],
+    size: [usize; 2],
+    values: Vec<T>,
+    nothing: T,
 }
 
 /// How a probe sees a point of the model.
@@ -56,30 +61,33 @@ impl ProbeView {
             count += 1;
         }
         let floor = (DARKEST * (sum / f64::from(count.max(1))) as f32).max(1e-30);
-        let mut levels = vec![(picture.width, picture.height, picture.pixels)];
-        while levels.len() < 4 && levels[levels.len() - 1].0 >= 32 && levels[levels.len() - 1].1 >= 32 {
-            let last = &levels[levels.len() - 1];
-            levels.push(halved(last.0, last.1, &last.2));
-        }
-        let log = |p: &Vec3| {
-            if Picture::valid(*p) { p.max(Vec3::splat(floor)).map(f32::ln) } else { Vec3::NAN }
+        let log = |p: Vec3| if Picture::valid(p) { p.max(Vec3::splat(floor)).map(f32::ln) } else { Vec3::NAN };
+        let (width, height) = (picture.width, picture.height);
+        let kept = |width: usize, height: usize, pixels: &[Vec3]| {
+            let shown = |i: usize| Picture::valid(pixels[i]);
+            Shown::of(width, height, Vec3::NAN, shown, |i| log(pixels[i]))
         };
-        let levels: Vec<Level> = levels
-            .into_iter()
-            .map(|(width, height, pixels)| Level { width, height, log: pixels.iter().map(log).collect() })
-            .collect();
+        let mut levels = vec![kept(width, height, &picture.pixels)];
+        let (mut w, mut h, mut pixels) = (width, height, picture.pixels);
+        while levels.len() < 4 && w >= 32 && h >= 32 {
+            (w, h, pixels) = halved(w, h, &pixels);
+            levels.push(kept(w, h, &pixels));
+        }
         let origin = scene.local(probe.pose.position);
         let to_world = probe.pose.rotation.as_mat3();
-        let (width, height) = (levels[0].width, levels[0].height);
         let directions = Directions::new(width, height);
-        let mut depth = vec![f32::INFINITY; width * height];
-        depth.par_chunks_mut(width).enumerate().for_each(|(y, depth)| {
-            let shown: Vec<usize> = (0..width).filter(|x| !levels[0].log[y * width + x].is_nan()).collect();
-            let rays: Vec<Vec3> = shown.iter().map(|&x| to_world * directions.of(x, y)).collect();
+        let fine = &levels[0];
+        let mut depth = fine.with(f32::INFINITY);
+        depth.values.par_chunks_mut(fine.size[0].max(1)).enumerate().for_each(|(row, depth)| {
+            let shown: Vec<usize> =
+                (0..depth.len()).filter(|k| !fine.values[row * fine.size[0] + k].is_nan()).collect();
+            let column = |k: usize| (fine.from[0] + k) % width;
+            let rays: Vec<Vec3> =
+                shown.iter().map(|&k| to_world * directions.of(column(k), fine.from[1] + row)).collect();
             let mut hits = vec![None; rays.len()];
             scene.tracer.closest_packet(origin, &rays, 1e-3, &mut hits);
-            for (x, hit) in shown.into_iter().zip(hits) {
-                depth[x] = hit.map_or(f32::INFINITY, |hit| hit.t);
+            for (k, hit) in shown.into_iter().zip(hits) {
+                depth[k] = hit.map_or(f32::INFINITY, |hit| hit.t);
             }
         });
         Self { name: probe.name.clone(), origin, to_probe: to_world.transpose(), directions, levels, depth }
@@ -88,7 +96,7 @@ impl ProbeView {
     /// The brightest light in its picture, over 4 × 4 pixels.
     pub(crate) fn brightest(&self) -> Vec3 {
         let level = &self.levels[2.min(self.levels.len() - 1)];
-        let valid = level.log.iter().filter(|l| l.is_finite());
+        let valid = level.values.iter().filter(|l| l.is_finite());
         valid.fold(Vec3::ZERO, |m, l| if l.element_sum().exp() > m.element_product() { l.map(f32::exp) } else { m })
     }
 
@@ -124,7 +132,7 @@ impl ProbeView {
         let (w, h) = (self.levels[0].width, self.levels[0].height);
         let at = latlong_pixel_fast(self.to_probe * p, w as f32, h as f32);
         let (x, y) = ((at.x.max(0.0) as usize).min(w - 1), (at.y.max(0.0) as usize).min(h - 1));
-        self.depth[y * w + x] > 0.98 * p.length()
+        self.depth.at(x, y) > 0.98 * p.length()
     }
 
     /// Radiance that the probe saw coming from a point that nothing hides from it, over 4 × 4 pixels.
@@ -156,11 +164,10 @@ impl ProbeView {
                     continue;
                 }
                 let x = (cx + dx).rem_euclid(w as isize) as usize;
-                let i = y as usize * w + x;
                 let d = to_world * self.directions.of(x, y as usize);
                 let along = normal.dot(d);
                 let expected = if along < -0.03 { plane / along } else { return None };
-                if (self.depth[i] - expected).abs() > tolerance * (expected / distance).max(1.0) {
+                if (self.depth.at(x, y as usize) - expected).abs() > tolerance * (expected / distance).max(1.0) {
                     return None;
                 }
             }
@@ -169,14 +176,59 @@ impl ProbeView {
     }
 }
 
-impl Level {
+impl<T: Copy> Shown<T> {
+    /// Of a map that shows something where `shown` says so, by the pixels' indices.
+    fn of(width: usize, height: usize, nothing: T, shown: impl Fn(usize) -> bool, value: impl Fn(usize) -> T) -> Self {
+        let mut columns = vec![false; width];
+        let (mut top, mut bottom) = (height, 0);
+        for i in (0..width * height).filter(|i| shown(*i)) {
+            columns[i % width] = true;
+            (top, bottom) = (top.min(i / width), bottom.max(i / width + 1));
+        }
+        let (first, across) = around(&columns);
+        let (from, size) = ([first, top], [across, bottom.saturating_sub(top)]);
+        let pixel = |k: usize| (top + k / across) * width + (first + k % across) % width;
+        let values = (0..size[0] * size[1]).map(|k| value(pixel(k))).collect();
+        Self { width, height, from, size, values, nothing }
+    }
+
+    /// The same pixels with another value.
+    fn with<U: Copy>(&self, value: U) -> Shown<U> {
+        let Self { width, height, from, size, .. } = *self;
+        Shown { width, height, from, size, values: vec![value; self.values.len()], nothing: value }
+    }
+
+    #[inline]
+    fn at(&self, x: usize, y: usize) -> T {
+        let column = if x >= self.from[0] { x - self.from[0] } else { x + self.width - self.from[0] };
+        let row = y.wrapping_sub(self.from[1]);
+        if column < self.size[0] && row < self.size[1] {
+            self.values[row * self.size[0] + column]
+        } else {
+            self.nothing
+        }
+    }
+}
+
+impl Shown<Vec3> {
     fn bilinear(&self, at: Vec2) -> Vec3 {
         let ([top, bottom], fraction) = neighbours(self.width, self.height, at);
-        let at = |[x, y]: [usize; 2]| self.log[y * self.width + x];
+        let at = |[x, y]: [usize; 2]| self.at(x, y);
         let between = |[left, right]: [[usize; 2]; 2]| at(left) + (at(right) - at(left)) * fraction.x;
         let (top, bottom) = (between(top), between(bottom));
         top + (bottom - top) * fraction.y
     }
+}
+
+/// The shortest run of columns, around the end and on at the start, that holds all that show something: its first and its length.
+fn around(columns: &[bool]) -> (usize, usize) {
+    let shown: Vec<usize> = (0..columns.len()).filter(|x| columns[*x]).collect();
+    let (Some(first), Some(last)) = (shown.first(), shown.last()) else { return (0, 0) };
+    // what is left out is the widest gap between two
+    let gaps = shown.windows(2).map(|w| (w[1] - w[0], w[1]));
+    let end = (first + columns.len() - last, *first);
+    let (gap, from) = gaps.fold(end, |widest, gap| if gap.0 > widest.0 { gap } else { widest });
+    (from, columns.len() + 1 - gap)
 }
 
 /// Unit directions of the middles of pixels in the probe's axes.
@@ -211,4 +263,27 @@ fn halved(width: usize, height: usize, pixels: &[Vec3]) -> (usize, usize, Vec<Ve
         (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) * 0.25
     };
     (w, h, (0..w * h).map(mean).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_map_shows_is_kept_and_nothing_else() {
+        let run = |shown: &[usize]| around(&(0..10).map(|x| shown.contains(&x)).collect::<Vec<_>>());
+        assert_eq!((run(&[]), run(&[3]), run(&[2, 3, 5])), ((0, 0), (3, 1), (2, 4)));
+        assert_eq!((run(&[9, 0, 1]), run(&[0, 9])), ((9, 3), (9, 2)));
+        assert_eq!(run(&(0..10).collect::<Vec<_>>()), (0, 10));
+        for shown in [vec![(8, 1), (9, 2), (1, 2)], vec![(4, 0), (5, 3)], vec![]] {
+            let is_shown = |i: usize| shown.contains(&(i % 10, i / 10));
+            let map = Shown::of(10, 4, usize::MAX, is_shown, |i| i);
+            assert!(map.values.len() <= 8, "{}", map.values.len());
+            for i in (0..40).filter(|i| is_shown(*i)) {
+                assert_eq!(map.at(i % 10, i / 10), i);
+            }
+            let beyond = (0..40).filter(|i| map.at(i % 10, i / 10) == usize::MAX).count();
+            assert_eq!(beyond, 40 - map.values.len());
+        }
+    }
 }
