@@ -35,7 +35,8 @@ impl<F: FnMut(&ShadingPoint) -> Lit> Lattice<'_, F> {
         let (columns, rows) = (stops(self.wide), stops(self.tall));
         for &y in &rows {
             for &x in &columns {
-                self.find(x, y);
+                let i = y * self.wide + x;
+                self.lits[i] = self.spots[i].as_ref().map(&mut self.ask);
             }
         }
         let pairs = |all: &[usize]| -> Vec<[usize; 2]> {
@@ -50,10 +51,7 @@ impl<F: FnMut(&ShadingPoint) -> Lit> Lattice<'_, F> {
 
     /// Fills a cell whose corners are known.
     fn cell(&mut self, xs @ [x0, x1]: [usize; 2], ys @ [y0, y1]: [usize; 2]) {
-        if x1 - x0 <= 1 && y1 - y0 <= 1 {
-            return;
-        }
-        if self.even(xs, ys) {
+        if x1 - x0 <= 1 && y1 - y0 <= 1 || self.even(xs, ys) {
             return;
         }
         let (xm, ym) = (x0.midpoint(x1), y0.midpoint(y1));
@@ -129,12 +127,6 @@ impl<F: FnMut(&ShadingPoint) -> Lit> Lattice<'_, F> {
         }
         // at the edge of a surface, the light of the pixel beside
         self.lits[i] = next.filter(|_| !torn).or_else(|| Some((self.ask)(spot)));
-    }
-
-    /// Asks for the light on a pixel.
-    fn find(&mut self, x: usize, y: usize) {
-        let i = y * self.wide + x;
-        self.lits[i] = self.spots[i].as_ref().map(&mut self.ask);
     }
 }
 

@@ -53,9 +53,8 @@ impl PrimaryRays {
                 (d * scale, [*right * scale, *down * scale])
             }
             None => {
-                let half = 0.5;
-                let change = |way: Vec2| self.towards(at + way) - self.towards(at - way);
-                (self.towards(at), [change(Vec2::X * half), change(Vec2::Y * half)])
+                let change = |half: Vec2| self.towards(at + half) - self.towards(at - half);
+                (self.towards(at), [change(0.5 * Vec2::X), change(0.5 * Vec2::Y)])
             }
         }
     }

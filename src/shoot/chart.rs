@@ -107,26 +107,24 @@ impl Chart {
 
     /// The unit direction of a place in a row: `x` in cells from the row's left end, `y` in rows from the top.
     pub fn direction(&self, row: usize, x: f32, y: f32) -> Vec3 {
-        let u = x / self.row(row).len() as f32;
-        let v = y / self.rows() as f32;
-        match self.lens {
-            Lens::LatLong => {
-                let (sin_phi, cos_phi) = ((u - 0.5) * TAU).sin_cos();
-                let (sin_theta, cos_theta) = (v * PI).sin_cos();
-                Vec3::new(sin_theta * sin_phi, sin_theta * cos_phi, cos_theta)
-            }
-            Lens::Plane(plane) => plane.direction(u, v),
-        }
+        self.directions(row, y)(x)
     }
 
     /// The unit directions of the middles of a row's cells, from left to right.
     pub fn middles(&self, row: usize) -> impl Fn(usize) -> Vec3 + use<> {
+        let direction = self.directions(row, row as f32 + 0.5);
+        move |x| direction(x as f32 + 0.5)
+    }
+
+    /// [`Chart::direction`] at one height.
+    #[inline]
+    fn directions(&self, row: usize, y: f32) -> impl Fn(f32) -> Vec3 + use<> {
         let n = self.row(row).len() as f32;
-        let v = (row as f32 + 0.5) / self.rows() as f32;
-        let (sin_theta, cos_theta) = (v * PI).sin_cos();
+        let v = y / self.rows() as f32;
+        let (sin_theta, cos_theta) = if self.wraps() { (v * PI).sin_cos() } else { (0.0, 0.0) };
         let lens = self.lens;
         move |x| {
-            let u = (x as f32 + 0.5) / n;
+            let u = x / n;
             match lens {
                 Lens::LatLong => {
                     let (sin_phi, cos_phi) = ((u - 0.5) * TAU).sin_cos();

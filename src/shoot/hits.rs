@@ -88,11 +88,6 @@ impl CellHit {
         }
         self.facing(point, normal, tolerance_m)
     }
-
-    /// Whether a point lies on this cell's surface.
-    fn holds(&self, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
-        self.facing(point, normal, tolerance_m) > LEAST_HOLD
-    }
 }
 
 impl Hits {
@@ -188,11 +183,8 @@ impl Hits {
         let n = unpack_normal(hit.normal);
         let d = self.to_probe.transpose() * self.chart.middle_of(cell);
         let lift = 0.5 * tolerance_m;
-        let from = point + normal * lift;
         let to = self.origin + d * (hit.plane / n.dot(d)) + n * lift;
-        let length = from.distance(to);
-        length < TOGETHER * lift
-            || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
+        clear(scene, point + normal * lift, to, TOGETHER * lift)
     }
 
     /// Bytes held.
@@ -231,7 +223,7 @@ impl Hits {
             for (&x, seen) in group.iter().zip(seen.chunks(corners.len())) {
                 let same = |s: &&Surface| {
                     let p = s.position - origin;
-                    cells[x].holds(p, s.normal, 0.5 * p.length() * self.chart.cell_angle())
+                    cells[x].facing(p, s.normal, 0.5 * p.length() * self.chart.cell_angle()) > LEAST_HOLD
                 };
                 let same = seen.iter().flatten().filter(same).count();
                 purities[x] = (same * usize::from(u16::MAX) / corners.len()) as u16;
@@ -278,6 +270,14 @@ impl Hits {
         // symmetric, and on curved surfaces milder than asking the neighbour's point of this plane
         move |other| !other.is_hit() || other.facing_packed(p, normal, packed, tolerance) <= LEAST_HOLD
     }
+}
+
+/// Whether nothing stands between two points, or they are nearer to each other than `together_m`.
+#[inline]
+pub(crate) fn clear(scene: &Scene, from: Vec3, to: Vec3, together_m: f32) -> bool {
+    let way = to - from;
+    let length = way.length();
+    length < together_m || !scene.tracer.occluded(&Ray { origin: from, direction: way / length }, 0.0, length)
 }
 
 /// Whether a surface may hide a point that is `off_m` before its plane (below zero: behind it); `facing` is the cosine

@@ -101,7 +101,7 @@ impl Light {
         };
         let probes: Vec<_> = probes.into_iter().map(measured).collect();
         let shine = |sun: Option<Vec3>| -> Vec<Records> {
-            probes.iter().map(|(hits, measured)| Records::of_measured(scene, hits.clone(), measured, sun)).collect()
+            probes.iter().map(|(hits, measured)| Records::new(scene, hits.clone(), measured, sun)).collect()
         };
         let records = shine(sun.map(|s| s.direction));
         let (records, sun) = match sun.map(|sun| measured_sun(&records, sun)) {
@@ -340,7 +340,7 @@ impl Light {
     /// Radiance of the sky in a direction, as probes or the site tell.
     pub fn told_sky(&self, direction: Vec3) -> Option<Vec3> {
         let mut least = None;
-        for (radiance, clipped) in self.records.iter().filter_map(|r| r.sky(direction)) {
+        for (radiance, clipped) in self.records.iter().filter_map(|r| r.sky(direction, |_, _| ())) {
             if !clipped {
                 return Some(radiance);
             }
@@ -357,7 +357,7 @@ impl Light {
     pub(crate) fn sky_cells(&self, direction: Vec3) -> Option<(u32, Cells)> {
         self.records.iter().enumerate().find_map(|(i, records)| {
             let mut cells = Cells::new();
-            let (_, clipped) = records.sky_by(direction, |cell, weight| cells.push((cell as u32, weight)))?;
+            let (_, clipped) = records.sky(direction, |cell, weight| cells.push((cell as u32, weight)))?;
             let total: f32 = cells.iter().map(|c| c.1).sum();
             cells.iter_mut().for_each(|c| c.1 /= total);
             (!clipped).then_some((i as u32, cells))

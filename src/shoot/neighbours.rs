@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 
+use super::hits::clear;
 use super::records::shaded;
 use super::{KdTree, Records};
-use crate::scene::{Ray, Scene};
+use crate::scene::Scene;
 
 /// Trusted records in shade, found by where they lie.
 pub(super) struct Neighbours {
@@ -115,7 +116,5 @@ fn sees(scene: &Scene, point: Vec3, normal: Vec3, n: &Neighbour) -> bool {
     /// Share of the way between them.
     const LIFT: f32 = 0.05;
     let lift = LIFT * point.distance(n.position) + 1e-4;
-    let (from, to) = (point + normal * lift, n.position + n.normal * lift);
-    let length = from.distance(to);
-    length < lift || !scene.tracer.occluded(&Ray { origin: from, direction: (to - from) / length }, 0.0, length)
+    clear(scene, point + normal * lift, n.position + n.normal * lift, lift)
 }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::hits::Sunlit;
+
 /// A weighted mean of irradiance.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
@@ -39,6 +41,15 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// What records say that the sun shines on, or not.
+    pub(super) fn of(&mut self, sunlit: Sunlit) -> &mut Mean {
+        match sunlit {
+            Sunlit::No => &mut self.shade,
+            Sunlit::Yes => &mut self.sun,
+            Sunlit::Partly => &mut self.edge,
+        }
+    }
+
     /// Adds another, `scale` times as heavy.
     pub fn add(&mut self, other: &Self, scale: f32) {
         for (mine, theirs) in

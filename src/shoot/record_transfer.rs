@@ -6,7 +6,8 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 
 use super::hits::{Hits, Sunlit};
-use super::records::{Estimate, Measured, Records, measured, measured_as};
+use super::records::{Estimate, Records, measured, measured_as};
+use crate::lists::Lists;
 use crate::panorama::{Picture, Radiometry};
 
 /// Some records of one probe, each as E = s ∘ Σ w m over cells, where m is what a cell measured: albedo × radiance where it
@@ -14,10 +15,8 @@ use crate::panorama::{Picture, Radiometry};
 pub struct RecordTransfer {
     hits: Arc<Hits>,
     radiometry: Radiometry,
-    /// Per record its first term, and one past the last.
-    starts: Vec<u32>,
-    /// Cell and weight.
-    terms: Vec<(u32, f32)>,
+    /// Per record the cells that it is made of, each with its weight.
+    terms: Lists<(u32, f32)>,
     /// Per record s = π ÷ Σ w ρ²; infinite in a channel that the surface does not reflect.
     scale: Vec<Vec3>,
     /// Which cells of surface the sun shines on; empty where nobody names it.
@@ -28,7 +27,7 @@ impl RecordTransfer {
     /// The records of some cells, as `picture` made them.
     pub fn new(records: &Records, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>, cells: &[u32]) -> Self {
         let hits = records.hits.clone();
-        let measured: Vec<Option<Measured>> = measured(&hits.chart, picture, &radiometry);
+        let measured = measured(&hits.chart, picture, &radiometry);
         let sunlit = sun.map(|_| records.records.iter().map(|r| r.sunlit).collect::<Vec<_>>());
         let estimate = Estimate::new(&hits, &measured, sunlit.as_deref());
         let one = |&cell: &u32| -> (Vec<(u32, f32)>, Vec3) {
@@ -47,16 +46,13 @@ impl RecordTransfer {
             (terms, rho2.map(|r| if r > 0.0 { PI / r } else { f32::INFINITY }))
         };
         let all: Vec<_> = cells.par_iter().map(one).collect();
-        let (mut starts, mut terms, mut scale) = (vec![0], Vec::new(), Vec::with_capacity(all.len()));
-        for (own, s) in all {
-            terms.extend(own);
-            starts.push(terms.len() as u32);
-            scale.push(s);
-        }
+        let mut terms = Lists::default();
+        all.iter().for_each(|(own, _)| terms.push(own));
+        let scale = all.into_iter().map(|(_, scale)| scale).collect();
         let mut sunlit = sunlit.unwrap_or_default();
         // the sky is neither
         sunlit.iter_mut().zip(&hits.cells).filter(|c| !c.1.is_hit()).for_each(|c| *c.0 = Sunlit::Partly);
-        Self { hits, radiometry, starts, terms, scale, sunlit }
+        Self { hits, radiometry, terms, scale, sunlit }
     }
 
     /// Which cells of surface the sun shines on; empty where nobody names it.
@@ -74,9 +70,9 @@ impl RecordTransfer {
 
     /// The records' irradiance (the sky's radiance), from what the cells measured.
     pub fn light(&self, measured: &[Vec3A]) -> Vec<Vec3A> {
-        let one = |(ends, scale): (&[u32], &Vec3)| {
-            let terms = &self.terms[ends[0] as usize..ends[1] as usize];
-            let sum: Vec3A = terms.iter().map(|&(cell, weight)| measured[cell as usize] * weight).sum();
+        let one = |(record, scale): (usize, &Vec3)| {
+            let sum: Vec3A =
+                self.terms.get(record).iter().map(|&(cell, weight)| measured[cell as usize] * weight).sum();
             if scale.is_finite() {
                 return (sum * Vec3A::from(*scale)).min(Vec3A::splat(f32::MAX));
             }
@@ -86,6 +82,6 @@ impl RecordTransfer {
             let mean = (0..3).filter(known).map(|c| (sum[c] * scale[c]).min(f32::MAX) / count).sum::<f32>();
             Vec3A::from([0, 1, 2].map(|c| if known(&c) { (sum[c] * scale[c]).min(f32::MAX) } else { mean }))
         };
-        self.starts.par_windows(2).with_min_len(4096).zip(&self.scale).map(one).collect()
+        self.scale.par_iter().with_min_len(4096).enumerate().map(one).collect()
     }
 }

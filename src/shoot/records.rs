@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::hits::{CellHit, Hits, Sunlit, hides, split_rows, unpack_normal};
+use super::hits::{CellHit, Hits, Sunlit, clear, hides, split_rows, unpack_normal};
 use super::{Chart, Mean, Observation};
 use crate::panorama::{Picture, Radiometry, radius2};
-use crate::scene::{Ray, Scene};
+use crate::scene::Scene;
 
 /// The irradiance records of one probe under one lighting.
 ///
@@ -39,20 +39,9 @@ pub(super) struct Record {
 }
 
 impl Records {
-    /// Gives a probe's hits the light of a picture in the chart's own projection, whose stored values become light by
-    /// `radiometry`. `sun` is the direction towards the sun, where there is one.
-    pub fn new(scene: &Scene, hits: Arc<Hits>, picture: &Picture, radiometry: Radiometry, sun: Option<Vec3>) -> Self {
-        let measured = measured(&hits.chart, picture, &radiometry);
-        Self::of_measured(scene, hits, &measured, sun)
-    }
-
-    /// [`Records::new`] from what the cells measured.
-    pub(super) fn of_measured(
-        scene: &Scene,
-        hits: Arc<Hits>,
-        measured: &[Option<Measured>],
-        sun: Option<Vec3>,
-    ) -> Self {
+    /// Gives a probe's hits the light that its cells [`measured`]. `sun` is the direction towards the sun, where there is
+    /// one.
+    pub(super) fn new(scene: &Scene, hits: Arc<Hits>, measured: &[Option<Measured>], sun: Option<Vec3>) -> Self {
         let sunlit = sun.map(|sun| hits.sunlit(scene, sun));
         let chart = &hits.chart;
         let estimate = Estimate::new(&hits, measured, sunlit.as_deref());
@@ -86,13 +75,8 @@ impl Records {
     pub fn observe(&self, scene: &Scene, point: Vec3, normal: Vec3) -> Observation {
         let mut sums = Observation::default();
         self.look(scene, point, normal, |cell, sunlit, weight| {
-            let mean = match sunlit {
-                Sunlit::No => &mut sums.shade,
-                Sunlit::Yes => &mut sums.sun,
-                Sunlit::Partly => &mut sums.edge,
-            };
             let record = &self.records[cell];
-            mean.add(Vec3::from(record.light), weight);
+            sums.of(sunlit).add(Vec3::from(record.light), weight);
             sums.clipped += if record.clipped { weight } else { 0.0 };
         });
         sums
@@ -136,20 +120,12 @@ impl Records {
 
     /// Whether nothing stands between the probe and a point, seen from just above its surface.
     fn sees(&self, scene: &Scene, point: Vec3, normal: Vec3, tolerance_m: f32) -> bool {
-        let from = point + normal * (0.5 * tolerance_m);
-        let way = self.hits.origin - from;
-        let length = way.length();
-        !scene.tracer.occluded(&Ray { origin: from, direction: way / length }, 0.0, length)
+        clear(scene, point + normal * (0.5 * tolerance_m), self.hits.origin, 0.0)
     }
 
     /// The sky's radiance in a direction, where all four cells around it see the sky, and whether that is clipped: no
-    /// more than a lower bound.
-    pub fn sky(&self, direction: Vec3) -> Option<(Vec3, bool)> {
-        self.sky_by(direction, |_, _| ())
-    }
-
-    /// [`Records::sky`]; `tell` hears of each cell that counts and its weight.
-    pub(super) fn sky_by(&self, direction: Vec3, mut tell: impl FnMut(usize, f32)) -> Option<(Vec3, bool)> {
+    /// more than a lower bound. `tell` hears of each cell that counts and its weight.
+    pub(super) fn sky(&self, direction: Vec3, mut tell: impl FnMut(usize, f32)) -> Option<(Vec3, bool)> {
         let place = self.hits.chart.place(self.hits.to_probe * direction)?;
         let (mut mean, mut clipped) = (Mean::default(), false);
         for (cell, kernel) in self.hits.chart.around(place) {
@@ -187,7 +163,7 @@ impl Records {
 
     /// All trusted records of surfaces: (cell, normal, irradiance, in direct sun or not; edges and clipped ones are left
     /// out).
-    pub fn trusted(&self) -> impl Iterator<Item = (usize, Vec3, Vec3, bool)> {
+    pub(super) fn trusted(&self) -> impl Iterator<Item = (usize, Vec3, Vec3, bool)> {
         self.records.iter().enumerate().filter_map(|(i, r)| {
             let whole = r.plane.is_finite() && r.trust > u16::MAX / 2 && r.sunlit != Sunlit::Partly && !r.clipped;
             whole.then(|| (i, unpack_normal(r.normal), Vec3::from(r.light), r.sunlit == Sunlit::Yes))
@@ -327,9 +303,9 @@ fn trust(hits: &Hits, measured: &[Option<Measured>], row: usize, x: usize) -> f3
 
 /// What the irradiance of a record is estimated from.
 pub(super) struct Estimate<'a> {
-    pub(super) hits: &'a Hits,
+    hits: &'a Hits,
     /// What each cell measured; `None` for bad pixels.
-    pub(super) measured: &'a [Option<Measured>],
+    measured: &'a [Option<Measured>],
     /// [`brightness`] of each cell.
     brightness: Vec<f32>,
     /// How far each cell can be trusted, 0..=1.
@@ -347,7 +323,7 @@ impl<'a> Estimate<'a> {
         Self { hits, measured, brightness, trust: trusts, sunlit }
     }
 
-    pub(super) fn sunlit(&self, cell: usize) -> Sunlit {
+    fn sunlit(&self, cell: usize) -> Sunlit {
         self.sunlit.map_or(Sunlit::No, |s| s[cell])
     }
 

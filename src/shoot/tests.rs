@@ -1,7 +1,7 @@
 //! Charts, packed normals, and what records say of a furnace.
 
 use super::hits::{pack_normal, unpack_normal};
-use super::records::shaded;
+use super::records::{measured, shaded};
 use super::{Chart, Hits, Light, Records, charted};
 use crate::panorama::{CameraModel, Distortion, Lens, Picture, Projection, Radiometry};
 use crate::render::{Relit, Source};
@@ -16,6 +16,16 @@ use std::sync::Arc;
 /// A closed box of one albedo.
 fn closed_box(low: Vec3, high: Vec3, albedo: f32) -> Scene {
     grey(boxes(&[(low, high)]), albedo)
+}
+
+/// A picture of one radiance everywhere.
+fn even(width: usize, height: usize, radiance: Vec3) -> Picture {
+    Picture { width, height, pixels: vec![radiance; width * height] }
+}
+
+/// The light that one probe's picture tells.
+fn lit(scene: &Scene, hits: Hits, picture: &Picture) -> Light {
+    Light::new(scene, [(Arc::new(hits), picture, Radiometry::default())], None, None)
 }
 
 fn charts() -> Vec<Chart> {
@@ -98,8 +108,7 @@ fn a_distorted_lens_puts_light_where_it_comes_from() {
         }
         let (chart, picture) = charted(photo, Projection::Camera(model));
         let eye = Vec3::splat(2.0);
-        let hits = Arc::new(Hits::shoot(&scene, eye, Mat3::IDENTITY, chart));
-        let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
+        let light = lit(&scene, Hits::shoot(&scene, eye, Mat3::IDENTITY, chart), &picture);
         for (x, y) in [(8.0, 8.0), (150.0, 10.0), (80.0, 60.0), (12.0, 110.0), (150.0, 112.0)] {
             let d = model.direction(x, y);
             let point = eye + d.as_vec3() * (2.0 / d.y as f32);
@@ -117,7 +126,7 @@ fn a_distorted_lens_puts_light_where_it_comes_from() {
 #[test]
 fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
     let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
-    let picture = Picture { width: 32, height: 32, pixels: vec![Vec3::ONE; 32 * 32] };
+    let picture = even(32, 32, Vec3::ONE);
     let look = |turn: f32| {
         let to_world = Mat3::from_rotation_z(turn);
         (
@@ -139,7 +148,6 @@ fn of_photographs_from_one_tripod_the_one_that_sees_a_point_is_found() {
 fn clipped_pixels_are_lower_bounds() {
     let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
     let code = Radiometry { clipped: 0.98, ..Radiometry::default() };
-    let even = |value: f32| Picture { width: 64, height: 32, pixels: vec![Vec3::splat(value); 64 * 32] };
     let hits = |x: f32| Arc::new(Hits::shoot(&scene, Vec3::new(x, 2.0, 2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
     let at = |probes: &[(Arc<Hits>, &Picture, Radiometry)]| {
         let light = Light::new(&scene, probes.to_vec(), None, None);
@@ -149,7 +157,7 @@ fn clipped_pixels_are_lower_bounds() {
         (e / TAU, light.of_cell(&scene, probe, cell).x / TAU)
     };
     // the near probe is overexposed at gain 1: there is more light than that
-    let (white, grey) = (even(1.0), even(0.5));
+    let [white, grey] = [1.0, 0.5].map(|value| even(64, 32, Vec3::splat(value)));
     let longer = Radiometry { gain: Vec3::splat(6.0), ..code };
     let (near, far) = (hits(1.0), hits(2.5));
     let close = |got: (f32, f32), e: f32| assert!((got.0 - e).abs() < 1e-3 && (got.1 - e).abs() < 1e-3, "{got:?} {e}");
@@ -166,9 +174,8 @@ fn clipped_pixels_are_lower_bounds() {
 fn a_channel_that_is_not_reflected_takes_the_light_of_the_others() {
     let mut scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
     scene.materials[0].albedo = Vec3::new(0.108, 0.011, 0.0);
-    let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(0.108, 0.022, 0.0); 64 * 32] };
-    let hits = Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
-    let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
+    let hits = Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, Chart::latlong(64, 32));
+    let light = lit(&scene, hits, &even(64, 32, Vec3::new(0.108, 0.022, 0.0)));
     let e = light.observe(&scene, Vec3::new(0.0, 2.1, 1.9), Vec3::X).expect("the wall is seen").value() / PI;
     assert!((e - Vec3::new(1.0, 2.0, 1.5)).abs().max_element() < 5e-3, "red paint is not black: {e}");
 }
@@ -186,8 +193,7 @@ fn sky_that_a_cell_caught_beside_a_window_does_not_light_the_wall() {
         };
         let picture =
             Picture { width: 48, height: 48, pixels: (0..48 * 48).map(|i| Vec3::splat(light(i % 48))).collect() };
-        let hits = Arc::new(Hits::shoot(&scene, Vec3::ZERO, Mat3::IDENTITY, Chart::perspective(48, 48, 1.0)));
-        Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None)
+        lit(&scene, Hits::shoot(&scene, Vec3::ZERO, Mat3::IDENTITY, Chart::perspective(48, 48, 1.0)), &picture)
     };
     let cell = 2.0 * 2.0 * 0.5f32.tan() / 48.0;
     let of = |light: &Light, cells: f32| {
@@ -212,9 +218,10 @@ fn a_record_less_leaves_the_others_chosen() {
     let scene = closed_box(Vec3::ZERO, Vec3::splat(4.0), 0.5);
     let hits = Arc::new(Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, Chart::latlong(64, 32)));
     let chosen = |bad: Option<usize>| -> Vec<Vec3> {
-        let mut picture = Picture { width: 64, height: 32, pixels: vec![Vec3::ONE; 64 * 32] };
+        let mut picture = even(64, 32, Vec3::ONE);
         bad.into_iter().for_each(|i| picture.pixels[i] = Vec3::NAN);
-        let records = [0, 1].map(|_| Records::new(&scene, hits.clone(), &picture, Radiometry::default(), None));
+        let measured = measured(&hits.chart, &picture, &Radiometry::default());
+        let records = [0, 1].map(|_| Records::new(&scene, hits.clone(), &measured, None));
         shaded(&records, SOME).map(|r| r.0).collect()
     };
     let all = chosen(None);
@@ -236,10 +243,9 @@ fn the_open_top_of_a_scan_sends_what_records_ask_for() {
     let table = (Vec3::new(-6.0, -6.0, 0.5), Vec3::X * 0.5, Vec3::Y * 0.5);
     let scene = grey(parallelograms(&[floor, table]), 0.5);
     // straight down; under a sky of radiance 3 the floor sends 1.5
-    let picture = Picture { width: 48, height: 48, pixels: vec![Vec3::splat(1.5); 48 * 48] };
     let down = Mat3::from_rotation_x(-0.5 * PI);
-    let hits = Arc::new(Hits::shoot(&scene, Vec3::new(0.0, 0.0, 2.0), down, Chart::perspective(48, 48, 1.0)));
-    let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
+    let hits = Hits::shoot(&scene, Vec3::new(0.0, 0.0, 2.0), down, Chart::perspective(48, 48, 1.0));
+    let light = lit(&scene, hits, &even(48, 48, Vec3::splat(1.5)));
     assert!((light.beyond(&scene) - 3.0).abs().max_element() < 0.03, "{}", light.beyond(&scene));
     // what the photograph does not show takes the light of what it shows
     let (aside, up) = (Vec3::new(4.0, 3.0, 0.0), Vec3::Z);
@@ -255,8 +261,8 @@ fn the_open_top_of_a_scan_sends_what_records_ask_for() {
     assert!(guess.is_guess() && volume.is_open(), "{guess:?}");
     assert!((guess.irradiance / (3.0 * PI) - 1.0).abs().max_element() < 0.05, "{guess:?}");
     let relit = Relit { scene: &scene, light: &light, volume: Some(&volume), volume_only: false };
-    let lit = relit.lit(aside, up, &mut Nearby::default());
-    assert_eq!((lit.source, lit.shade), (Source::Neighbour, e));
+    let there = relit.lit(aside, up, &mut Nearby::default());
+    assert_eq!((there.source, there.shade), (Source::Neighbour, e));
 }
 
 proptest! {
@@ -300,7 +306,7 @@ proptest! {
         let chart = Chart::latlong(64, 32);
         let hits = Arc::new(Hits::shoot(&scene, at, Mat3::from_rotation_z(0.4), chart));
         prop_assert_eq!(hits.count(), hits.chart.len());
-        let picture = Picture { width: 64, height: 32, pixels: vec![Vec3::new(1.0, 2.0, 0.5); 64 * 32] };
+        let picture = even(64, 32, Vec3::new(1.0, 2.0, 0.5));
         let radiometry = Radiometry { gain: Vec3::splat(2.0), ..Radiometry::default() };
         let light = Light::new(&scene, [(hits, &picture, radiometry)], None, None);
         let axis = wall / 2;

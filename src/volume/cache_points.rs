@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use super::Grid;
-use crate::scene::{Ray, Scene};
+use crate::scene::Scene;
+use crate::shoot::hits::clear;
 
 /// A place on a surface that stands for the part of it inside one cell.
 #[derive(Clone, Copy, Debug)]
@@ -265,10 +266,7 @@ impl CachePoints {
     pub fn sees(&self, scene: &Scene, cache_point: u32, point: Vec3, normal: Vec3) -> bool {
         let cache_point = &self.list[cache_point as usize];
         let lift = self.lift();
-        let (from, to) = (point + normal * lift, cache_point.position + cache_point.normal * lift);
-        let d = to - from;
-        let length = d.length();
-        length < 2.0 * lift || !scene.tracer.occluded(&Ray { origin: from, direction: d / length }, 0.0, length)
+        clear(scene, point + normal * lift, cache_point.position + cache_point.normal * lift, 2.0 * lift)
     }
 }
 

@@ -5,17 +5,18 @@ use rayon::prelude::*;
 
 use super::cache_points::CachePoints;
 use super::gathered::{Gathered, Link};
+use crate::lists::Lists;
 
 /// What gathered places receive from each other, as a sparse matrix K by rows: of irradiance alone, since what a place sends on
 /// is its irradiance × albedo/π. A product of it reads less than half of what the [links](Gathered::links) hold.
 #[derive(Default)]
 pub(super) struct Exchange {
-    /// Per gathered place its first term, and one past the last.
-    starts: Vec<u32>,
-    terms: Vec<Term>,
+    /// Per gathered place the others that light it.
+    terms: Lists<Term>,
 }
 
 /// Irradiance of one place per irradiance of another, a channel each.
+#[derive(Clone, Copy, Default)]
 struct Term {
     other: u32,
     weight: [f32; 3],
@@ -30,28 +31,26 @@ const SETTLED: f64 = 1e-4;
 impl Exchange {
     /// The matrix of places that are linked.
     pub(super) fn new(cache_points: &CachePoints, gathered: &[Gathered]) -> Self {
-        let (mut starts, mut terms) = (vec![0], Vec::new());
+        let mut terms = Lists::default();
         for g in gathered {
             let normal = cache_points.list[g.cache_point as usize].normal;
             let term = |l: &Link| Term { other: l.other, weight: l.weights.map(|w| w.dot(normal)) };
-            terms.extend(g.links.iter().map(term));
-            starts.push(terms.len() as u32);
+            terms.push(&g.links.iter().map(term).collect::<Vec<_>>());
         }
-        Self { starts, terms }
+        Self { terms }
     }
 
     /// Irradiance E = `first` + K E by Jacobi steps, each of which reads only the last one's values.
     pub(super) fn settled(&self, first: Vec<Vec3A>) -> Vec<Vec3A> {
         /// Sums of differences are taken by so many places, whatever the number of threads.
         const LOT: usize = 4096;
-        let row = |(ends, first): (&[u32], &Vec3A), last: &[Vec3A]| {
-            let terms = &self.terms[ends[0] as usize..ends[1] as usize];
+        let row = |(place, first): (usize, &Vec3A), last: &[Vec3A]| {
             let add = |sum: Vec3A, term: &Term| sum + Vec3A::from(term.weight) * last[term.other as usize];
-            terms.iter().fold(*first, add).max(Vec3A::ZERO)
+            self.terms.get(place).iter().fold(*first, add).max(Vec3A::ZERO)
         };
         let mut last = first.clone();
         for _ in 0..BOUNCES {
-            let next: Vec<Vec3A> = self.starts.par_windows(2).zip(&first).map(|r| row(r, &last)).collect();
+            let next: Vec<Vec3A> = first.par_iter().enumerate().map(|r| row(r, &last)).collect();
             let sums = |(next, last): (&[Vec3A], &[Vec3A])| {
                 let both = next.iter().zip(last);
                 both.fold([0.0; 2], |[change, all], (n, l)| {
@@ -77,8 +76,7 @@ mod tests {
     #[test]
     fn light_settles_to_the_sum_of_all_bounces() {
         let weight = [0.5, 0.25, 0.0];
-        let terms = [1, 2, 0].map(|other| Term { other, weight }).into();
-        let ring = Exchange { starts: vec![0, 1, 2, 3], terms };
+        let ring = Exchange { terms: Lists::of(3, || (0..).zip([1, 2, 0].map(|other| Term { other, weight }))) };
         let settled = ring.settled(vec![Vec3A::ONE, Vec3A::ZERO, Vec3A::ZERO]);
         for (c, k) in weight.into_iter().enumerate() {
             let round = 1.0 / (1.0 - k * k * k);

@@ -101,11 +101,6 @@ impl Guide {
         best.into_iter().map(|(_, i)| (i, if clear(i) { 1.0 } else { HIDDEN })).collect()
     }
 
-    /// The guide from a point on a surface, of these spheres only.
-    pub(super) fn of(&self, point: Vec3, normal: Vec3, spheres: &[(u32, f32)]) -> Lobes {
-        self.lobes(point, normal, self.best(point, normal, spheres.len(), spheres.iter().copied()))
-    }
-
     /// The spheres that shed most light on a surface, with their share of it.
     fn best(
         &self,
@@ -134,7 +129,9 @@ impl Guide {
         seen
     }
 
-    fn lobes(&self, point: Vec3, normal: Vec3, seen: Vec<(f32, u32)>) -> Lobes {
+    /// The guide from a point on a surface, of these spheres only.
+    pub(super) fn of(&self, point: Vec3, normal: Vec3, spheres: &[(u32, f32)]) -> Lobes {
+        let seen = self.best(point, normal, spheres.len(), spheres.iter().copied());
         let total: f32 = seen.iter().map(|s| s.0).sum();
         let inv = if total > 0.0 { 1.0 / total } else { 0.0 };
         let mut sum = 0.0;

@@ -1,5 +1,6 @@
 //! Grid, cache points, guided rays, and the fill in a furnace.
 
+use super::cache_points::plastic;
 use super::guide::Lobes;
 use super::{CachePoints, Grid, Guide, Nearby, Transport, Volume, VolumeSettings};
 use crate::panorama::{Picture, Radiometry};
@@ -94,7 +95,7 @@ fn guided_rays_have_the_density_they_claim() {
         // per bin how many fell in, and 1/pdf summed: an estimate of the bin's solid angle
         let mut bins = vec![(0u32, 0.0f64); ROWS * COLUMNS];
         for k in 0..N {
-            let u = super::cache_points::plastic(u64::from(k) + 1);
+            let u = plastic(u64::from(k) + 1);
             let pick = (f64::from(k) * 0.618_033_988_749_895).fract() as f32;
             let Some((d, pdf)) = lobes.sample(pick, u) else { continue };
             assert!(pdf > 0.0 && pdf.is_finite() && (d.length() - 1.0).abs() < 1e-4 && d.z > 0.0);
@@ -106,11 +107,6 @@ fn guided_rays_have_the_density_they_claim() {
             *bin = (bin.0 + 1, bin.1 + 1.0 / f64::from(pdf));
         }
         let (area, cosine) = (area / f64::from(N), cosine / f64::from(N));
-        println!(
-            "guide {g}: hemisphere {:.4} of 2π, cosine {:.4} of π",
-            area / (2.0 * std::f64::consts::PI),
-            cosine / std::f64::consts::PI
-        );
         assert!((cosine / std::f64::consts::PI - 1.0).abs() < 0.01, "guide {g}: {cosine}");
         // 1/pdf has no finite variance at the horizon
         assert!((area / (2.0 * std::f64::consts::PI) - 1.0).abs() < 0.05, "guide {g}: {area}");
@@ -131,13 +127,13 @@ fn rays_from_an_upright_wall_hang_on_no_last_digit() {
     let grid = Grid::over(Vec3::splat(-5.0), Vec3::splat(5.0), 20);
     // more bright things than a point follows, at places and of powers that any sequence gives
     let pieces = (1..200u64).map(|i| {
-        let at = super::cache_points::plastic(i);
+        let at = plastic(i);
         (Vec3::new(3.0 + at.x, 9.0 * at.y - 4.5, (at.x * 37.0).fract() * 9.0 - 4.5), 0.2 + (at.y * 53.0).fract())
     });
     let guide = Guide::new(&grid, pieces);
     let cast = |off: f32| {
         let lobes = in_the_open(&guide, Vec3::new(off, -off, off), Vec3::new(1.0, 0.0, off).normalize());
-        let ray = |k: u32| lobes.sample((k as f32 + 0.5) / RAYS as f32, super::cache_points::plastic(u64::from(k)));
+        let ray = |k: u32| lobes.sample((k as f32 + 0.5) / RAYS as f32, plastic(u64::from(k)));
         (0..RAYS).filter_map(ray).map(|r| r.0).collect::<Vec<_>>()
     };
     let (one, other) = (cast(1e-7), cast(-1e-7));
@@ -177,7 +173,6 @@ fn an_unseen_wall_of_a_white_furnace_has_the_closed_form() {
         let on_the_spot = volume.gather(&scene, &light, p, n, &mut Nearby::default()).irradiance.x / (PI * 3.0);
         assert!((on_the_spot - 1.0).abs() < 0.1, "{p}: {on_the_spot}");
     }
-    println!("mean {mean}");
     assert!((mean - 1.0).abs() < 0.01, "{mean}");
 }
 

@@ -55,12 +55,7 @@ fn search(
         let weight = tent(chart, row, x, sight.place) * surely(record, sight);
         if weight > 0.0 && admits(chart.row(row).start + x) {
             found += 1;
-            let mean = match record.sunlit {
-                Sunlit::No => &mut sums.shade,
-                Sunlit::Yes => &mut sums.sun,
-                Sunlit::Partly => &mut sums.edge,
-            };
-            mean.add(Vec3::from(record.light), weight);
+            sums.of(record.sunlit).add(Vec3::from(record.light), weight);
         }
     });
     (sums, found)
@@ -113,7 +108,7 @@ fn chart_equals_search(chart: Chart, picture: &Picture, sun: Option<Vec3>) {
     let origin = Vec3::new(0.1, -0.2, 0.05);
     let to_world = Mat3::from_rotation_z(0.4) * Mat3::from_rotation_x(0.2);
     let hits = Arc::new(Hits::shoot(&scene, origin, to_world, chart));
-    let records = Records::new(&scene, hits.clone(), picture, Radiometry::default(), sun);
+    let records = Records::new(&scene, hits.clone(), &measured(&hits.chart, picture, &Radiometry::default()), sun);
     let (tree, grazing) = index(&records);
     assert!(grazing > 0.1, "the room is made to be seen well: {grazing}");
     let (mut compared, mut edges, mut sunlit) = (0, 0, 0);
