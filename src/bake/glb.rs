@@ -43,18 +43,17 @@ impl Chunk {
         self.views.len() - 1
     }
 
-    fn accessor(&mut self, view: usize, kind: &str, component: u32, count: usize) -> &mut Value {
+    /// Adds what reads a view; gives its index.
+    fn accessor(&mut self, view: usize, kind: &str, component: u32, count: usize) -> usize {
         self.accessors.push(json!({"bufferView": view, "componentType": component, "count": count, "type": kind}));
-        let last = self.accessors.len() - 1;
-        &mut self.accessors[last]
+        self.accessors.len() - 1
     }
 
     /// Adds values of so many numbers; gives the accessor's index.
     fn floats<const N: usize>(&mut self, kind: &str, values: impl ExactSizeIterator<Item = [f32; N]>) -> usize {
         let count = values.len();
         let view = self.view(values.flatten().flat_map(f32::to_le_bytes), Some(VERTICES));
-        self.accessor(view, kind, FLOAT, count);
-        self.accessors.len() - 1
+        self.accessor(view, kind, FLOAT, count)
     }
 }
 
@@ -105,8 +104,8 @@ pub fn write_glb(
         let light = baked.irradiance[lighting][own].iter().zip(vertices);
         let codes = light.flat_map(|(e, v)| colour(exposure.bend(*e / PI) * v.colour));
         let view = chunk.view(codes, Some(VERTICES));
-        chunk.accessor(view, "VEC4", SHORT, vertices.len())["normalized"] = true.into();
-        let colours = chunk.accessors.len() - 1;
+        let colours = chunk.accessor(view, "VEC4", SHORT, vertices.len());
+        chunk.accessors[colours]["normalized"] = true.into();
         let mut attributes = json!({"POSITION": positions, "COLOR_0": colours});
         let material = &scene.materials[m];
         let (albedo, texture) = material.with_white_lamps();
@@ -140,8 +139,7 @@ pub fn write_glb(
         }
         let numbers = triangles.iter().flatten().flat_map(|v| (v - first).to_le_bytes());
         let view = chunk.view(numbers, Some(INDICES));
-        chunk.accessor(view, "SCALAR", INDEX, 3 * triangles.len());
-        let indices = chunk.accessors.len() - 1;
+        let indices = chunk.accessor(view, "SCALAR", INDEX, 3 * triangles.len());
         let name = if material.name.is_empty() { "without material" } else { &material.name };
         materials.push(json!({"name": name, "pbrMetallicRoughness": pbr, "extensions": {"KHR_materials_unlit": {}}}));
         meshes.push(json!({

@@ -27,11 +27,11 @@ use std::f32::consts::PI;
 use std::path::PathBuf;
 
 use crate::panorama::{Exposure, Picture, Projection};
-use crate::render::{self, Options, Relit, Setup, SetupError, exposure_of, shown_points};
+use crate::render::{self, Options, Relit, Setup, SetupError, shown_points};
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::site::{Camera, Probe, Site};
-use refine::Lit;
+use refine::SampleLight;
 
 /// Why a baked model cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -128,12 +128,17 @@ pub fn bake(
     let probes: Vec<u32> = probes.collect();
     let mut baked = gathered(scene, &surface, &lit, (&setup, &probes), &inner);
     if settings.views {
-        baked.views = cameras.iter().map(|c| relit.iter().map(|r| exposure_of(scene, r, c)).collect()).collect();
-        // as people see the place, rather than with all its dark corners
-        for (l, exposure) in baked.exposures.iter_mut().enumerate().filter(|_| !cameras.is_empty()) {
-            *exposure = Exposure::mean(baked.views.iter().map(|view| view[l]));
-        }
+        // with as many samples a pixel as `clerestory render` takes by default: a log-average hangs on how finely dark and
+        // bright tiles are told apart
+        let seen = |camera, relit| Exposure::of(&render::render(scene, relit, camera, 4, &|_, _| ()).radiance);
+        baked.views = cameras.iter().map(|c| relit.iter().map(|r| seen(c, r)).collect()).collect();
     }
+    let exposure = |l: usize| match baked.views.is_empty() {
+        true => exposure(scene, &baked, l),
+        // as people see the place, rather than with all its dark corners
+        false => Exposure::mean(baked.views.iter().map(|view| view[l])),
+    };
+    baked.exposures = (0..relit.len()).map(exposure).collect();
     baked.skies = setup.lights.iter().map(|(_, light)| sky(light)).collect();
     drop(relit);
     drop(volumes);
@@ -242,7 +247,7 @@ impl Gather<'_> {
 fn gathered(
     scene: &Scene,
     surface: &mesh::Surface,
-    lit: &Lit,
+    lit: &SampleLight,
     (setup, probes): (&Setup, &[u32]),
     inner: &[bool],
 ) -> Baked {
@@ -272,21 +277,18 @@ fn gathered(
     };
     let vertices = corners.par_iter().map(vertex).collect();
     let lightings = setup.lights.len();
-    let values = lit.irradiance.len() / lit.source.len().max(1);
     // shade, or shade and sun, of each lighting
-    let each = values / lightings.max(1);
-    let samples = || corners.iter().map(|c| c.sample as usize);
-    let irradiance: Vec<Vec<Vec3>> =
-        (0..lightings).map(|l| samples().map(|s| lit.irradiance[s * values + l * each]).collect()).collect();
+    let each = lit.values / lightings.max(1);
+    let samples = || corners.iter().map(|c| lit.at(c.sample));
+    let irradiance: Vec<Vec<Vec3>> = (0..lightings).map(|l| samples().map(|s| s[l * each]).collect()).collect();
     let suns: Vec<Option<Vec3>> = setup.lights.iter().map(|(_, light)| light.sun.map(|s| s.direction)).collect();
-    let sun = |s: usize, l: usize| lit.irradiance[s * values + l * each + 1] - lit.irradiance[s * values + l * each];
     let apart = |(l, known): (usize, &Option<Vec3>)| match known {
-        Some(_) if each > 1 => samples().map(|s| sun(s, l)).collect(),
+        Some(_) if each > 1 => samples().map(|s| s[l * each + 1] - s[l * each]).collect(),
         _ => Vec::new(),
     };
     let sunlight: Vec<Vec<Vec3>> = suns.iter().enumerate().map(apart).collect();
     let of_pairs = |both: bool| (0..).zip(inner.chunks(2)).filter(move |(_, p)| p == &[both; 2]).map(|(t, _)| t);
-    let mut baked = Baked {
+    Baked {
         lightings: setup.lights.iter().map(|l| l.0.clone()).collect(),
         vertices,
         irradiance,
@@ -302,9 +304,7 @@ fn gathered(
         skies: Vec::new(),
         hidden: of_pairs(false).collect(),
         two_sided: of_pairs(true).count(),
-    };
-    baked.exposures = (0..lightings).map(|l| exposure(scene, &baked, l)).collect();
-    baked
+    }
 }
 
 /// The sky as probes or the site tell it, black where nobody does.

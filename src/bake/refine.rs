@@ -12,18 +12,28 @@ use crate::volume::Nearby;
 
 /// Light at samples, under all lightings.
 #[derive(Default)]
-pub(super) struct Lit {
-    /// Per sample and lighting, the lightings of a sample beside each other.
-    pub(super) irradiance: Vec<Vec3>,
+pub(super) struct SampleLight {
+    /// How many irradiances a sample has.
+    pub(super) values: usize,
+    /// Those of a sample beside each other.
+    irradiance: Vec<Vec3>,
     /// Per sample where the light came from, under the first lighting.
     pub(super) source: Vec<Source>,
     /// Per sample how far probes agree, 0..=1, under the lighting where they agree least.
     pub(super) agreement: Vec<f32>,
 }
 
-impl Lit {
-    fn at(&self, sample: u32, lightings: usize) -> &[Vec3] {
-        &self.irradiance[sample as usize * lightings..][..lightings]
+/// Irradiances of one sample, where they came from, and how far probes agree.
+type Told<'a> = (&'a [Vec3], Source, f32);
+
+impl SampleLight {
+    /// The irradiances of a sample.
+    pub(super) fn at(&self, sample: u32) -> &[Vec3] {
+        &self.irradiance[sample as usize * self.values..][..self.values]
+    }
+
+    fn told(&self, sample: u32) -> Told<'_> {
+        (self.at(sample), self.source[sample as usize], self.agreement[sample as usize])
     }
 
     fn append(&mut self, mut other: Self) {
@@ -32,7 +42,7 @@ impl Lit {
         self.agreement.append(&mut other.agreement);
     }
 
-    fn push(&mut self, one: (&[Vec3], Source, f32)) {
+    fn push(&mut self, one: Told) {
         self.irradiance.extend(one.0);
         self.source.push(one.1);
         self.agreement.push(one.2);
@@ -59,17 +69,16 @@ const DARK: f32 = 0.15;
 /// seen from the nearest of the `eyes`.
 pub(super) fn refine(
     surface: &mut Surface,
-    lit: &mut Lit,
+    lit: &mut SampleLight,
     lights: &Lights,
     settings: &BakeSettings,
     [coarse, finest]: [f32; 2],
     eyes: &[Vec3],
     progress: &(dyn Fn(usize) + Sync),
 ) {
-    let values = lights.values();
-    let dark: Vec<f32> = (0..values)
+    let dark: Vec<f32> = (0..lit.values)
         .map(|l| {
-            let all = lit.irradiance.iter().skip(l).step_by(values).map(|e| luminance(*e)).filter(|e| *e > 0.0);
+            let all = lit.irradiance.iter().skip(l).step_by(lit.values).map(|e| luminance(*e)).filter(|e| *e > 0.0);
             DARK * median(all).unwrap_or(0.0)
         })
         .collect();
@@ -79,10 +88,10 @@ pub(super) fn refine(
             let most = a[l].max(b[l]).max_element();
             (a[l] - b[l]).abs().max_element() / (most + dark[l]).max(f32::MIN_POSITIVE)
         };
-        (0..values).map(one).fold(0.0, f32::max)
+        (0..dark.len()).map(one).fold(0.0, f32::max)
     };
     // middles that were looked up, with their light
-    let (mut candidates, mut seen): (Vec<Sample>, Lit) = Default::default();
+    let (mut candidates, mut seen): (Vec<Sample>, _) = (Vec::new(), lights.none());
     loop {
         let edges = surface.edges();
         let tested: Vec<u32> = (0..edges.runs.len() as u32)
@@ -94,7 +103,7 @@ pub(super) fn refine(
                     return false;
                 }
                 let [a, b] = sample_ends(surface, &edges, run);
-                length > BLIND * coarse || differ(lit.at(a, values), lit.at(b, values)) > settings.error
+                length > BLIND * coarse || differ(lit.at(a), lit.at(b)) > settings.error
             })
             .collect();
         let unasked = |r: &u32| state(surface, &edges, *r) == Middle::Unasked;
@@ -109,9 +118,9 @@ pub(super) fn refine(
             let Middle::Uneven(k) = state(surface, &edges, r) else { return 0.0 };
             let run = &edges.runs[r as usize];
             let [a, b] = sample_ends(surface, &edges, run);
-            let (a, b) = (lit.at(a, values), lit.at(b, values));
+            let (a, b) = (lit.at(a), lit.at(b));
             let between: Vec<Vec3> = a.iter().zip(b).map(|(a, b)| 0.5 * (*a + *b)).collect();
-            let (off, length) = (differ(seen.at(k, values), &between), surface.length(run.ends));
+            let (off, length) = (differ(seen.at(k), &between), surface.length(run.ends));
             let far = || eyes.iter().map(|e| e.distance(candidates[k as usize].position)).fold(f32::INFINITY, f32::min);
             if off > settings.error * f32::max(1.0, FULL * coarse / length) {
                 off * length / far().max(NEAR_M)
@@ -133,8 +142,7 @@ pub(super) fn refine(
         let mut most = room / 2;
         let known = |middle: Middle| {
             let Middle::Uneven(k) = middle else { return None };
-            let one = (seen.at(k, values), seen.source[k as usize], seen.agreement[k as usize]);
-            Some((candidates[k as usize], one))
+            Some((candidates[k as usize], seen.told(k)))
         };
         progress(surface.samples.len());
         loop {
@@ -165,7 +173,7 @@ pub(super) fn cut_long(surface: &mut Surface, coarse: f32, most: usize) {
         }
         let room = most.saturating_sub(surface.samples.len());
         if !marked.contains(&true)
-            || !split(surface, &mut Lit::default(), &Lights::default(), &edges, marked, room, |_| None)
+            || !split(surface, &mut SampleLight::default(), &Lights::default(), &edges, marked, room, |_| None)
         {
             return;
         }
@@ -188,12 +196,12 @@ fn marked(worst: &[f32], most: usize) -> Vec<bool> {
 /// its light where that was looked up, by what is known of it. False, and nothing done, where there is no room for so many.
 fn split<'a>(
     surface: &mut Surface,
-    lit: &mut Lit,
+    lit: &mut SampleLight,
     lights: &Lights,
     edges: &Edges,
     mut marked: Vec<bool>,
     room: usize,
-    known: impl Fn(Middle) -> Option<(Sample, (&'a [Vec3], Source, f32))> + Sync,
+    known: impl Fn(Middle) -> Option<(Sample, Told<'a>)> + Sync,
 ) -> bool {
     let edge_of = |at: u32| edges.runs[edges.run_of[at as usize] as usize].edge as usize;
     // pieces at edges that were marked last
@@ -242,9 +250,7 @@ fn split<'a>(
             }
             None => {
                 surface.samples.push(asked[next]);
-                if !lights.relit.is_empty() {
-                    lit.push((found.at(next as u32, lights.values()), found.source[next], found.agreement[next]));
-                }
+                lit.push(found.told(next as u32));
                 next += 1;
             }
         }
@@ -292,42 +298,37 @@ pub(super) struct Lights<'a> {
 }
 
 impl Lights<'_> {
-    /// How many irradiances a sample has.
-    fn values(&self) -> usize {
-        self.relit.len() * if self.sun_apart { 2 } else { 1 }
+    /// The light at no sample.
+    fn none(&self) -> SampleLight {
+        let values = self.relit.len() * if self.sun_apart { 2 } else { 1 };
+        SampleLight { values, ..SampleLight::default() }
     }
 
     /// The light at samples, as rendering finds it.
-    pub(super) fn at(&self, samples: &[Sample]) -> Lit {
-        if self.relit.is_empty() {
-            return Lit::default();
-        }
+    pub(super) fn at(&self, samples: &[Sample]) -> SampleLight {
+        let Some(Relit { scene, .. }) = self.relit.first() else {
+            let (source, agreement) = (vec![Source::None; samples.len()], vec![1.0; samples.len()]);
+            return SampleLight { source, agreement, ..SampleLight::default() };
+        };
         // those that lie together one after the other: what was found for one serves the next
-        let bounds = self.relit[0].scene.mesh.bounds();
+        let bounds = scene.mesh.bounds();
         let key = |(i, s): (u32, &Sample)| (morton(s.position, bounds), i);
         let mut order: Vec<(u32, u32)> = (0..).zip(samples).map(key).collect();
         order.par_sort_unstable();
-        let lots: Vec<Lit> = order.par_chunks(LOT).with_max_len(1).map(|lot| self.lot(samples, lot)).collect();
-        let mut sorted = Lit::default();
+        let lots: Vec<SampleLight> = order.par_chunks(LOT).with_max_len(1).map(|lot| self.lot(samples, lot)).collect();
+        let mut sorted = self.none();
         lots.into_iter().for_each(|lot| sorted.append(lot));
-        let values = self.values();
-        let mut lit = Lit {
-            irradiance: vec![Vec3::ZERO; samples.len() * values],
-            source: vec![Source::None; samples.len()],
-            agreement: vec![0.0; samples.len()],
-        };
-        for (from, &(_, to)) in order.iter().enumerate() {
-            let to = to as usize;
-            lit.irradiance[to * values..][..values].copy_from_slice(sorted.at(from as u32, values));
-            (lit.source[to], lit.agreement[to]) = (sorted.source[from], sorted.agreement[from]);
-        }
+        let mut number_of = vec![0; samples.len()];
+        (0..).zip(&order).for_each(|(number, (_, sample))| number_of[*sample as usize] = number);
+        let mut lit = self.none();
+        number_of.into_iter().for_each(|number| lit.push(sorted.told(number)));
         lit
     }
 
     /// The light at some of the samples.
-    fn lot(&self, samples: &[Sample], lot: &[(u32, u32)]) -> Lit {
+    fn lot(&self, samples: &[Sample], lot: &[(u32, u32)]) -> SampleLight {
         let mut near: Vec<Nearby> = self.relit.iter().map(|_| Nearby::default()).collect();
-        let mut all = Lit::default();
+        let mut all = self.none();
         for s in lot.iter().map(|(_, i)| &samples[*i as usize]) {
             let (mut source, mut agreement) = (Source::None, 1.0f32);
             for (l, (relit, near)) in self.relit.iter().zip(&mut near).enumerate() {
@@ -361,5 +362,17 @@ impl Lights<'_> {
             all.agreement.push(agreement);
         }
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_lighting_samples_have_no_light() {
+        let samples = [Sample { position: Vec3::ZERO, normal: Vec3::Z }; 3];
+        let lit = Lights::default().at(&samples);
+        assert_eq!(lit.told(2), (&[][..], Source::None, 1.0));
     }
 }

@@ -41,4 +41,4 @@ pub use frame::{Frame, Source};
 pub use rays::PrimaryRays;
 pub use relight::{Irradiance, Lit, Relit, ShadingPoint};
 pub use setup::{LeftOut, Options, Setup, SetupError, Timings, pictures, prepare, prepare_for, shoot_probes};
-pub use view::{exposure_of, render, shown_points};
+pub use view::{render, shown_points};

@@ -7,7 +7,6 @@ use std::time::Instant;
 use super::frame::{Frame, Pixel};
 use super::shade::Shader;
 use super::{Irradiance, PrimaryRays};
-use crate::panorama::Exposure;
 use crate::scene::{Hit, Ray, Scene};
 use crate::shoot::Light;
 use crate::site::Camera;
@@ -99,12 +98,6 @@ fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top:
             }
         },
     );
-}
-
-/// The exposure of a camera's picture, with as many samples a pixel as `clerestory render` takes by default: a log-average hangs on
-/// how finely dark and bright tiles are told apart.
-pub fn exposure_of(scene: &Scene, relit: &dyn Irradiance, camera: &Camera) -> Exposure {
-    Exposure::of(&render(scene, relit, camera, 4, &|_, _| ()).radiance)
 }
 
 /// The surface points (position, normal) that cameras show on a coarse grid of pixels; without those that the probes
