@@ -37,15 +37,14 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     println!("bake: {} vertices, {:.1} s", baked.vertices.len(), start.elapsed().as_secs_f64());
     let points: Vec<Point> = baked.vertices.iter().map(|v| (v.position, v.normal)).collect();
     let (name, light) = &setup.lights[0];
-    let transport = setup.transport_of[0].map(|t| &setup.transports[t]);
-    let volume = transport.map(|t| Volume::new(scene, t, light));
+    let volume = setup.volume(scene, 0);
     let relit = Relit { scene, light, volume: volume.as_ref(), volume_only: false };
     let start = Instant::now();
     let own = pictures(site, name, site.probes.len(), 0)?;
     println!("decode: {:.0} ms", 1e3 * start.elapsed().as_secs_f64());
     let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
     let start = Instant::now();
-    let transfer = Transfer::new(&relit, transport, &fed, &points);
+    let transfer = Transfer::new(&relit, &fed, &points);
     println!("operator: {:.1} s", start.elapsed().as_secs_f64());
     let shown: Vec<&Picture> = own.iter().map(|p| &p.0).collect();
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
@@ -81,7 +80,7 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
         .map(|((r, p), (_, radiometry))| (r.hits().clone(), p, *radiometry))
         .collect();
     let light = Light::new(scene, anew, light.sun, Outside::of(site)?);
-    let volume = transport.map(|t| Volume::new(scene, t, &light));
+    let volume = setup.transports.first().map(|t| Volume::new(scene, t, &light));
     let relit = Relit { scene, light: &light, volume: volume.as_ref(), volume_only: false };
     let sun = light.sun.map_or(Vec3::ZERO, |s| s.irradiance);
     let product = transfer.light(&transfer.measure(&other.iter().collect::<Vec<_>>()), sun, Vec3::ONE);

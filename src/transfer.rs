@@ -27,7 +27,7 @@
 //! # let light = Light::new(&scene, [(hits, &picture, Radiometry::default())], None, None);
 //! let relit = Relit { scene: &scene, light: &light, volume: None, volume_only: false };
 //! let points = [(Vec3::new(1.0, 1.0, 0.0), Vec3::Z)];
-//! let transfer = Transfer::new(&relit, None, &[(&picture, Radiometry::default())], &points);
+//! let transfer = Transfer::new(&relit, &[(&picture, Radiometry::default())], &points);
 //! // another picture of the same probe, twice as bright: no ray is cast
 //! let brighter = Picture { pixels: picture.pixels.iter().map(|p| 2.0 * p).collect(), ..picture.clone() };
 //! let [before, after] = [&picture, &brighter].map(|p| transfer.light(&transfer.measure(&[p]), Vec3::ZERO, Vec3::ONE)[0]);
@@ -44,7 +44,7 @@ use crate::render::{Irradiance, Relit, Source};
 use crate::scene::Scene;
 use crate::shoot::hits::Sunlit;
 use crate::shoot::{Choice, Light, RecordTransfer};
-use crate::volume::{Nearby, Transport, VolumeTransfer, of_place};
+use crate::volume::{Nearby, VolumeTransfer, irradiance};
 
 /// A point of a surface and its unit normal, local metres.
 pub type Point = (Vec3, Vec3);
@@ -89,18 +89,13 @@ struct Row {
 
 impl<'a> Transfer<'a> {
     /// The operator for some points. `pictures` are those that `relit` was lit by, in the probes' order, each with its
-    /// radiometry; `transport` is what its volume was made with.
-    pub fn new(
-        relit: &'a Relit,
-        transport: Option<&'a Transport>,
-        pictures: &[(&Picture, Radiometry)],
-        points: &[Point],
-    ) -> Self {
+    /// radiometry.
+    pub fn new(relit: &'a Relit, pictures: &[(&Picture, Radiometry)], points: &[Point]) -> Self {
         let found: Vec<Row> = points
             .par_chunks(LOT)
             .flat_map_iter(|points| {
                 let mut near = Nearby::default();
-                points.iter().map(move |&point| row(relit, transport, point, &mut near)).collect::<Vec<_>>()
+                points.iter().map(move |&point| row(relit, point, &mut near)).collect::<Vec<_>>()
             })
             .collect();
         // records are numbered as they come up, then sorted by probe and cell, so that products read memory in order
@@ -119,12 +114,7 @@ impl<'a> Transfer<'a> {
             rows.guessed.extend(row.guessed.map(|e| (i as u32, e)));
         }
         let light = relit.light;
-        let mut volume = match (transport, relit.volume) {
-            (Some(transport), Some(volume)) => {
-                Some(VolumeTransfer::new(relit.scene, light, transport, volume, &mut ask))
-            }
-            _ => None,
-        };
+        let mut volume = relit.volume.map(|volume| VolumeTransfer::new(relit.scene, light, volume, &mut ask));
         let mut order = vec![0; numbers.len()];
         let mut cells = vec![Vec::new(); pictures.len()];
         for (place, (&(probe, cell), &number)) in numbers.iter().enumerate() {
@@ -192,7 +182,7 @@ impl<'a> Transfer<'a> {
         let rows = &self.rows;
         let one = |i: usize| {
             let seen: Vec3A = rows.records.get(i).iter().map(|&(record, w)| records[record as usize] * w).sum();
-            let of_place = |&(place, w): &(u32, f32)| of_place(&vectors[place as usize], rows.normals[i]) * w;
+            let of_place = |&(place, w): &(u32, f32)| irradiance(&vectors[place as usize], rows.normals[i]) * w;
             let unseen: Vec3 = rows.places.get(i).iter().map(of_place).sum();
             Vec3::from(seen) + unseen + sun * rows.sun[i]
         };
@@ -212,7 +202,7 @@ fn mean(measured: &[Vec<Vec3A>]) -> f32 {
 }
 
 /// What lights a point, as [`Relit`] finds it.
-fn row(relit: &Relit, transport: Option<&Transport>, (point, normal): Point, near: &mut Nearby) -> Row {
+fn row(relit: &Relit, (point, normal): Point, near: &mut Nearby) -> Row {
     let (scene, light) = (relit.scene, relit.light);
     let lit = relit.lit(point, normal, near);
     let in_sun = lit.needs_shadow_ray && relit.in_sun(point, normal);
@@ -223,12 +213,12 @@ fn row(relit: &Relit, transport: Option<&Transport>, (point, normal): Point, nea
         return of_records(light, scene, (point, normal), in_sun, lit.needs_shadow_ray, relit.volume.is_none())
             .unwrap_or_else(guess);
     }
-    let (Source::Volume, Some(volume), Some(transport)) = (source, relit.volume, transport) else { return guess() };
-    let places = volume.places(transport, (scene, point, normal), near);
+    let (Source::Volume, Some(volume)) = (source, relit.volume) else { return guess() };
+    let places = volume.places(scene, point, normal, near);
     if places.is_empty() {
         return guess();
     }
-    let sun = if in_sun { light.sun_cosine(normal).max(0.0) } else { 0.0 };
+    let sun = if in_sun { light.sun_cosine(normal) } else { 0.0 };
     Row { places, sun, ..Row::default() }
 }
 
@@ -243,10 +233,9 @@ fn of_records(
 ) -> Option<Row> {
     let mut all: Vec<(u32, u32, Sunlit, f32)> = Vec::new();
     let observed = light.weigh(scene, (point, normal), false, |p, c, s, w| all.push((p, c, s, w)));
-    let cos = light.sun_cosine(normal);
     let in_sun =
         if needs_shadow_ray { in_sun } else { observed.as_ref().and_then(|o| light.sunlit(o)).unwrap_or(in_sun) };
-    let choice = match observed.as_ref().and_then(|o| light.choose(o, in_sun, cos)) {
+    let choice = match observed.as_ref().and_then(|o| light.choose(o, in_sun, normal)) {
         Some(choice) => choice,
         None if untrusted => {
             all.clear();
@@ -260,7 +249,7 @@ fn of_records(
         let total: f32 = chosen.clone().map(|r| r.3).sum();
         chosen.map(|r| (r.0, r.1, r.3 / total)).collect()
     };
-    let direct = cos.max(0.0);
+    let direct = light.sun_cosine(normal);
     Some(match choice {
         Choice::All => Row { records: of(None), ..Row::default() },
         Choice::Sun => Row { records: of(Some(Sunlit::Yes)), ..Row::default() },

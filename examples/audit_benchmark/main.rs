@@ -192,7 +192,7 @@ impl Bench {
         }
         let setup = prepare(&site, model, cameras, &options).unwrap();
         let light = &setup.lights[0].1;
-        let volume = setup.transport_of[0].map(|t| Volume::new(model, &setup.transports[t], light));
+        let volume = setup.volume(model, 0);
         let lit: Vec<_> = site.probes.iter().zip(&pictures).collect();
         f(&AuditScene::new(model, light, volume.as_ref(), &lit), light, volume.as_ref())
     }

@@ -14,7 +14,7 @@ use crate::register::{self, Misfit};
 use crate::render::{Options, prepare};
 use crate::scene::Scene;
 use crate::site::{Site, View};
-use crate::volume::{self, Volume};
+use crate::volume;
 
 /// How far an audit has come: what is being done, steps done, steps in all.
 pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
@@ -101,7 +101,7 @@ fn audited(
     };
     let setup = prepare(site, scene, &cameras, &options)?;
     let light = &setup.lights[0].1;
-    let volume = setup.transport_of[0].map(|t| Volume::new(scene, &setup.transports[t], light));
+    let volume = setup.volume(scene, 0);
     let lit: Vec<_> = pictures.iter().map(|(probe, picture)| (*probe, picture)).collect();
     let prepared = AuditScene::new(scene, light, volume.as_ref(), &lit);
     let mut seen = Vec::new();

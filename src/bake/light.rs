@@ -11,7 +11,6 @@ use crate::volume::Nearby;
 /// A baked lighting, for [`crate::render::render`]: no record is looked up, and no ray cast but towards a sun that is kept apart.
 #[derive(Clone, Copy)]
 pub struct BakedLight<'a> {
-    scene: &'a Scene,
     baked: &'a Baked,
     /// What was baked: tells of sides that were not, of the sky and how far the sun reaches.
     relit: &'a Relit<'a>,
@@ -26,9 +25,9 @@ pub struct BakedLight<'a> {
 
 impl<'a> BakedLight<'a> {
     /// A lighting of a bake by its number, and what it was baked from.
-    pub fn new(scene: &'a Scene, baked: &'a Baked, lighting: usize, relit: &'a Relit<'a>, pieces: &'a Pieces) -> Self {
+    pub fn new(baked: &'a Baked, lighting: usize, relit: &'a Relit<'a>, pieces: &'a Pieces) -> Self {
         let (irradiance, sunlight) = (&baked.irradiance[lighting][..], &baked.sunlight[lighting][..]);
-        Self { scene, baked, relit, irradiance, sunlight, brightness: 1.0, pieces }
+        Self { baked, relit, irradiance, sunlight, brightness: 1.0, pieces }
     }
 
     /// The same bake with other irradiance at its vertices, that of the sun included, and all else so many times as bright.
@@ -39,7 +38,7 @@ impl<'a> BakedLight<'a> {
 
 impl Irradiance for BakedLight<'_> {
     fn at(&self, spot: &ShadingPoint, near: &mut Nearby) -> Lit {
-        let face = self.scene.face(spot.triangle);
+        let face = self.relit.scene.face(spot.triangle);
         let place = face.barycentric(spot.position);
         let side = 2 * spot.triangle as usize + usize::from(face.is_back(spot.normal));
         let Some(piece) = self.pieces.find(side, place) else {

@@ -268,10 +268,10 @@ pub(super) fn rendered(mut site: Site, model: Option<Model>, args: &RenderArgs) 
         .collect();
     let skies: Vec<Sky> = setup.lights.iter().map(|(_, light)| -> Sky { Box::new(|d| light.sky(d)) }).collect();
     let mut filmed = match (&baked, video) {
-        (Some(drawn), Some(_)) => Some(Video::new((&site, &options, &setup), &relits, &drawn.baked)?),
+        (Some(drawn), Some(_)) => Some(Video::new(&site, &options, &relits, &drawn.baked)?),
         _ => None,
     };
-    let light = ViewLight::new(&relits, &plain, &skies, baked.as_ref().map(|b| b.lights(&scene, &relits)));
+    let light = ViewLight::new(&relits, &plain, &skies, baked.as_ref().map(|b| b.lights(&relits)));
 
     let probes: Vec<_> = site.probes.iter().take(options.probes).map(|p| scene.local(p.pose.position)).collect();
     let bar = args.output.told.bar("{msg:16} {wide_bar} {percent:>3} %  {eta} left");

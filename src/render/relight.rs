@@ -48,13 +48,8 @@ impl ShadingPoint {
 
     /// Whether another point lies on this one's surface.
     #[inline]
-    pub(super) fn shares(&self, position: Vec3, normal: Vec3) -> bool {
-        normal.dot(self.normal) > 0.995 && self.normal.dot(position - self.position).abs() < self.near_m
-    }
-
-    #[inline]
     pub(super) fn joins(&self, other: &Self) -> bool {
-        self.shares(other.position, other.normal)
+        other.normal.dot(self.normal) > 0.995 && self.normal.dot(other.position - self.position).abs() < self.near_m
     }
 }
 
@@ -117,19 +112,18 @@ impl Relit<'_> {
             && let Some(o) = light.observe(scene, point, normal)
         {
             agreement = o.agreement();
-            let cos = light.sun_cosine(normal);
             match light.sunlit(&o) {
                 Some(in_sun) => {
-                    if let Some(e) = light.resolve(&o, in_sun, cos) {
+                    if let Some(e) = light.resolve(&o, in_sun, normal) {
                         return Lit::known(e, Source::Record, agreement);
                     }
                 }
                 None => {
-                    let shade = light.resolve(&o, false, cos).map(|e| (e, Source::Record));
+                    let shade = light.resolve(&o, false, normal).map(|e| (e, Source::Record));
                     let (shade, shade_source) = shade.unwrap_or_else(|| self.unseen(point, normal, scratch));
                     return Lit {
                         shade,
-                        sun: light.resolve(&o, true, cos).unwrap_or_default(),
+                        sun: light.resolve(&o, true, normal).unwrap_or_default(),
                         needs_shadow_ray: true,
                         source: Source::Record,
                         shade_source,

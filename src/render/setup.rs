@@ -9,7 +9,7 @@ use super::shown_points;
 use crate::panorama::{self, PanoramaError, Picture, Radiometry};
 use crate::scene::Scene;
 use crate::shoot::{Hits, Light, Outside, charted};
-use crate::site::{Camera, Probe, Site};
+use crate::site::{Camera, Site};
 use crate::volume::{self, Transport, Volume};
 
 /// What to make.
@@ -42,11 +42,6 @@ impl Options {
             volume_for_all: false,
         }
     }
-
-    /// The probes that are used.
-    fn probes_of<'a>(&self, site: &'a Site) -> &'a [Probe] {
-        &site.probes[..self.probes.min(site.probes.len())]
-    }
 }
 
 /// What all views share.
@@ -54,7 +49,7 @@ pub struct Setup {
     /// Per lighting its name and the records of all probes that have a picture of it.
     pub lights: Vec<(String, Light)>,
     /// Per lighting, which of [`Setup::transports`] fits its probes.
-    pub transport_of: Vec<Option<usize>>,
+    transport_of: Vec<Option<usize>>,
     /// The volume's rays, one set per set of probes.
     pub transports: Vec<Transport>,
     /// Seconds.
@@ -137,7 +132,7 @@ pub fn prepare_for(
 /// Shoots a site's probes and gives them light, without a volume.
 pub fn shoot_probes(site: &Site, scene: &Scene, options: &Options) -> Result<Setup, SetupError> {
     let name = site.file.display().to_string();
-    let probes = options.probes_of(site);
+    let probes = &site.probes[..options.probes.min(site.probes.len())];
     if probes.is_empty() {
         return Err(SetupError::NoProbe { site: name });
     }
@@ -212,12 +207,15 @@ impl Setup {
         self.timings.volume_s = start.elapsed().as_secs_f64();
     }
 
-    /// Per lighting the volume, where there is one.
+    /// The volume of a lighting, by its place in [`Setup::lights`], where there is one.
+    pub fn volume(&self, scene: &Scene, lighting: usize) -> Option<Volume<'_>> {
+        let transport = &self.transports[self.transport_of[lighting]?];
+        Some(Volume::new(scene, transport, &self.lights[lighting].1))
+    }
+
+    /// [`Setup::volume`] of each lighting.
     pub fn volumes(&self, scene: &Scene) -> Vec<Option<Volume<'_>>> {
-        let volume = |((_, light), t): (&(String, Light), &Option<usize>)| {
-            t.map(|t| Volume::new(scene, &self.transports[t], light))
-        };
-        self.lights.iter().zip(&self.transport_of).map(volume).collect()
+        (0..self.lights.len()).map(|lighting| self.volume(scene, lighting)).collect()
     }
 }
 

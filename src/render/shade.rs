@@ -147,7 +147,7 @@ impl<'a> Shader<'a> {
                 return None;
             }
             let other = self.spots[y * wide + x].as_ref()?;
-            self.lits[y * wide + x].filter(|_| other.shares(spot.position, spot.normal))
+            self.lits[y * wide + x].filter(|_| other.joins(spot))
         })
     }
 
@@ -190,7 +190,7 @@ impl<'a> Shader<'a> {
             let surface = self.faces.get(hit.triangle).0.surface(&ray, hit.t);
             let spot = ShadingPoint::new(&surface, NEAR * hit.t);
             let mine = &self.fragments[start..];
-            let known = mine.iter().position(|f| self.shares && f.spot.shares(surface.position, surface.normal));
+            let known = mine.iter().position(|f| self.shares && f.spot.joins(&spot));
             let fragment = known.unwrap_or_else(|| {
                 let new = Fragment { spot, count: 0, first: 0, albedo: Vec3::ZERO, distance: 0.0 };
                 self.fragments.push(new);

@@ -272,26 +272,27 @@ impl Light {
         None
     }
 
-    /// Irradiance at a point that an observation is about, given whether the sun reaches it; `cos` is the sun's cosine
-    /// there. Records in sun and in shade are never mixed. `None` where the records say too little.
-    pub fn resolve(&self, o: &Observation, in_sun: bool, cos: f32) -> Option<Vec3> {
-        let direct = self.sun.map_or(Vec3::ZERO, |sun| sun.irradiance * cos.max(0.0));
-        Some(match self.choose(o, in_sun, cos)? {
+    /// Irradiance at a point that an observation is about, given whether the sun reaches it. Records in sun and in shade
+    /// are never mixed. `None` where the records say too little.
+    pub fn resolve(&self, o: &Observation, in_sun: bool, normal: Vec3) -> Option<Vec3> {
+        Some(match self.choose(o, in_sun, normal)? {
             Choice::All => o.value(),
             Choice::Sun => o.sun.value(),
             Choice::Shade => o.shade.value(),
-            Choice::ShadeAndDirect => o.shade.value() + direct,
-            Choice::Direct => o.value().max(direct),
+            Choice::ShadeAndDirect => o.shade.value() + self.unshadowed_sun(normal),
+            Choice::Direct => o.value().max(self.unshadowed_sun(normal)),
         })
     }
 
     /// Which records tell the irradiance of a point; see [`Light::resolve`].
-    pub(crate) fn choose(&self, o: &Observation, in_sun: bool, cos: f32) -> Option<Choice> {
-        let Some(sun) = self.sun else { return Some(Choice::All) };
+    pub(crate) fn choose(&self, o: &Observation, in_sun: bool, normal: Vec3) -> Option<Choice> {
+        if self.sun.is_none() {
+            return Some(Choice::All);
+        }
         match in_sun {
             true if o.sun.weight > LEAST_WEIGHT => Some(Choice::Sun),
             true if o.shade.weight > LEAST_WEIGHT => Some(Choice::ShadeAndDirect),
-            true if o.value().cmpge(sun.irradiance * cos.max(0.0)).all() => Some(Choice::All),
+            true if o.value().cmpge(self.unshadowed_sun(normal)).all() => Some(Choice::All),
             true => Some(Choice::Direct),
             false if o.shade.weight > LEAST_WEIGHT => Some(Choice::Shade),
             // taking the sun away from what is nearly all sun leaves only noise: let the volume tell
@@ -316,9 +317,9 @@ impl Light {
         self.sun.is_some_and(|s| sunlight::reaches(scene, point, normal, s.direction))
     }
 
-    /// Cosine between a normal and the direction to the sun; 0 without a sun.
+    /// Cosine between a normal and the direction to the sun; 0 where the surface faces away, and without a sun.
     pub fn sun_cosine(&self, normal: Vec3) -> f32 {
-        self.sun.map_or(0.0, |s| normal.dot(s.direction))
+        self.sun.map_or(0.0, |s| normal.dot(s.direction).max(0.0))
     }
 
     /// Direct sun on a surface, as irradiance.
@@ -328,7 +329,7 @@ impl Light {
 
     /// Direct sun on a surface that nothing shadows, as irradiance.
     pub fn unshadowed_sun(&self, normal: Vec3) -> Vec3 {
-        self.sun.map_or(Vec3::ZERO, |s| s.irradiance * normal.dot(s.direction).max(0.0))
+        self.sun.map_or(Vec3::ZERO, |s| s.irradiance * self.sun_cosine(normal))
     }
 
     /// Radiance of the sky in a direction: as the first probe saw it that is not clipped there, else as the site gives it,

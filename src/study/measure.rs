@@ -17,7 +17,7 @@ use crate::reference::{Estimate, Eye, Lights, ReferenceSettings, add_samples};
 use crate::render::{Irradiance, Options, Relit, prepare, render, shoot_probes};
 use crate::scene::Scene;
 use crate::site::{Camera, Site};
-use crate::volume::{self, Volume};
+use crate::volume;
 
 /// A frame is rendered again until it has been so often, or so long, whichever comes first.
 const REPEATS: usize = 5;
@@ -101,7 +101,7 @@ impl Bench<'_> {
         let clock = Clock::start();
         let setup = prepare(&site, self.scene, &cameras, &options)?;
         let light = &setup.lights[0].1;
-        let volume = setup.transport_of[0].map(|t| Volume::new(self.scene, &setup.transports[t], light));
+        let volume = setup.volume(self.scene, 0);
         let setup_s = clock.read() + self.load;
         let relit = Relit { scene: self.scene, light, volume: volume.as_ref(), volume_only: false };
         let probes: Vec<_> = site.probes.iter().map(|p| self.scene.local(p.pose.position)).collect();

@@ -22,7 +22,7 @@ impl Filled {
     }
 }
 
-/// E(n) = n · vector, per channel.
-pub(super) fn irradiance(vectors: &[Vec3; 3], normal: Vec3) -> Vec3 {
+/// Irradiance E(n) = n · vector of a surface, per channel.
+pub(crate) fn irradiance(vectors: &[Vec3; 3], normal: Vec3) -> Vec3 {
     Vec3::new(vectors[0].dot(normal), vectors[1].dot(normal), vectors[2].dot(normal)).max(Vec3::ZERO)
 }

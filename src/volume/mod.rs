@@ -46,10 +46,10 @@ mod transport;
 
 pub use cache_points::{CachePoint, CachePoints, Weighted};
 pub use filled::Filled;
+pub(crate) use filled::irradiance;
 pub use grid::Grid;
 pub use nearby::Nearby;
 pub use transfer::VolumeTransfer;
-pub(crate) use transfer::of_place;
 pub use transport::{Transport, VolumeSettings};
 
 use glam::{Vec3, Vec3A};
@@ -59,7 +59,6 @@ use std::f32::consts::PI;
 use crate::panorama::luminance;
 use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
-use filled::irradiance;
 use gathered::Gathered;
 use guide::Guide;
 use nearby::VisiblePoints;
@@ -67,13 +66,13 @@ use smooth::evened;
 
 /// Irradiance at cache points on unseen surfaces, without the sun that falls on them directly.
 pub struct Volume<'a> {
-    cache_points: &'a CachePoints,
-    /// Per cache point the vector irradiance of each channel, E(n) = n · vector; `None` where not gathered.
-    vectors: Vec<Option<[Vec3; 3]>>,
-    /// Per cache point the share of its hemisphere from where somebody tells what light comes.
+    transport: &'a Transport,
+    /// Per gathered place the vector irradiance of each channel, E(n) = n · vector.
+    vectors: Vec<[Vec3; 3]>,
+    /// Per gathered place the share of its hemisphere from where somebody tells what light comes.
     told: Vec<f32>,
     open: bool,
-    /// How its places were evened out.
+    /// How the places were evened out.
     shares: Vec<Vec<(u32, f32)>>,
 }
 
@@ -81,7 +80,6 @@ impl<'a> Volume<'a> {
     /// Sends a lighting along the rays of a transport.
     pub fn new(scene: &Scene, transport: &'a Transport, light: &Light) -> Self {
         let Transport { cache_points, gathered, .. } = transport;
-        let same_sun = light.sun.map(|s| s.direction) == transport.sun;
         // what arrives from seen surfaces, the sky, and unseen surfaces in direct sun
         let (first, sums): (Vec<[Vec3; 3]>, Vec<[f32; 2]>) = gathered
             .par_iter()
@@ -103,11 +101,8 @@ impl<'a> Volume<'a> {
                     add(s.weight, s.rho * light.of_cell(scene, s.probe, s.cell));
                 }
                 for u in &g.unseen {
-                    let direct = || match light.sun {
-                        Some(sun) if same_sun && u.sunlit => sun.irradiance * u.normal.dot(sun.direction),
-                        Some(_) if !same_sun => light.direct_sun(scene, u.position, u.normal),
-                        _ => Vec3::ZERO,
-                    };
+                    let in_sun = || transport.in_sun(scene, light, u);
+                    let direct = || if in_sun() { light.unshadowed_sun(u.normal) } else { Vec3::ZERO };
                     let e = if u.linked { None } else { light.observe_untrusted(scene, u.position, u.normal) };
                     add(u.weight, u.rho * e.unwrap_or_else(direct));
                 }
@@ -115,13 +110,11 @@ impl<'a> Volume<'a> {
             })
             .unzip();
         let (squares, told): (Vec<f32>, Vec<f32>) = sums.into_iter().map(|[squares, told]| (squares, told)).unzip();
-        let last = bounced(transport, first);
-        let shares = transport.beside.shares(cache_points, gathered, &last, &squares);
-        let last = evened(&last, &shares);
-        let vectors = transport.places.iter().map(|&place| last.get(place as usize).copied()).collect();
+        let settled = bounced(transport, first);
+        let shares = transport.beside.shares(cache_points, gathered, &settled, &squares);
+        let vectors = evened(&settled, &shares);
         let open = told.iter().any(|t| *t < Filled::TOLD);
-        let told = transport.places.iter().map(|&place| told.get(place as usize).copied().unwrap_or(0.0)).collect();
-        Self { cache_points, vectors, told, open, shares }
+        Self { transport, vectors, told, open, shares }
     }
 
     /// Whether some of its places see much of what nobody tells of, as in an open scan.
@@ -129,12 +122,12 @@ impl<'a> Volume<'a> {
         self.open
     }
 
-    /// Number of places that hold a value.
+    /// Number of cache points that hold a value.
     pub fn len(&self) -> usize {
-        self.vectors.iter().flatten().count()
+        (0..self.transport.places.len()).filter(|&i| self.transport.place(i as u32).is_some()).count()
     }
 
-    /// Whether no place holds a value.
+    /// Whether no cache point holds a value.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -143,32 +136,33 @@ impl<'a> Volume<'a> {
     /// what was found for the last point, which serves for points close by.
     pub fn irradiance(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Option<Filled> {
         let (mut sum, mut told, mut total) = (Vec3::ZERO, 0.0, 0.0);
-        self.take(scene, point, normal, near, |index, weight| {
-            if let Some(vectors) = &self.vectors[index as usize] {
-                sum += irradiance(vectors, normal) * weight;
-                told += self.told[index as usize] * weight;
-                total += weight;
-            }
+        self.take(scene, point, normal, near, |place, weight| {
+            sum += irradiance(&self.vectors[place], normal) * weight;
+            told += self.told[place] * weight;
+            total += weight;
         });
         (total > 0.0).then(|| Filled { irradiance: sum / total, told: told / total })
     }
 
-    /// Tells the cache points that a point takes its value from, with their weights.
+    /// Tells the gathered places that a point takes its value from, with their weights.
     #[inline]
-    fn take(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby, mut tell: impl FnMut(u32, f32)) {
+    fn take(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby, mut tell: impl FnMut(usize, f32)) {
         /// How far from a point, in cells, what it sees counts as seen.
         const CLOSE: f32 = 0.15;
-        let close = CLOSE * self.cache_points.grid.cell_m;
+        let cache_points = &self.transport.cache_points;
+        let close = CLOSE * cache_points.grid.cell_m;
         let seen = near.seen.get(point, normal, close).unwrap_or_else(|| {
-            self.cache_points.around(point, normal, &mut near.around);
-            near.around.retain(|f| self.vectors[f.1 as usize].is_some());
+            cache_points.around(point, normal, &mut near.around);
+            near.around.retain(|f| self.transport.place(f.1).is_some());
             let mut seen = VisiblePoints::default();
-            self.cache_points.taken(scene, point, normal, &near.around, |_, index| seen.push(index));
+            cache_points.taken(scene, point, normal, &near.around, |_, index| seen.push(index));
             near.seen.put(point, normal, close, seen);
             seen
         });
         for index in seen.iter() {
-            tell(index, self.cache_points.weight(index, point, normal));
+            if let Some(place) = self.transport.place(index) {
+                tell(place, cache_points.weight(index, point, normal));
+            }
         }
     }
 
@@ -178,11 +172,12 @@ impl<'a> Volume<'a> {
         const RAYS: u32 = 32;
         /// How far from a point, in cells, what was gathered for it is taken over.
         const CLOSE: f32 = 0.25;
-        let close = CLOSE * self.cache_points.grid.cell_m;
+        let cache_points = &self.transport.cache_points;
+        let close = CLOSE * cache_points.grid.cell_m;
         if let Some(known) = near.gathered.get(point, normal, close) {
             return known;
         }
-        let origin = point + normal * self.cache_points.lift();
+        let origin = point + normal * cache_points.lift();
         let lobes = Guide::default().of(origin, normal, &[]);
         let (mut sum, mut untold) = (Vec3::ZERO, 0);
         for k in 0..RAYS {

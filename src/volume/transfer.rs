@@ -4,7 +4,8 @@ use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::smooth::evened;
-use super::{Nearby, Transport, Volume, add, bounced, irradiance};
+use super::{Nearby, Transport, Volume, add, bounced};
+use crate::lists::Lists;
 use crate::scene::Scene;
 use crate::shoot::Light;
 
@@ -13,9 +14,8 @@ use crate::shoot::Light;
 /// is taken to go with a factor that the caller gives.
 pub struct VolumeTransfer<'a> {
     transport: &'a Transport,
-    /// Per gathered place its first term, and one past the last.
-    starts: Vec<u32>,
-    terms: Vec<Term>,
+    /// Per gathered place what records add to its vector irradiance.
+    terms: Lists<Term>,
     /// Per gathered place what comes from the sky as the site gives it, and what goes with the factor.
     fixed: Vec<[[Vec3; 3]; 2]>,
     /// Per gathered place and channel: times the sun's irradiance this is vector irradiance.
@@ -24,7 +24,7 @@ pub struct VolumeTransfer<'a> {
 }
 
 /// A record's part in a place's vector irradiance.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Term {
     record: u32,
     weight: Vec3,
@@ -42,14 +42,8 @@ struct PlaceTransfer {
 
 impl<'a> VolumeTransfer<'a> {
     /// The places of a volume; `number` gives a record (probe, cell) its place among all that are needed.
-    pub fn new(
-        scene: &Scene,
-        light: &Light,
-        transport: &'a Transport,
-        volume: &'a Volume,
-        mut number: impl FnMut(u32, u32) -> u32,
-    ) -> Self {
-        let same_sun = light.sun.map(|s| s.direction) == transport.sun;
+    pub fn new(scene: &Scene, light: &Light, volume: &'a Volume, mut number: impl FnMut(u32, u32) -> u32) -> Self {
+        let transport = volume.transport;
         let found: Vec<PlaceTransfer> = transport
             .gathered
             .par_iter()
@@ -76,76 +70,54 @@ impl<'a> VolumeTransfer<'a> {
                     }
                     let total: f32 = of_records.iter().map(|r| r.2).sum();
                     place.terms.extend(of_records.iter().map(|&(p, c, w)| (p, c, u.weight * (w / total), u.rho)));
-                    let lit = |in_sun: bool| if in_sun { light.sun_cosine(u.normal).max(0.0) } else { 0.0 };
-                    let cosine = match light.sun {
-                        Some(_) if of_records.is_empty() && same_sun => lit(u.sunlit),
-                        Some(_) if of_records.is_empty() => lit(light.sun_reaches(scene, u.position, u.normal)),
-                        _ => 0.0,
-                    };
+                    let in_sun = of_records.is_empty() && transport.in_sun(scene, light, u);
+                    let cosine = if in_sun { light.sun_cosine(u.normal) } else { 0.0 };
                     add(&mut place.sun, u.weight * cosine, u.rho);
                 }
                 place
             })
             .collect();
-        let (mut starts, mut terms) = (vec![0], Vec::new());
-        let (mut fixed, mut sun) = (Vec::new(), Vec::new());
+        let (mut terms, mut fixed, mut sun) = (Lists::default(), Vec::new(), Vec::new());
         for place in found {
-            terms.extend(place.terms.into_iter().map(|(probe, cell, weight, rho)| Term {
-                record: number(probe, cell),
-                weight,
-                rho,
-            }));
-            starts.push(terms.len() as u32);
+            let own = place.terms.into_iter();
+            let own = own.map(|(probe, cell, weight, rho)| Term { record: number(probe, cell), weight, rho });
+            terms.push(&own.collect::<Vec<_>>());
             fixed.push(place.fixed);
             sun.push(place.sun);
         }
-        Self { transport, starts, terms, fixed, sun, shares: &volume.shares }
+        Self { transport, terms, fixed, sun, shares: &volume.shares }
     }
 
     /// Gives record `i` the number `order[i]`.
     pub(crate) fn renumber(&mut self, order: &[u32]) {
-        self.terms.iter_mut().for_each(|t| t.record = order[t.record as usize]);
+        self.terms.items_mut().iter_mut().for_each(|t| t.record = order[t.record as usize]);
     }
 
     /// The vector irradiance of all gathered places, from the records' light, the sun's irradiance, and the factors of the
     /// sky as the site gives it and of what nobody measured.
     pub fn vectors(&self, records: &[Vec3A], sun: Vec3, sky: Vec3, factor: f32) -> Vec<[Vec3; 3]> {
-        let first = |(i, ends): (usize, &[u32])| {
+        let first = |i: usize| {
             let [mut vectors, guessed] = self.fixed[i];
             for c in 0..3 {
                 vectors[c] = vectors[c] * sky[c] + guessed[c] * factor + self.sun[i][c] * sun[c];
             }
-            for t in &self.terms[ends[0] as usize..ends[1] as usize] {
+            for t in self.terms.get(i) {
                 add(&mut vectors, t.weight, t.rho * Vec3::from(records[t.record as usize]));
             }
             vectors
         };
-        let first = self.starts.par_windows(2).enumerate().map(first).collect();
+        let first = (0..self.terms.len()).into_par_iter().map(first).collect();
         evened(&bounced(self.transport, first), self.shares)
     }
 }
 
 impl Volume<'_> {
     /// The gathered places that a point takes its value from, with shares that add up to 1; nothing where it has none.
-    pub(crate) fn places(
-        &self,
-        transport: &Transport,
-        (scene, point, normal): (&Scene, Vec3, Vec3),
-        near: &mut Nearby,
-    ) -> Vec<(u32, f32)> {
+    pub(crate) fn places(&self, scene: &Scene, point: Vec3, normal: Vec3, near: &mut Nearby) -> Vec<(u32, f32)> {
         let mut places = Vec::new();
-        self.take(scene, point, normal, near, |cache_point, weight| {
-            if self.vectors[cache_point as usize].is_some() {
-                places.push((transport.places[cache_point as usize], weight));
-            }
-        });
+        self.take(scene, point, normal, near, |place, weight| places.push((place as u32, weight)));
         let total: f32 = places.iter().map(|p| p.1).sum();
         places.iter_mut().for_each(|p| p.1 /= total);
         if total > 0.0 { places } else { Vec::new() }
     }
-}
-
-/// Irradiance on a surface by a place's vector irradiance.
-pub(crate) fn of_place(vectors: &[Vec3; 3], normal: Vec3) -> Vec3 {
-    irradiance(vectors, normal)
 }

@@ -44,7 +44,7 @@ pub struct Transport {
     /// Where the volume's values are.
     pub cache_points: CachePoints,
     /// The direction towards the sun that [`UnseenRay::sunlit`] was found for.
-    pub(super) sun: Option<Vec3>,
+    sun: Option<Vec3>,
     /// What each gathered cache point sees.
     pub(super) gathered: Vec<Gathered>,
     /// For each cache point the index of the gathered place that stands for it, or [`NONE`].
@@ -94,6 +94,21 @@ impl Transport {
         let exchange = Exchange::new(&cache_points, &gathered);
         let beside = Neighbours::find(scene, &cache_points, &gathered, &places);
         Self { cache_points, sun, gathered, places, exchange, beside }
+    }
+
+    /// Whether the sun of a lighting reaches an unseen surface; casts a ray where that stands elsewhere than the
+    /// transport's.
+    pub(super) fn in_sun(&self, scene: &Scene, light: &Light, unseen: &UnseenRay) -> bool {
+        match light.sun.map(|s| s.direction) == self.sun {
+            true => unseen.sunlit,
+            false => light.sun_reaches(scene, unseen.position, unseen.normal),
+        }
+    }
+
+    /// The gathered place that stands for a cache point, if one does.
+    #[inline]
+    pub(super) fn place(&self, cache_point: u32) -> Option<usize> {
+        Some(self.places[cache_point as usize] as usize).filter(|&place| place < self.gathered.len())
     }
 }
 

@@ -91,7 +91,7 @@ fn a_sparse_product_relights_as_shooting_anew_does() {
     let relit = Relit { scene, light, volume: Some(&volume), volume_only: false };
     let own = pictures(&site, "", 2, 0).unwrap();
     let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
-    let transfer = Transfer::new(&relit, Some(transport), &fed, &points);
+    let transfer = Transfer::new(&relit, &fed, &points);
     let found = direct(&relit, &points);
     let share = |source: Source| found.iter().filter(|f| f.1 == source).count() as f64 / found.len() as f64;
     let (records, volume) = (share(Source::Record), share(Source::Volume));
@@ -227,7 +227,7 @@ fn a_view_drawn_from_a_bake_is_as_rendered() {
     let (light, volumes) = (&setup.lights[0].1, setup.volumes(scene));
     let pieces = Pieces::new(scene, &baked);
     let relit = Relit { scene, light, volume: volumes[0].as_ref(), volume_only: false };
-    let drawn = BakedLight::new(scene, &baked, 0, &relit, &pieces);
+    let drawn = BakedLight::new(&baked, 0, &relit, &pieces);
     let camera = site.views[0].camera;
     let [drawn, full] =
         [&drawn as &dyn Irradiance, &relit].map(|light| render(scene, light, &camera, 4, &|_, _| ()).radiance);

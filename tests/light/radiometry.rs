@@ -50,7 +50,7 @@ fn relit(site: &Site, scene: &Scene, camera: Camera, lighting: &str) -> Picture 
     };
     let setup = prepare(site, scene, &[camera], &options).unwrap();
     let light = &setup.lights[0].1;
-    let volume = setup.transport_of[0].map(|t| volume::Volume::new(scene, &setup.transports[t], light));
+    let volume = setup.volume(scene, 0);
     let relit = Relit { scene, light, volume: volume.as_ref(), volume_only: false };
     render(scene, &relit, &camera, 1, &|_, _| ()).radiance
 }

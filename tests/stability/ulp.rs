@@ -3,7 +3,6 @@
 use clerestory::panorama::{self, Layer, write_exr};
 use clerestory::render::{self, Options, Relit};
 use clerestory::site::{LitPicture, Site};
-use clerestory::volume::Volume;
 
 use super::support::{Built, assert_finite};
 
@@ -34,8 +33,8 @@ pub(crate) fn asked(built: &Built, options: &Options, ask: impl Fn(&Relit) -> Ve
     let options = Options { lightings: vec![String::new(), "moved".to_owned()], ..options.clone() };
     let cameras: Vec<_> = site.views.iter().map(|v| v.camera).collect();
     let setup = render::prepare(&site, &built.scene, &cameras, &options).unwrap();
-    let mut answers = setup.lights.iter().zip(&setup.transport_of).map(|((_, light), transport)| {
-        let volume = transport.map(|t| Volume::new(&built.scene, &setup.transports[t], light));
+    let volumes = setup.volumes(&built.scene);
+    let mut answers = setup.lights.iter().zip(&volumes).map(|((_, light), volume)| {
         ask(&Relit { scene: &built.scene, light, volume: volume.as_ref(), volume_only: false })
     });
     let (as_is, moved) = (answers.next().unwrap(), answers.next().unwrap());

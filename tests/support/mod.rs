@@ -7,7 +7,7 @@ use clerestory::reference::{self, Eye, Lights, trace};
 use clerestory::render::{self, Frame, Irradiance, Options, Relit};
 use clerestory::scene::{self, Health, Ray, Scene, Surface};
 use clerestory::site::{Pictures, Site};
-use clerestory::volume::{self, Volume};
+use clerestory::volume;
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 use std::fmt::Write as _;
@@ -244,7 +244,7 @@ impl Built {
         let cameras: Vec<_> = site.views.iter().map(|v| v.camera).collect();
         let setup = render::prepare(&site, &self.scene, &cameras, options).unwrap();
         let light = &setup.lights[0].1;
-        let volume = setup.transport_of[0].map(|t| Volume::new(&self.scene, &setup.transports[t], light));
+        let volume = setup.volume(&self.scene, 0);
         ask(&Relit { scene: &self.scene, light, volume: volume.as_ref(), volume_only: false })
     }
 

@@ -41,8 +41,8 @@ pub(super) fn baked(
 
 impl Drawn {
     /// What each lighting's views are drawn with.
-    pub(super) fn lights<'a>(&'a self, scene: &'a Scene, relits: &'a [Relit<'a>]) -> Vec<BakedLight<'a>> {
-        let one = |(i, relit)| BakedLight::new(scene, &self.baked, i, relit, &self.pieces);
+    pub(super) fn lights<'a>(&'a self, relits: &'a [Relit<'a>]) -> Vec<BakedLight<'a>> {
+        let one = |(i, relit)| BakedLight::new(&self.baked, i, relit, &self.pieces);
         relits.iter().enumerate().map(one).collect()
     }
 

@@ -3,7 +3,7 @@
 use clerestory::bake::Baked;
 use clerestory::glam::Vec3;
 use clerestory::panorama::{Picture, Radiometry};
-use clerestory::render::{Options, Relit, Setup, pictures};
+use clerestory::render::{Options, Relit, pictures};
 use clerestory::report::VideoTimes;
 use clerestory::site::{LitPicture, Site, View};
 use clerestory::transfer::{Point, Transfer};
@@ -40,7 +40,8 @@ pub(super) type Relighting = (Vec<Vec3>, f32);
 impl<'a> Video<'a> {
     /// The operators of `relits`, which are lit by the first frame.
     pub(super) fn new(
-        (site, options, setup): (&'a Site, &'a Options, &'a Setup),
+        site: &'a Site,
+        options: &'a Options,
         relits: &'a [Relit<'a>],
         baked: &Baked,
     ) -> anyhow::Result<Self> {
@@ -48,8 +49,7 @@ impl<'a> Video<'a> {
         let one = |(i, relit): (usize, &'a Relit)| {
             let own = pictures(site, &options.lightings[i], options.probes, 0)?;
             let fed: Vec<(&Picture, Radiometry)> = own.iter().map(|(p, r)| (p, *r)).collect();
-            let transport = setup.transport_of[i].map(|t| &setup.transports[t]);
-            Ok(Transfer::new(relit, transport, &fed, &points))
+            Ok(Transfer::new(relit, &fed, &points))
         };
         let start = Instant::now();
         let transfers = relits.iter().enumerate().map(one).collect::<anyhow::Result<_>>()?;
