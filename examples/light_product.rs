@@ -5,14 +5,18 @@
 
 #![allow(clippy::print_stdout, reason = "its result goes to the console")]
 
+#[path = "common/direct.rs"]
+mod direct;
+
 use clerestory::bake::{self, Bake, bake};
 use clerestory::panorama::{Picture, Radiometry};
-use clerestory::render::{Irradiance, Options, Relit, Source, pictures};
+use clerestory::render::{Options, Relit, Source, pictures};
 use clerestory::scene::{self, Health, Scene};
 use clerestory::shoot::{Light, Outside};
 use clerestory::site::Site;
-use clerestory::transfer::{LOT, Point, Transfer};
-use clerestory::volume::{self, Nearby, Volume};
+use clerestory::transfer::{Point, Transfer};
+use clerestory::volume::{self, Volume};
+use direct::direct;
 use glam::Vec3;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -86,21 +90,6 @@ fn measure(site: &Site, scene: &Scene, frames: usize) -> Result<(), Fault> {
     let product = transfer.light(&transfer.measure(&other.iter().collect::<Vec<_>>()), sun, Vec3::ONE);
     tell("another lighting", &product, &direct(&relit, &points));
     Ok(())
-}
-
-/// Irradiance as rendering finds it, and where it comes from.
-fn direct(relit: &Relit, points: &[Point]) -> Vec<(Vec3, Source)> {
-    use rayon::prelude::*;
-    let lot = |points: &[Point]| {
-        let mut near = Nearby::default();
-        let one = |&(p, n): &Point| {
-            let lit = relit.lit(p, n, &mut near);
-            let shaded = lit.needs_shadow_ray && !relit.in_sun(p, n);
-            if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) }
-        };
-        points.iter().map(one).collect::<Vec<_>>()
-    };
-    points.par_chunks(LOT).flat_map_iter(lot).collect()
 }
 
 fn tell(name: &str, product: &[Vec3], truth: &[(Vec3, Source)]) {

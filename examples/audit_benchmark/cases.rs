@@ -82,9 +82,7 @@ impl Bench {
         }
         let half = 0.09 * hit.t / cos.sqrt();
         let place = Place { middle: s.position, normal: s.normal, half, depth: 0.08 };
-        let up = if s.normal.z.abs() > 0.9 { Vec3::Y } else { Vec3::Z };
-        let a = up.cross(s.normal).normalize();
-        let b = s.normal.cross(a);
+        let [a, b, _] = place.axes();
         let (mut low, mut high, mut seen) = (f32::INFINITY, 0.0f32, 0);
         for i in 0..49 {
             let (p, q) = ((i % 7) as f32 / 3.0 - 1.0, (i / 7) as f32 / 3.0 - 1.0);

@@ -142,16 +142,12 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
                 *votes.entry(f.kind.name()).or_default() += area;
                 whats.push((area, f));
                 line += &format!("\n#     true in {}: {} {:.2} {} px", f.view, f.what.name(), f.score, area);
-                for e in &f.evidence {
-                    line += &format!("; {} {:.2}", e.test, e.value);
-                }
+                line += &evidence(f);
             } else if f.view == view.summary.view {
                 tally.false_findings += 1;
                 line +=
                     &format!("\n#     false in {}: {} {:.2} {} px, {}", f.view, f.what.name(), f.score, area, f.note);
-                for e in &f.evidence {
-                    line += &format!("; {} {:.2}", e.test, e.value);
-                }
+                line += &evidence(f);
             }
         }
         if size < SHOWN_PX {
@@ -201,7 +197,7 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
                 f.reason as u8,
                 f.note
             );
-            f.evidence.iter().for_each(|e| line += &format!("; {} {:.2}", e.test, e.value));
+            line += &evidence(f);
         }
     }
     for f in audited.findings.iter().chain(&audited.doubts) {
@@ -219,6 +215,11 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         }
     }
     println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
+}
+
+/// What speaks for a finding, behind its line.
+fn evidence(f: &Finding) -> String {
+    f.evidence.iter().map(|e| format!("; {} {:.2}", e.test, e.value)).collect()
 }
 
 /// Whether a tenth of a mask or more lies within another.

@@ -29,7 +29,7 @@ pub fn average_precision(scores: &[f32], truth: &[bool], counted: &[bool]) -> f6
 pub fn dissimilarity(a: &[f32], b: &[f32], w: usize, h: usize) -> Vec<f32> {
     let blur = |v: &[f32]| -> Vec<f32> {
         let r = 5isize;
-        let pass = |v: &[f32], dx: usize, n: usize, stride: usize, lines: usize, line: usize| {
+        let pass = |v: &[f32], n: usize, stride: usize, lines: usize, line: usize| {
             let mut out = vec![0.0; v.len()];
             for l in 0..lines {
                 for i in 0..n {
@@ -44,11 +44,10 @@ pub fn dissimilarity(a: &[f32], b: &[f32], w: usize, h: usize) -> Vec<f32> {
                     out[l * line + i * stride] = s / c;
                 }
             }
-            let _ = dx;
             out
         };
-        let across = pass(v, 1, w, 1, h, w);
-        pass(&across, w, h, w, w, 1)
+        let across = pass(v, w, 1, h, w);
+        pass(&across, h, w, w, 1)
     };
     let times = |x: &[f32], y: &[f32]| -> Vec<f32> { x.iter().zip(y).map(|(x, y)| x * y).collect() };
     let (ma, mb) = (blur(a), blur(b));

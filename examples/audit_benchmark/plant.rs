@@ -78,7 +78,8 @@ impl Place {
         u.max(v) <= self.half + slack && n <= self.depth + slack
     }
 
-    fn axes(&self) -> [Vec3; 3] {
+    /// Two directions in the surface, and its normal.
+    pub fn axes(&self) -> [Vec3; 3] {
         let up = if self.normal.z.abs() > 0.9 { Vec3::Y } else { Vec3::Z };
         let u = up.cross(self.normal).normalize();
         [u, self.normal.cross(u), self.normal]

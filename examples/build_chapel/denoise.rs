@@ -4,11 +4,13 @@
 //! albedo times a light that changes slowly along a surface: that light is averaged over neighbouring pixels which show
 //! the same surface, as a ratio of sums, Σw·L / Σw·ρ, so that dark texels do no harm.
 
-use clerestory::panorama::{Picture, Projection};
+use clerestory::panorama::Picture;
 use clerestory::reference::Eye;
 use clerestory::scene::{Ray, Scene};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+
+use crate::common::eye::{direction, origin};
 
 /// Half the side of the window of neighbours, and the standard deviation of their weights, in pixels.
 const WINDOW: isize = 14;
@@ -40,10 +42,7 @@ struct Pixel {
 
 /// Smooths two independent halves of a picture of all light except what is seen or arrives directly.
 pub fn denoise(scene: &Scene, eye: &Eye, halves: [&Picture; 2]) -> [Picture; 2] {
-    let origin = match eye {
-        Eye::Camera(camera) => scene.local(camera.pose.position),
-        Eye::Panorama { pose, .. } => scene.local(pose.position),
-    };
+    let origin = origin(scene, eye);
     let cast = |x: f64, y: f64| {
         let ray = Ray { origin, direction: direction(eye, x, y) };
         let hit = scene.tracer.closest(&ray, 0.0)?;
@@ -91,17 +90,6 @@ pub fn denoise(scene: &Scene, eye: &Eye, halves: [&Picture; 2]) -> [Picture; 2] 
         })
         .collect();
     [0, 1].map(|k| Picture { width: w, height: h, pixels: smooth.iter().map(|s| s[k]).collect() })
-}
-
-/// The direction that pixel coordinates look along.
-fn direction(eye: &Eye, x: f64, y: f64) -> Vec3 {
-    match eye {
-        Eye::Camera(camera) => camera.direction(x, y).as_vec3(),
-        Eye::Panorama { pose, width, height } => {
-            let d = Projection::LatLong.direction(*width, *height, x, y).unwrap_or(DVec3::Y);
-            (pose.rotation * d).as_vec3()
-        }
-    }
 }
 
 fn pixel(x: f64, y: f64, cast: impl Fn(f64, f64) -> Option<Spot>) -> Pixel {

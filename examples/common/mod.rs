@@ -1,5 +1,6 @@
-//! What the examples that make sites share: a mesh, the parts of buildings, patterns.
+//! What the examples that make sites share: a mesh, the parts of buildings, patterns, the ways of pixels.
 
+pub mod eye;
 pub mod mesh;
 pub mod parts;
 pub mod pattern;

@@ -1,13 +1,14 @@
 //! Pictures of a place: what each ray meets, in the light of the [`Field`], with the gloss of polished surfaces.
 
-use clerestory::panorama::{Picture, Projection};
+use clerestory::panorama::Picture;
 use clerestory::reference::Eye;
 use clerestory::scene::{Ray, Scene};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::dice::Dice;
 use super::light::{Field, Lamps, Place, diffuse, sunlight};
+use crate::common::eye::{direction, origin};
 
 /// Sine of the sun's angular radius.
 const SUN_RADIUS: f32 = 0.0047;
@@ -39,25 +40,6 @@ pub struct Sampling {
     pub blur: [f64; 2],
     /// Another seed, other noise.
     pub seed: u64,
-}
-
-/// The direction that pixel coordinates look along, program's axes.
-pub fn direction(eye: &Eye, x: f64, y: f64) -> Vec3 {
-    match eye {
-        Eye::Camera(camera) => camera.direction(x, y).as_vec3(),
-        Eye::Panorama { pose, width, height } => {
-            let d = Projection::LatLong.direction(*width, *height, x, y).unwrap_or(DVec3::Y);
-            (pose.rotation * d).as_vec3()
-        }
-    }
-}
-
-/// Where an eye stands, local metres.
-pub fn origin(scene: &Scene, eye: &Eye) -> Vec3 {
-    match eye {
-        Eye::Camera(camera) => scene.local(camera.pose.position),
-        Eye::Panorama { pose, .. } => scene.local(pose.position),
-    }
 }
 
 /// What the middles of every `stride`-th pixel of every `stride`-th row show.
