@@ -12,15 +12,16 @@ use clerestory::bake::{BakeSettings, Baked, Vertex, bake};
 use clerestory::gpu::{Drawer, GpuError};
 use clerestory::panorama::{self, Exposure, Panorama, Picture, Projection};
 use clerestory::render::{Options, PrimaryRays, Source};
-use clerestory::scene::{self, Health, Material, Mesh, Ray, Scene, Texture, Tracer};
-use clerestory::site::{Camera, Pose, Site};
+use clerestory::scene::{Material, Mesh, Ray, Scene, Texture, Tracer};
+use clerestory::site::{Camera, Pose};
 use clerestory::study::flip;
 use clerestory::volume::VolumeSettings;
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::path::Path;
-use support::{Plan, closed, grey, v};
+use support::program::clerestory;
+use support::{HIGH, Plan, chapel, closed, grey, load, v};
 
 /// A drawer, or nothing where the machine has no graphics card, not even one in software.
 fn drawer(scene: &Scene, baked: &Baked) -> Option<Drawer> {
@@ -284,8 +285,7 @@ fn what_a_card_cannot_draw_is_refused() {
 /// The chapel with few vertices, the sun in their light and apart from it: as rays at the same triangles see it.
 #[test]
 fn the_chapel_is_drawn_as_rays_see_its_triangles() {
-    let site = Site::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let (site, scene) = load(&chapel());
     let options = Options {
         lightings: vec![site.lightings()[0].clone()],
         volume: VolumeSettings { cells: 12, rays: 32, ..VolumeSettings::default() },
@@ -309,24 +309,20 @@ fn the_chapel_is_drawn_as_rays_see_its_triangles() {
 /// also where walls meet and light comes from the volume.
 #[test]
 fn the_program_draws_a_sites_views() {
-    let plan = Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(1.0)])
+    let plan = Plan::new(closed(DVec3::ZERO, HIGH, 0), &[grey(1.0)])
         .probe(v(2.0, 1.5, 1.2), 64)
         .view(v(1.0, 1.0, 1.0), v(4.0, 2.0, 1.0), 48)
         .view(v(3.0, 2.0, 1.6), v(0.0, 1.0, 1.0), 48);
     let built = plan.build().furnace(&plan, 0.2);
-    let run = |more: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
-        command.arg("render").arg(built.folder.path()).args(["--gpu", "--json", "--out"]);
-        command.arg(built.folder.path().join("out")).args(more).output().unwrap()
-    };
-    let out = run(&[]);
-    let told = String::from_utf8_lossy(&out.stderr);
-    if told.contains("no graphics card") {
-        println!("skipped: {told}");
+    let folder = built.folder.path();
+    let run =
+        |more: &[&str]| clerestory(&[&"render", &folder, &"--gpu", &"--json", &"--out", &folder.join("out")], more);
+    let done = run(&[]);
+    if done.stderr.contains("no graphics card") {
+        println!("skipped: {}", done.stderr);
         return;
     }
-    assert!(out.status.success(), "{told}");
-    let outcome: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    let outcome = done.json();
     assert!(outcome["adapter"].as_str().is_some_and(|a| !a.is_empty()));
     let views = outcome["views"].as_array().unwrap();
     assert_eq!(views.len(), 2);
@@ -338,6 +334,6 @@ fn the_program_draws_a_sites_views() {
         let off = picture.pixels.iter().map(|p| (*p / 0.2 - 1.0).abs().max_element()).fold(0.0, f32::max);
         assert!(off < 0.02, "{}: {off}", file.display());
     }
-    let told = String::from_utf8(run(&["--samples", "5"]).stderr).unwrap();
+    let told = run(&["--samples", "5"]).stderr;
     assert!(told.contains("v0") && told.contains("Take 4 or 9"), "{told}");
 }

@@ -3,21 +3,22 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+mod support;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use support::data::shared;
+use support::program::program;
+
 use clerestory::panorama::{Layer, PanoramaError, Picture, dimensions, read, write_exr, write_png};
 use glam::Vec3;
 
 fn corpus(folder: &str) -> Vec<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/cursed/exr").join(folder);
-    let Ok(entries) = fs::read_dir(&path) else {
-        println!("skipped: {} is not here", path.display());
-        return Vec::new();
-    };
-    let mut files: Vec<_> = entries.map(|e| e.unwrap().path()).collect();
+    let Some(path) = shared(&format!("cursed/exr/{folder}")) else { return Vec::new() };
+    let mut files: Vec<_> = fs::read_dir(path).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();
     files
 }
@@ -73,10 +74,7 @@ fn difference(a: &Picture, b: &Picture) -> f32 {
 
 #[test]
 fn every_codec_gives_the_right_values() {
-    if corpus("valid").is_empty() {
-        return;
-    }
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/cursed/exr/valid");
+    let Some(folder) = shared("cursed/exr/valid") else { return };
     let file = |name: &str| read(&folder.join(format!("{name}.exr"))).unwrap();
     // (file, what it must equal, relative tolerance): lossless codecs and codecs that decode in one way only exactly;
     // DWA's cosine transform may round the other way in its last half-float bit (2⁻¹¹), twice in the dark
@@ -222,11 +220,7 @@ fn peak_bytes() -> u64 {
 #[cfg(target_os = "linux")]
 #[test]
 fn small_files_do_not_cost_gigabytes() {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/cursed/memory");
-    if !folder.is_dir() {
-        println!("skipped: {} is not here", folder.display());
-        return;
-    }
+    let Some(folder) = shared("cursed/memory") else { return };
     let before = peak_bytes();
     for name in ["exrdisp.exr", "hdr-abort-under-limit.hdr", "iccp.png", "j16k.jpg", "texture-slow.jpg"] {
         let path = folder.join(name);
@@ -245,7 +239,6 @@ fn small_files_do_not_cost_gigabytes() {
 #[cfg(target_os = "linux")]
 #[test]
 fn under_a_hard_limit_there_is_an_error() {
-    use std::process::Command;
     // 16384 × 8192: 1.5 GiB, which is allowed; a gigabyte is there
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.hdr");
@@ -256,8 +249,8 @@ fn under_a_hard_limit_there_is_an_error() {
     fs::write(folder.path().join("site.toml"), site).unwrap();
     let run = |limit: &str, memory: &str| {
         let script = format!("ulimit -v {limit} && exec \"$0\" --threads 1 {memory} check \"$1\"");
-        let program = env!("CARGO_BIN_EXE_clerestory");
-        let done = Command::new("sh").args(["-c", &script, program]).arg(folder.path()).output().unwrap();
+        let mut shell = std::process::Command::new("sh");
+        let done = shell.args(["-c", &script]).arg(program().get_program()).arg(folder.path()).output().unwrap();
         (done.status.code(), String::from_utf8(done.stderr).unwrap())
     };
     let (code, said) = run("1000000", "");

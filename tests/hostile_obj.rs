@@ -1,20 +1,20 @@
 //! Models that are odd, broken or extreme: each is read right or refused with a clear message, never a panic.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "support/data.rs"]
-mod data;
 #[path = "support/readers.rs"]
 mod readers;
+mod support;
 
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
-use data::shared;
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
+use support::data::shared;
+use support::{encoded, png};
 use tempfile::TempDir;
 
 /// A folder with a site file around a model; `site` are further lines of the `[site]` table.
@@ -41,8 +41,14 @@ fn load_obj(obj: &str) -> Result<(Scene, Health), SceneError> {
     load(folder(METRES_Z, &[("m.obj", obj.as_bytes())]).path())
 }
 
+/// A model with its materials, and a picture under this name.
+fn load_textured(obj: &str, mtl: &str, name: &str, picture: &[u8]) -> Result<(Scene, Health), SceneError> {
+    let files = [("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), (name, picture)];
+    load(folder(METRES_Z, &files).path())
+}
+
 fn load_with_mtl(obj: &str, mtl: &str) -> (Scene, Health) {
-    load(folder(METRES_Z, &[("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())]).path()).unwrap()
+    load_textured(obj, mtl, "none.png", b"").unwrap()
 }
 
 fn message(result: Result<(Scene, Health), SceneError>) -> String {
@@ -51,19 +57,18 @@ fn message(result: Result<(Scene, Health), SceneError>) -> String {
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-fn png(width: u32, height: u32, rgb: [u8; 3]) -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    let picture = image::RgbImage::from_pixel(width, height, image::Rgb(rgb));
-    picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
-    bytes.into_inner()
+/// A folder with a site file around a model elsewhere.
+fn site_around(model: &Path, up: &str) -> TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    let model = model.canonicalize().unwrap();
+    let text = format!("[site]\nunits = \"m\"\nup = \"{up}\"\n[model]\npath = '{}'\n", model.display());
+    fs::write(dir.path().join("site.toml"), text).unwrap();
+    dir
 }
 
 /// Loads a file as a site's model on a thread of its own and gives it ten seconds.
 fn load_in_time(path: &Path) -> Result<(usize, Vec<String>), String> {
-    let dir = tempfile::tempdir().unwrap();
-    let model = path.canonicalize().unwrap();
-    let text = format!("[site]\nunits = \"m\"\nup = \"y\"\n[model]\npath = '{}'\n", model.display());
-    fs::write(dir.path().join("site.toml"), text).unwrap();
+    let dir = site_around(path, "y");
     let (done, wait) = mpsc::channel();
     std::thread::spawn(move || {
         let result = load(dir.path());
@@ -132,11 +137,7 @@ fn models_of_interiors_load_with_sane_health() {
         ("copyroom/copyroom_c2000_opt.obj", "y", 30_000..30_948, 3.0..20.0),
     ];
     for (name, up, triangles, across_m) in cases {
-        let dir = tempfile::tempdir().unwrap();
-        let model = models.join(name).canonicalize().unwrap();
-        let text = format!("[site]\nunits = \"m\"\nup = \"{up}\"\n[model]\npath = '{}'\n", model.display());
-        fs::write(dir.path().join("site.toml"), text).unwrap();
-        let (scene, health) = load(dir.path()).unwrap();
+        let (scene, health) = load(site_around(&models.join(name), up).path()).unwrap();
         println!("{name}: {health:?}");
         assert!(triangles.contains(&health.triangles), "{name}: {}", health.triangles);
         assert!(across_m.contains(&DVec3::from_array(health.size_m).length()), "{name}: {:?}", health.size_m);
@@ -250,8 +251,6 @@ fn coincident_triangles_load_and_leave_one() {
     assert_eq!((scene.mesh.triangles.len(), health.duplicates), (2, 39_998));
 }
 
-/// A 2 m square on the ground in national-grid coordinates keeps its size to micrometres, and the same ray meets it
-/// at the same place as in a local model.
 /// One triangle 10,000 km off had moved all others by up to 20 cm, and made boxes of the ray caster metres wide.
 #[test]
 fn a_stray_triangle_moves_nothing_else() {
@@ -302,6 +301,8 @@ fn seeds_are_read_and_past_crashes_do_no_harm() {
     }
 }
 
+/// A 2 m square on the ground in national-grid coordinates keeps its size to micrometres, and the same ray meets it
+/// at the same place as in a local model.
 #[test]
 fn far_coordinates_keep_their_precision() {
     let far = "v 5000000.000001 4000000.0 120.0\nv 5000002.000001 4000000.0 120.0\nv 5000002.000001 4000002.0 120.0\n\
@@ -340,8 +341,7 @@ const TEXTURED: &str =
 
 /// The albedo and emission of the first triangle, and all warnings.
 fn with_texture(mtl: &str, picture: &str) -> (Vec3, Vec3, String) {
-    let files = [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl.as_bytes()), (picture, &png(4, 4, [188; 3])[..])];
-    let (scene, health) = load(folder(METRES_Z, &files).path()).unwrap();
+    let (scene, health) = load_textured(TEXTURED, mtl, picture, &png(4, 4, [188; 3])).unwrap();
     (scene.albedo(0, Vec2::splat(0.3)), scene.emission(0), health.warnings.join("\n"))
 }
 
@@ -371,9 +371,8 @@ fn materials_are_forgiven_what_exporters_do() {
         assert!(if warning.is_empty() { warnings.is_empty() } else { warnings.contains(warning) }, "{mtl}: {warnings}");
     }
     assert_eq!(with_texture("newmtl a b\nKe 5 4 3\n", "w.png").1, Vec3::new(5.0, 4.0, 3.0));
-    let mtl = b"newmtl a b\nmap_Kd -clamp on w.png\n";
-    let files = [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl), ("w.png", &png(4, 4, [188; 3])[..])];
-    let (scene, _) = load(folder(METRES_Z, &files).path()).unwrap();
+    let mtl = "newmtl a b\nmap_Kd -clamp on w.png\n";
+    let (scene, _) = load_textured(TEXTURED, mtl, "w.png", &png(4, 4, [188; 3])).unwrap();
     assert_eq!(scene.textures[0].wrap(), [clerestory::scene::Wrap::Clamp; 2]);
 }
 
@@ -392,8 +391,7 @@ fn material_files_are_found_with_blanks_and_several_on_a_line() {
         let albedo = [0, 1].map(|t| scene.albedo(t, Vec2::ZERO).x);
         assert_eq!(albedo, [0.1, 0.9]);
     }
-    let missing = obj("lost.mtl");
-    let (scene, health) = load(folder(METRES_Z, &[("m.obj", missing.as_bytes())]).path()).unwrap();
+    let (scene, health) = load_obj(&obj("lost.mtl")).unwrap();
     assert!(health.warnings[0].contains("lost.mtl") && health.warnings.len() == 3, "{:?}", health.warnings);
     assert_eq!(scene.albedo(0, Vec2::ZERO), Vec3::splat(0.5));
 }
@@ -402,8 +400,7 @@ fn material_files_are_found_with_blanks_and_several_on_a_line() {
 fn a_textured_face_without_coordinates_takes_the_mean_colour() {
     let obj = TEXTURED.replace("f 1/1 2/2 3/3 4/4", "f 1/1 2/2 3/3\nf 1 3 4");
     let mtl = "newmtl a b\nKd 0.5 0.5 0.5\nmap_Kd w.png\n";
-    let files = [("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), ("w.png", &png(2, 2, [188; 3])[..])];
-    let (scene, health) = load(folder(METRES_Z, &files).path()).unwrap();
+    let (scene, health) = load_textured(&obj, mtl, "w.png", &png(2, 2, [188; 3])).unwrap();
     assert_eq!((health.without_uvs, scene.mesh.materials[0] != scene.mesh.materials[1]), (1, true));
     // both are 0.5 times the picture, which is of one colour
     for triangle in [0, 1] {
@@ -421,13 +418,11 @@ fn hostile_pictures_are_errors() {
     bomb[29..33].copy_from_slice(&crc);
     let short = &png(64, 64, [9; 3])[..60];
     for bytes in [&bomb[..], short] {
-        let files = [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl.as_bytes()), ("w.png", bytes)];
-        let text = message(load(folder(METRES_Z, &files).path()));
+        let text = message(load_textured(TEXTURED, mtl, "w.png", bytes));
         assert!(text.contains("w.png: the picture cannot be used"), "{text}");
     }
     let mtl = "newmtl a b\nmap_Kd w.tga\n";
-    let files = [("m.obj", TEXTURED.as_bytes()), ("m.mtl", mtl.as_bytes()), ("w.tga", b"no picture at all")];
-    let (_, health) = load(folder(METRES_Z, &files).path()).unwrap();
+    let (_, health) = load_textured(TEXTURED, mtl, "w.tga", b"no picture at all").unwrap();
     assert!(health.warnings[0].contains("not a PNG, JPEG or TIFF picture"));
 }
 
@@ -504,10 +499,8 @@ fn only_alpha_cuts_holes_where_one_picture_paints_and_masks() {
     let both = "newmtl a b\nmap_d w.png\nmap_Kd w.png\n";
     assert_eq!(count(both, &png(4, 4, [40; 3])), 2);
     // its alpha, and a dark mask of its own, hide all
-    let mut clear = std::io::Cursor::new(Vec::new());
-    let picture = image::RgbaImage::from_pixel(4, 4, image::Rgba([200, 200, 200, 0]));
-    picture.write_to(&mut clear, image::ImageFormat::Png).unwrap();
-    assert_eq!(count(both, clear.get_ref()), 0);
+    let clear = encoded(&image::RgbaImage::from_pixel(4, 4, image::Rgba([200, 200, 200, 0])).into());
+    assert_eq!(count(both, &clear), 0);
     assert_eq!(count("newmtl a b\nmap_Kd w.png\nmap_d d.png\n", &png(4, 4, [200; 3])), 0);
 }
 
@@ -536,8 +529,7 @@ fn colours_beside_a_picture_are_told() {
     let grey = white.replace(" 1 1 1\n", " 0.5 0.5 0.5\n");
     for (obj, told) in [(TEXTURED, false), (white.as_str(), false), (grey.as_str(), true)] {
         let mtl = "newmtl a b\nmap_Kd w.png\n";
-        let files = [("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes()), ("w.png", &png(4, 4, [188; 3])[..])];
-        let (_, health) = load(folder(METRES_Z, &files).path()).unwrap();
+        let (_, health) = load_textured(obj, mtl, "w.png", &png(4, 4, [188; 3])).unwrap();
         let said = health.warnings.iter().any(|w| w.contains("multiplied with pictures, on material “a b”"));
         assert_eq!(said, told, "{obj}: {:?}", health.warnings);
     }

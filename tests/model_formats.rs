@@ -1,18 +1,18 @@
 //! A model is the same scene whether it comes as OBJ, PLY or glTF; damaged files are refused with a clear message, never a panic.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "support/data.rs"]
-mod data;
+mod support;
 
 use clerestory::init::{Sources, draft};
 use clerestory::scene::{self, Health, Ray, Scene, SceneError};
 use clerestory::site::Site;
-use data::shared;
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use support::data::shared;
+use support::{copy, encoded, files, png};
 
 #[path = "../examples/scan_site/scan.rs"]
 mod scan;
@@ -233,10 +233,7 @@ fn ply(scene: &Scene) -> Vec<u8> {
 
 /// The chapel as OBJ, glTF, GLB and PLY beside each other, and the scene that the OBJ makes.
 fn chapel_in_formats(folder: &Path) -> (Scene, Health) {
-    for entry in fs::read_dir(chapel()).unwrap() {
-        let path = entry.unwrap().path();
-        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
-    }
+    copy(&chapel(), folder);
     let (obj, of_obj) = load(folder, "chapel.obj", "y").unwrap();
     let (document, buffer) = gltf(&obj, false);
     fs::write(folder.join("c.gltf"), serde_json::to_vec(&document).unwrap()).unwrap();
@@ -438,36 +435,19 @@ fn clouds_and_damaged_files_are_refused_with_what_to_do() {
     refused("m.gltf", lies.as_bytes(), &["accessor 0 counts more than its buffer holds"]);
 }
 
-/// Files of a folder and below with one of these endings.
-fn files(folder: &Path, endings: &[&str], all: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files(&path, endings, all);
-        } else if path.extension().is_some_and(|e| endings.iter().any(|k| e == *k)) {
-            all.push(path);
-        }
-    }
-}
-
 #[test]
 fn hostile_files_of_others_are_read_or_refused() {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/cursed");
-    if !shared.exists() {
-        println!("skipped: {} is not there", shared.display());
-        return;
-    }
-    let mut all = Vec::new();
-    files(&shared, &["ply", "gltf", "glb"], &mut all);
-    all.sort();
+    let Some(cursed) = shared("cursed") else { return };
+    let mut all = files(&cursed);
+    all.retain(|f| f.extension().is_some_and(|e| e == "ply" || e == "gltf" || e == "glb"));
     assert!(all.len() > 200);
     let folder = tempfile::tempdir().unwrap();
     let mut opened = Vec::new();
     for path in &all {
-        match load(folder.path(), &path.to_string_lossy(), "y") {
+        match load(folder.path(), &cursed.join(path).to_string_lossy(), "y") {
             Ok((scene, _)) => {
                 assert!(scene.mesh.positions.iter().all(|p| p.is_finite()), "{}", path.display());
-                opened.push(path.strip_prefix(&shared).unwrap().display().to_string());
+                opened.push(path.display().to_string());
             }
             Err(e) => assert!(!e.to_string().is_empty()),
         }
@@ -475,19 +455,28 @@ fn hostile_files_of_others_are_read_or_refused() {
     println!("{} of {} hold triangles: {opened:?}", opened.len(), all.len());
 }
 
-/// The chapel with its vertices in another unit and, if wanted, with z up; its materials are beside it.
-fn chapel_as(folder: &Path, unit: f64, z_up: bool) -> PathBuf {
+/// The chapel's model with its vertices elsewhere; its materials stay where they are.
+fn chapel_with(folder: &Path, place: impl Fn([f64; 3]) -> [f64; 3]) -> PathBuf {
     let text = fs::read_to_string(chapel().join("chapel.obj")).unwrap();
     let line = |line: &str| match line.strip_prefix("v ") {
         None => line.to_owned(),
         Some(rest) => {
-            let v: Vec<f64> = rest.split_whitespace().map(|w| w.parse::<f64>().unwrap() / unit).collect();
-            if z_up { format!("v {} {} {}", v[0], -v[2], v[1]) } else { format!("v {} {} {}", v[0], v[1], v[2]) }
+            let v: Vec<f64> = rest.split_whitespace().map(|w| w.parse().unwrap()).collect();
+            let [x, y, z] = place([v[0], v[1], v[2]]);
+            format!("v {x} {y} {z}")
         }
     };
-    let path = folder.join("chapel.obj");
+    let path = folder.join("model.obj");
     fs::write(&path, text.lines().map(line).collect::<Vec<_>>().join("\n")).unwrap();
     path
+}
+
+/// The same in another unit and, if wanted, with z up.
+fn chapel_as(folder: &Path, unit: f64, z_up: bool) -> PathBuf {
+    chapel_with(folder, |v| {
+        let [x, y, z] = v.map(|v| v / unit);
+        if z_up { [x, -z, y] } else { [x, y, z] }
+    })
 }
 
 #[test]
@@ -551,15 +540,7 @@ fn solved_visit(folder: &Path, before: &str) -> Sources {
     let path = |name: &str| folder.join(name);
     fs::create_dir_all(path("colmap/sparse/0")).unwrap();
     fs::create_dir_all(path("photos")).unwrap();
-    let text = fs::read_to_string(chapel().join("chapel.obj")).unwrap();
-    let turned = |line: &str| match line.strip_prefix("v ") {
-        None => line.to_owned(),
-        Some(rest) => {
-            let v: Vec<f64> = rest.split_whitespace().map(|w| w.parse().unwrap()).collect();
-            format!("v {} {} {}", v[0], -v[1], -v[2])
-        }
-    };
-    fs::write(path("model.obj"), text.lines().map(turned).collect::<Vec<_>>().join("\n")).unwrap();
+    let model = chapel_with(folder, |[x, y, z]| [x, -y, -z]);
     fs::write(path("colmap/sparse/0/cameras.txt"), "1 SIMPLE_PINHOLE 40 30 35 20 15\n").unwrap();
     let mut images = String::new();
     for i in 0..10 {
@@ -569,7 +550,7 @@ fn solved_visit(folder: &Path, before: &str) -> Sources {
         images += &format!("{} 1 0 0 0 {} 1.6 {} 1 {before}p{i}.png\n\n", i + 1, -3.0 - 0.5 * f64::from(i), 1.0);
     }
     fs::write(path("colmap/sparse/0/images.txt"), images).unwrap();
-    Sources { model: path("model.obj"), photos: Some(path("photos")), ..Sources::default() }
+    Sources { model, photos: Some(path("photos")), ..Sources::default() }
 }
 
 #[test]
@@ -601,22 +582,13 @@ fn a_camera_file_of_photographs_says_nothing_of_panoramas_that_are_called_alike(
     let path = |name: &str| folder.path().join(name);
     fs::create_dir(path("panoramas")).unwrap();
     for name in ["p0", "p1"] {
-        fs::write(path(&format!("panoramas/{name}.png")), png(64, 32, 90)).unwrap();
+        fs::write(path(&format!("panoramas/{name}.png")), png(64, 32, [90; 3])).unwrap();
     }
     let sources = Sources { probes: Some(path("panoramas")), ..solved_visit(folder.path(), "") };
     let draft = draft(&path("site.toml"), &sources).unwrap();
     // the panoramas light the place, all photographs are views
     assert_eq!((draft.probes, draft.unplaced, draft.views), (2, 2, 10), "{}", draft.text);
     assert!(draft.text.contains("image = \"panoramas/p0.png\""), "{}", draft.text);
-}
-
-/// A picture of one colour as a PNG file.
-fn png(width: u32, height: u32, colour: u8) -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image::GrayImage::from_pixel(width, height, image::Luma([colour]))
-        .write_to(&mut bytes, image::ImageFormat::Png)
-        .unwrap();
-    bytes.into_inner()
 }
 
 #[test]
@@ -635,17 +607,15 @@ fn a_structured_scan_is_the_place_it_was_taken_in() {
     let rotation = DMat3::from_cols(forward.cross(top), top, -forward);
     let mut mask = image::GrayImage::new(40, 30);
     (0..40 * 15).for_each(|i| mask.put_pixel(i % 40, i / 40, image::Luma([1])));
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    mask.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
     let mut pictures: Vec<scan::Picture> =
-        (0..3).map(|setup| scan::Picture::Panorama { png: png(64, 32, 90), size: [64, 32], setup }).collect();
+        (0..3).map(|setup| scan::Picture::Panorama { png: png(64, 32, [90; 3]), size: [64, 32], setup }).collect();
     pictures.push(scan::Picture::Pinhole {
-        png: png(40, 30, 90),
+        png: png(40, 30, [90; 3]),
         size: [40, 30],
         focal: 35.0,
         position: setups[1].position,
         rotation,
-        mask: Some(bytes.into_inner()),
+        mask: Some(encoded(&mask.into())),
     });
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("chapel.e57");
@@ -715,11 +685,15 @@ fn damaged_and_unstructured_scans_get_a_clear_sentence() {
     }
 }
 
+/// Bytes as the address of a file within a document.
+fn data_address(bytes: &[u8]) -> String {
+    use base64::Engine;
+    format!("data:;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes))
+}
+
 /// A square from 0 to 2 in x and y at z = 0.5 as glTF: corners in whole numbers as `KHR_mesh_quantization` has them, texture
 /// coordinates from −1 to 2, and a picture of two texels, red and clear beside blue.
 fn quantised(alpha_mode: &str, wrap: u32) -> Value {
-    use base64::Engine;
-    let data = |bytes: &[u8]| format!("data:;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes));
     // corners in quarters of the normalised range, padded to four numbers; the node brings them to metres
     let corner = |x: i16, y: i16| [x, y, 16_384, 0].map(i16::to_le_bytes).concat();
     let positions = [corner(0, 0), corner(32_767, 0), corner(32_767, 32_767), corner(0, 32_767)].concat();
@@ -729,8 +703,6 @@ fn quantised(alpha_mode: &str, wrap: u32) -> Value {
     let mut picture = image::RgbaImage::new(2, 1);
     picture.put_pixel(0, 0, image::Rgba([255, 0, 0, 0]));
     picture.put_pixel(1, 0, image::Rgba([0, 0, 255, 255]));
-    let mut png = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut png, image::ImageFormat::Png).unwrap();
     let buffer = [&positions[..], &uvs, &indices].concat();
     json!({
         "asset": { "version": "2.0" },
@@ -749,12 +721,12 @@ fn quantised(alpha_mode: &str, wrap: u32) -> Value {
             { "buffer": 0, "byteOffset": 32, "byteLength": 16, "byteStride": 4 },
             { "buffer": 0, "byteOffset": 48, "byteLength": 6 },
         ],
-        "buffers": [{ "byteLength": buffer.len(), "uri": data(&buffer) }],
+        "buffers": [{ "byteLength": buffer.len(), "uri": data_address(&buffer) }],
         "materials": [{ "name": "leaf", "alphaMode": alpha_mode,
                         "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
         "samplers": [{ "wrapS": wrap, "wrapT": 33071 }],
         "textures": [{ "source": 0, "sampler": 0 }],
-        "images": [{ "uri": data(png.get_ref()) }],
+        "images": [{ "uri": data_address(&encoded(&picture.into())) }],
     })
 }
 
@@ -816,12 +788,8 @@ fn gltf_that_khronos_validator_finds_right_is_not_called_wrong() {
 
 #[test]
 fn embedded_pictures_of_one_name_stay_apart() {
-    use base64::Engine;
     let mut document = quantised("OPAQUE", 10_497);
-    let picture = |colour: u8| {
-        let bytes = base64::engine::general_purpose::STANDARD.encode(png(1, 1, colour));
-        json!({ "name": "baseColor", "uri": format!("data:;base64,{bytes}") })
-    };
+    let picture = |colour: u8| json!({ "name": "baseColor", "uri": data_address(&png(1, 1, [colour; 3])) });
     document["images"] = json!([picture(255), picture(0)]);
     document["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
     let material = |index: usize| json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": index } } });

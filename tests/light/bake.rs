@@ -2,34 +2,39 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use crate::support::{Built, Plan, closed, grey, options, v};
+use crate::support::program::clerestory;
+use crate::support::{
+    Built, HIGH, Plan, change, closed, grey, load, on_threads, options, sunny_room, v, write_picture,
+};
 use clerestory::bake::{self, Bake, Baked, BakedLight, Pieces, bake, write_glb, write_ply};
-use clerestory::panorama::{self, Layer, Picture, Radiometry, write_exr};
+use clerestory::panorama::{self, Picture, Radiometry};
 use clerestory::render::{Irradiance, Options, Relit, Source, pictures, prepare_for, render};
-use clerestory::scene::{self, Health, Mesh, Scene};
+use clerestory::scene::{Mesh, Scene};
 use clerestory::shoot::Light;
 use clerestory::site::{Site, walk};
 use clerestory::study::flip;
-use clerestory::transfer::{LOT, Point, Transfer};
-use clerestory::volume::{Nearby, Volume};
+use clerestory::transfer::{Point, Transfer};
+use clerestory::volume::Volume;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
+use std::sync::OnceLock;
 
-/// A room without a ceiling, sun, and a block that hides part of it from both probes.
-fn room() -> (Plan, Built) {
-    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
-    quads.remove(1);
-    quads.extend(closed(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), 0));
-    let mut plan = Plan::new(quads, &[grey(0.6)]).probe(v(0.9, 1.4, 1.0), 64).probe(v(1.1, 0.6, 0.7), 64).view(
-        v(3.7, 2.6, 1.7),
-        v(2.0, 1.0, 0.4),
-        48,
-    );
-    plan.more =
-        "[environment]\nradiance = [1, 1, 1]\n[sun]\ndirection = [0.3, 0.2, 1]\nirradiance = [20, 19, 18]".to_owned();
-    let built = plan.build().trace(&plan, 64);
-    (plan, built)
+#[path = "../../examples/common/direct.rs"]
+mod direct;
+use direct::direct;
+
+fn room_plan() -> Plan {
+    sunny_room([0; 6], 64, "[20, 19, 18]").view(v(3.7, 2.6, 1.7), v(2.0, 1.0, 0.4), 48)
+}
+
+/// The sunny room with its probes' pictures, which are traced once.
+fn room() -> Built {
+    static TRACED: OnceLock<Vec<Picture>> = OnceLock::new();
+    let built = room_plan().build();
+    let pictures = TRACED.get_or_init(|| built.traced(&room_plan(), 64));
+    built.with(pictures)
 }
 
 /// Points all over the room's surfaces, on the sides that it shows.
@@ -38,7 +43,7 @@ fn points(built: &Built) -> Vec<Point> {
     let inside = |p: Vec3, low: DVec3, high: DVec3| p.cmpgt(built.local(low)).all() && p.cmplt(built.local(high)).all();
     let shown = |&(p, n): &Point| {
         let above = p + n * 0.01;
-        inside(above, DVec3::ZERO, v(4.0, 3.0, 2.5)) && !inside(above, v(2.0, 0.5, -1.0), v(2.3, 2.5, 1.4))
+        inside(above, DVec3::ZERO, HIGH) && !inside(above, v(2.0, 0.5, -1.0), v(2.3, 2.5, 1.4))
     };
     let mut all = Vec::new();
     for t in 0..scene.mesh.triangles.len() as u32 {
@@ -59,29 +64,11 @@ fn unseen(scene: &Scene, seen: Option<&Light>, points: &[Point]) -> Vec<Point> {
     points.iter().filter(hidden).copied().collect()
 }
 
-/// Irradiance as rendering finds it, and where it comes from.
-fn direct(relit: &Relit, points: &[Point]) -> Vec<(Vec3, Source)> {
-    points
-        .chunks(LOT)
-        .flat_map(|points| {
-            let mut near = Nearby::default();
-            points
-                .iter()
-                .map(|&(p, n)| {
-                    let lit = relit.lit(p, n, &mut near);
-                    let shaded = lit.needs_shadow_ray && !relit.in_sun(p, n);
-                    if shaded { (lit.shade, lit.shade_source) } else { (lit.sun, lit.source) }
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect()
-}
-
 /// The operator gives what shooting and rendering anew give, for its own lighting and its multiples up to 10⁹; scaling a
 /// colour alone leaves weights that hang on the light a little off.
 #[test]
 fn a_sparse_product_relights_as_shooting_anew_does() {
-    let (_, built) = room();
+    let built = room();
     let site = Site::load(built.folder.path()).unwrap();
     let scene = &built.scene;
     let points = points(&built);
@@ -144,12 +131,11 @@ fn lightings_whose_pictures_differ_are_lit_as_each_alone() {
 
 /// With a second lighting whose pictures are so wide, and show no light in so many columns.
 fn lit_as_each_alone(width: usize, covered: usize) {
-    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    let mut quads = closed(DVec3::ZERO, HIGH, 0);
     quads.extend(closed(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), 0));
     let plan = Plan::new(quads, &[grey(0.6)]).probe(v(0.9, 1.4, 1.0), 64).probe(v(1.1, 0.6, 0.7), 64);
     let built = plan.build();
     let (folder, scene) = (built.folder.path(), &built.scene);
-    let mut text = fs::read_to_string(folder.join("site.toml")).unwrap();
     for i in 0..2 {
         for (lighting, width) in [("large", 64), ("small", width)] {
             let mut picture = built.look(i, width, |s| s.map_or(Vec3::ZERO, |s| Vec3::splat(s.position.x.exp())));
@@ -157,13 +143,11 @@ fn lit_as_each_alone(width: usize, covered: usize) {
                 let hidden = picture.pixels.iter_mut().enumerate().filter(|(k, _)| k % width < covered);
                 hidden.for_each(|(_, p)| *p = Vec3::NAN);
             }
-            let file = folder.join(format!("{lighting}{i}.exr"));
-            write_exr(&file, picture.width, picture.height, &[Layer::rgb("", &picture)], None).unwrap();
+            write_picture(&folder.join(format!("{lighting}{i}.exr")), &picture);
         }
         let both = format!("{{ large = \"large{i}.exr\", small = \"small{i}.exr\" }}");
-        text = text.replace(&format!("\"p{i}.exr\""), &both);
+        built.change(&[(&format!("\"p{i}.exr\""), &both)]);
     }
-    fs::write(folder.join("site.toml"), text).unwrap();
     let site = Site::load(folder).unwrap();
     let points = points(&built);
     let lit = |lightings: &[&str]| -> Vec<Vec<(Vec3, Source)>> {
@@ -185,15 +169,16 @@ fn lit_as_each_alone(width: usize, covered: usize) {
 /// That no volume was needed is said once, and only if there is none.
 #[test]
 fn a_volume_is_left_out_once_or_not_at_all() {
-    let quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    let quads = closed(DVec3::ZERO, HIGH, 0);
     let plan = Plan::new(quads, &[grey(0.6)]).probe(v(1.0, 1.4, 1.0), 32).probe(v(3.0, 1.9, 1.3), 32);
     let built = plan.build().furnace(&plan, 0.2);
     let folder = built.folder.path();
     fs::copy(folder.join("p0.exr"), folder.join("evening.exr")).unwrap();
     // the second probe has no picture of the evening
-    let text = fs::read_to_string(folder.join("site.toml")).unwrap();
-    let text = text.replace("\"p0.exr\"", "{ noon = \"p0.exr\", evening = \"evening.exr\" }");
-    fs::write(folder.join("site.toml"), text.replace("\"p1.exr\"", "{ noon = \"p1.exr\" }")).unwrap();
+    built.change(&[
+        ("\"p0.exr\"", "{ noon = \"p0.exr\", evening = \"evening.exr\" }"),
+        ("\"p1.exr\"", "{ noon = \"p1.exr\" }"),
+    ]);
     let site = Site::load(folder).unwrap();
     let options = Options { lightings: vec!["noon".to_owned(), "evening".to_owned()], ..options(8) };
     let floor: Point = (built.local(v(2.0, 1.5, 0.0)), Vec3::Z);
@@ -211,14 +196,13 @@ fn a_volume_is_left_out_once_or_not_at_all() {
 
 fn baked(built: &Built, threads: usize, settings: &bake::BakeSettings) -> Baked {
     let site = Site::load(built.folder.path()).unwrap();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| bake(&site, &built.scene, &options(24), settings, &|_| ()).unwrap().baked)
+    on_threads(threads, || bake(&site, &built.scene, &options(24), settings, &|_| ()).unwrap().baked)
 }
 
 /// What is drawn from a bake, direct sun kept apart, looks as what is rendered from the records themselves.
 #[test]
 fn a_view_drawn_from_a_bake_is_as_rendered() {
-    let (_, built) = room();
+    let built = room();
     let scene = &built.scene;
     let site = Site::load(built.folder.path()).unwrap();
     let settings =
@@ -251,7 +235,7 @@ fn edges(baked: &Baked) -> BTreeMap<[[u32; 3]; 2], [usize; 2]> {
 /// Cut for the edges of a sun patch and of shadows, a closed room stays closed: at each edge two sides meet, wound alike.
 #[test]
 fn cutting_opens_no_crack_and_follows_the_light() {
-    let quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    let quads = closed(DVec3::ZERO, HIGH, 0);
     let plan = Plan::new(quads, &[grey(0.6)]).probe(v(1.0, 1.4, 1.0), 64).probe(v(3.0, 1.9, 1.3), 64);
     let step = |p: Vec3| if p.x + 0.3 * p.y > 0.4 { 8.0 } else { 1.0 };
     let built = plan.build().paint(&plan, |_, s| s.map_or(Vec3::ZERO, |s| Vec3::splat(step(s.position))));
@@ -284,18 +268,17 @@ fn cutting_opens_no_crack_and_follows_the_light() {
 /// The files are the same bytes on any number of threads, and our own reader finds in them what was put there.
 #[test]
 fn a_baked_file_is_the_same_on_any_threads_and_reads_back() {
-    let (_, built) = room();
+    let built = room();
     let settings = bake::BakeSettings { vertices: 8_000, error: 0.1, views: false, ..bake::BakeSettings::default() };
-    let write = |threads: usize| -> (Vec<u8>, Vec<u8>) {
-        let baked = baked(&built, threads, &settings);
+    let write = |baked: &Baked| -> (Vec<u8>, Vec<u8>) {
         let [glb, ply] = ["baked.glb", "baked.ply"].map(|n| built.folder.path().join(n));
-        write_glb(&glb, &built.scene, &baked, 0, serde_json::Map::new()).unwrap();
-        write_ply(&ply, &built.scene, &built.site.frame, &baked, 0, "test").unwrap();
+        write_glb(&glb, &built.scene, baked, 0, serde_json::Map::new()).unwrap();
+        write_ply(&ply, &built.scene, &built.site.frame, baked, 0, "test").unwrap();
         (fs::read(glb).unwrap(), fs::read(ply).unwrap())
     };
-    let one = write(1);
-    assert!(one == write(3), "three threads");
-    let baked = baked(&built, 2, &settings);
+    let one = write(&baked(&built, 1, &settings));
+    let baked = baked(&built, 3, &settings);
+    assert!(one == write(&baked), "three threads");
     let area = |m: &Mesh| (0..m.triangles.len() as u32).map(|t| f64::from(m.area(t))).sum::<f64>();
     let own: f64 = baked
         .triangles
@@ -308,8 +291,7 @@ fn a_baked_file_is_the_same_on_any_threads_and_reads_back() {
     for (name, up) in [("baked.glb", "y"), ("baked.ply", "z")] {
         let text = format!("[site]\nname = \"Again\"\nunits = \"m\"\nup = \"{up}\"\n[model]\npath = \"{name}\"\n");
         fs::write(built.folder.path().join("again.toml"), text).unwrap();
-        let site = Site::load(&built.folder.path().join("again.toml")).unwrap();
-        let scene = scene::load(&site, &mut Health::default()).unwrap();
+        let (_, scene) = load(&built.folder.path().join("again.toml"));
         // no more than slivers go lost
         assert!((area(&scene.mesh) / own - 1.0).abs() < 1e-4, "{name}");
         assert_eq!(scene.mesh.colours.len(), scene.mesh.positions.len(), "{name}: light as colours");
@@ -321,7 +303,7 @@ fn a_baked_file_is_the_same_on_any_threads_and_reads_back() {
 /// A walk through two places and a view gives frames that stand where it says.
 #[test]
 fn a_walk_leads_through_its_key_frames() {
-    let (_, built) = room();
+    let built = room_plan().build();
     let file = built.folder.path().join("walk.toml");
     fs::write(&file, "[path]\nframes = 5\nsize = [16, 8]\n[[key]]\nposition = [1, 1, 1]\nlook_at = [3, 1, 1]\n[[key]]\nview = \"v0\"\nfov_y = 40\n").unwrap();
     let frames = walk(&built.site, &file).unwrap();
@@ -340,33 +322,24 @@ fn a_walk_leads_through_its_key_frames() {
 /// Light from numbered pictures: a walk's frames are as bright as theirs, the last picture stays, and a gap is an error with its number.
 #[test]
 fn numbered_pictures_light_the_frames_of_a_walk() {
-    let (_, built) = room();
+    let built = room();
     let folder = built.folder.path();
-    let site = fs::read_to_string(folder.join("site.toml")).unwrap();
-    let mut numbered = site.clone();
-    for probe in &built.site.probes {
-        let own = &probe.pictures[0].path;
-        let picture = panorama::read(own).unwrap();
-        let stem = own.file_stem().unwrap().to_string_lossy();
-        for (i, times) in [1.0, 0.5, 2.0].into_iter().enumerate() {
+    for i in 0..2 {
+        let picture = panorama::read(&folder.join(format!("p{i}.exr"))).unwrap();
+        for (n, times) in [(1, 1.0), (2, 0.5), (3, 2.0)] {
             let pixels = picture.pixels.iter().map(|p| *p * times).collect();
-            let scaled = Picture { pixels, ..picture.clone() };
-            let to = folder.join(format!("{stem}_{:03}.exr", i + 1));
-            write_exr(&to, scaled.width, scaled.height, &[Layer::rgb("radiance", &scaled)], None).unwrap();
+            write_picture(&folder.join(format!("p{i}_{n:03}.exr")), &Picture { pixels, ..picture.clone() });
         }
-        let name = own.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
-        numbered = numbered.replace(&name, &format!("{stem}_###.exr"));
+        change(&folder.join("site.toml"), &[(&format!("p{i}.exr"), &format!("p{i}_###.exr"))]);
     }
-    assert_ne!(numbered, site);
-    fs::write(folder.join("site.toml"), numbered).unwrap();
     let still = "position = [3.6, 2.5, 1.7]\nlook_at = [2, 1, 0.4]\n";
     fs::write(folder.join("walk.toml"), format!("[path]\nframes = 4\nsize = [32, 24]\n[[key]]\n{still}")).unwrap();
     let render = || {
-        let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
-        command.arg("render").arg(folder).args(["--cells", "16", "--vertices", "4000", "--json", "--path"]);
-        command.arg(folder.join("walk.toml")).arg("--out").arg(folder.join("out")).assert()
+        let (walk, out) = (folder.join("walk.toml"), folder.join("out"));
+        let given: [&dyn AsRef<OsStr>; 6] = [&"render", &folder, &"--path", &walk, &"--out", &out];
+        clerestory(&given, &["--cells", "16", "--vertices", "4000", "--json"])
     };
-    render().success();
+    render().text();
     let frame = |i: usize| panorama::read(&folder.join(format!("out/frame_{i:04}.exr"))).unwrap();
     let first = frame(1);
     for (i, times) in [(2, 0.5), (3, 2.0), (4, 2.0)] {
@@ -375,7 +348,7 @@ fn numbered_pictures_light_the_frames_of_a_walk() {
         }
     }
     fs::remove_file(folder.join("p0_002.exr")).unwrap();
-    let told = String::from_utf8(render().failure().get_output().stderr.clone()).unwrap();
+    let told = render().error();
     assert!(told.contains("number 2 is missing") && told.contains("site.toml:"), "{told}");
 }
 
@@ -383,8 +356,6 @@ fn numbered_pictures_light_the_frames_of_a_walk() {
 #[cfg(not(feature = "gpu"))]
 #[test]
 fn without_the_feature_a_graphics_card_is_asked_for_in_vain() {
-    let mut command = assert_cmd::Command::cargo_bin("clerestory").unwrap();
-    let out = command.args(["render", concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel"), "--gpu"]).output().unwrap();
-    let told = String::from_utf8(out.stderr).unwrap();
-    assert!(out.status.code() == Some(1) && told.contains("--features gpu"), "{told}");
+    let told = clerestory(&[], &["render", "sites/chapel", "--gpu"]);
+    assert!(told.code == Some(1) && told.stderr.contains("--features gpu"), "{told:?}");
 }

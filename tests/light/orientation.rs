@@ -7,18 +7,12 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use std::path::PathBuf;
-
+use crate::support::data::shared;
 use clerestory::panorama::{Panorama, Picture, Projection, convert, read};
 use glam::{DMat3, Vec3};
 
 fn chart(name: &str) -> Option<Picture> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/hdr").join(name);
-    if !path.exists() {
-        println!("skipped: {} is not here", path.display());
-        return None;
-    }
-    Some(read(&path).unwrap())
+    shared(&format!("hdr/{name}")).map(|path| read(&path).unwrap())
 }
 
 /// The latitude/longitude chart at half its size, to be quick.

@@ -1,14 +1,14 @@
 //! The paper's plain method in rooms whose light is known, with its known faults, which the rest of the program cures.
 
+use crate::support::data::shared;
+use crate::support::{load, on_threads};
 use clerestory::panorama::{self, Picture, Projection};
 use clerestory::paper::{PaperSettings, Plain, PlainRelit, ProbeLight};
 use clerestory::render::{Source, render};
-use clerestory::scene::{self, Health, Material, Mesh, Ray, Scene};
-use clerestory::site::Site;
+use clerestory::scene::{Material, Mesh, Ray, Scene};
 use clerestory::study;
 use glam::{DVec3, Mat3, Vec3};
 use std::f32::consts::PI;
-use std::path::Path;
 
 /// A box by its lowest and highest corner, and the material of its six walls.
 type Walls = (Vec3, Vec3, u32);
@@ -186,8 +186,7 @@ fn threads_do_not_matter() {
         *pixel *= (i as f32 * 0.618).fract();
     }
     let bits = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
+        on_threads(threads, || {
             let probes = [probe(MIDDLE, &picture), probe(MIDDLE + Vec3::Y, &picture)];
             let plain = Plain::new(&scene, &probes, PaperSettings::default());
             let places = (0..300).map(|i| Vec3::new(i as f32 * 0.018 - 2.7, 0.3, if i % 2 == 0 { 0.0 } else { 0.4 }));
@@ -201,13 +200,8 @@ fn threads_do_not_matter() {
 /// photographs at four samples a pixel; this checks one of them at one sample, loosely.
 #[test]
 fn sibenik_is_relit_as_well_as_the_paper_can() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/truth/sibenik");
-    if !folder.exists() {
-        println!("skipped: {} is not there", folder.display());
-        return;
-    }
-    let site = Site::load(&folder).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let Some(folder) = shared("truth/sibenik") else { return };
+    let (site, scene) = load(&folder);
     let plain = Plain::of_probes(&scene, &site.probes, "", PaperSettings::default()).unwrap();
     let nave = &site.views[0];
     let truth = panorama::read(nave.photo.as_ref().unwrap()).unwrap();

@@ -2,15 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
-use clerestory::panorama::{self, Layer, Picture, write_exr};
+use crate::support::data::shared;
+use crate::support::{chapel, load, write_picture};
+use clerestory::panorama::{self, Picture};
 use clerestory::radiometry::{self, FitSettings, fit_to_render};
 use clerestory::render::{Options, Relit, prepare, render};
-use clerestory::scene::{self, Health, Scene};
+use clerestory::scene::Scene;
 use clerestory::site::{Camera, Site};
 use clerestory::study::flip;
 use clerestory::volume;
 use glam::Vec3;
-use std::path::Path;
 use tempfile::TempDir;
 
 /// Gains of the planted kind: ±1.5 stops, and white balance off by ±20 %.
@@ -28,8 +29,7 @@ fn plant(site: &mut Site) -> TempDir {
         let mut picture = panorama::read(&probe.pictures[0].path).unwrap();
         picture.pixels.iter_mut().for_each(|p| *p /= gain);
         probe.pictures[0].path = folder.path().join(format!("{i}.exr"));
-        let (width, height) = (picture.width, picture.height);
-        write_exr(&probe.pictures[0].path, width, height, &[Layer::rgb("", &picture)], None).unwrap();
+        write_picture(&probe.pictures[0].path, &picture);
     }
     folder
 }
@@ -57,8 +57,7 @@ fn relit(site: &Site, scene: &Scene, camera: Camera, lighting: &str) -> Picture 
 
 #[test]
 fn gains_planted_in_the_chapel_come_back() {
-    let original = Site::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")).unwrap();
-    let scene = scene::load(&original, &mut Health::default()).unwrap();
+    let (original, scene) = load(&chapel());
     let mut site = original.clone();
     let _folder = plant(&mut site);
     let lighting = site.lightings()[0].clone();
@@ -84,13 +83,8 @@ fn gains_planted_in_the_chapel_come_back() {
 
 #[test]
 fn gains_planted_in_sibenik_come_back() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/truth/sibenik");
-    if !folder.exists() {
-        println!("skipped: {} is not there", folder.display());
-        return;
-    }
-    let mut site = Site::load(&folder).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let Some(folder) = shared("truth/sibenik") else { return };
+    let (mut site, scene) = load(&folder);
     let _folder = plant(&mut site);
     let lighting = site.lightings()[0].clone();
     let settings = FitSettings { samples: 600, ..FitSettings::default() };

@@ -2,39 +2,19 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
+use crate::support::{on_threads, scene_of};
 use clerestory::reference::{Eye, Lights, ReferenceSettings, Sky, Strategy, irradiance, trace};
-use clerestory::scene::{Material, Mesh, Scene};
+use clerestory::scene::Scene;
 use clerestory::site::{Camera, Pose, Sun};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
-
-/// A quadrilateral with its albedo and emission: corner and two edges.
-struct Quad(Vec3, Vec3, Vec3, f32, f32);
-
-fn scene(quads: &[Quad]) -> Scene {
-    let mut mesh = Mesh::default();
-    let mut materials = Vec::new();
-    for (i, &Quad(corner, u, v, albedo, emission)) in quads.iter().enumerate() {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
-        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-        mesh.materials.extend([i as u32; 2]);
-        materials.push(Material {
-            name: format!("quad {i}"),
-            albedo: Vec3::splat(albedo),
-            texture: None,
-            emission: Vec3::splat(emission),
-        });
-    }
-    Scene::new(mesh, materials, vec![], DVec3::ZERO)
-}
 
 /// A closed box of `size` around the origin whose walls all have this albedo and emission.
 fn closed_box(size: Vec3, albedo: f32, emission: f32) -> Scene {
     let (x, y, z) = (Vec3::X * size, Vec3::Y * size, Vec3::Z * size);
     let low = -0.5 * size;
-    let q = |corner, u, v| Quad(corner, u, v, albedo, emission);
-    scene(&[q(low, x, y), q(low + z, x, y), q(low, x, z), q(low + y, x, z), q(low, y, z), q(low + x, y, z)])
+    let q = |corner, u, v| (corner, u, v, albedo, emission);
+    scene_of(&[q(low, x, y), q(low + z, x, y), q(low, x, z), q(low + y, x, z), q(low, y, z), q(low + x, y, z)])
 }
 
 fn camera(position: [f64; 3], target: [f64; 3], size: u32) -> Camera {
@@ -81,11 +61,11 @@ fn furnace_rooms_glow_as_the_geometric_series_says() {
 #[test]
 fn white_things_vanish_in_a_white_sky() {
     let quads = [
-        Quad(Vec3::new(-1.0, 2.0, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, 1.0, 0.0),
-        Quad(Vec3::new(-1.0, 1.0, -1.0), Vec3::X * 2.0, Vec3::Y, 1.0, 0.0),
-        Quad(Vec3::new(-1.0, 1.0, -1.0), Vec3::Z * 2.0, Vec3::Y, 1.0, 0.0),
+        (Vec3::new(-1.0, 2.0, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, 1.0, 0.0),
+        (Vec3::new(-1.0, 1.0, -1.0), Vec3::X * 2.0, Vec3::Y, 1.0, 0.0),
+        (Vec3::new(-1.0, 1.0, -1.0), Vec3::Z * 2.0, Vec3::Y, 1.0, 0.0),
     ];
-    let scene = scene(&quads);
+    let scene = scene_of(&quads);
     let lights = Lights::new(&scene, Some(Sky::Uniform(Vec3::ONE)), None);
     let (radiance, _) = mean(&scene, &lights, &camera([0.0, -2.0, 0.0], [0.0, 2.0, 0.0], 16), &samples(64));
     assert!((radiance - 1.0).abs() < 0.003, "{radiance}");
@@ -115,7 +95,7 @@ fn parallel_rectangles_have_their_form_factor() {
         let expected = 2.0 / (PI * x * y) * (logs + arcs);
 
         let (u, v) = (Vec3::X * a as f32, Vec3::Y * b as f32);
-        let scene = scene(&[Quad(Vec3::Z * c as f32, u, v, 0.0, 1.0)]);
+        let scene = scene_of(&[(Vec3::Z * c as f32, u, v, 0.0, 1.0)]);
         let f = form_factor(&scene, Vec3::ZERO, u, v, Vec3::Z);
         println!("parallel {a} × {b} at {c}: {f:.5} for {expected:.5}, {:+.3} %", 100.0 * (f / expected - 1.0));
         assert!((f / expected - 1.0).abs() < 0.01, "{f} for {expected}");
@@ -135,7 +115,7 @@ fn perpendicular_rectangles_have_their_form_factor() {
         let expected = (arcs(ww) + arcs(hh) - arcs(s) + 0.25 * product.ln()) / (PI * ww.sqrt());
 
         let (edge, across, up) = (Vec3::Y * l as f32, Vec3::X * w as f32, Vec3::Z * h as f32);
-        let scene = scene(&[Quad(Vec3::ZERO, edge, up, 0.0, 1.0)]);
+        let scene = scene_of(&[(Vec3::ZERO, edge, up, 0.0, 1.0)]);
         let f = form_factor(&scene, Vec3::ZERO, across, edge, Vec3::Z);
         println!("perpendicular l {l}, w {w}, h {h}: {f:.5} for {expected:.5}, {:+.3} %", 100.0 * (f / expected - 1.0));
         assert!((f / expected - 1.0).abs() < 0.01, "{f} for {expected}");
@@ -144,9 +124,9 @@ fn perpendicular_rectangles_have_their_form_factor() {
 
 #[test]
 fn sun_on_a_plane_is_lambert_and_shadows_are_black() {
-    let floor = Quad(Vec3::new(-5.0, -5.0, 0.0), Vec3::X * 10.0, Vec3::Y * 10.0, 0.6, 0.0);
-    let roof = Quad(Vec3::new(-1.0, -1.0, 2.0), Vec3::X * 2.0, Vec3::Y * 2.0, 0.0, 0.0);
-    let scene = scene(&[floor, roof]);
+    let floor = (Vec3::new(-5.0, -5.0, 0.0), Vec3::X * 10.0, Vec3::Y * 10.0, 0.6, 0.0);
+    let roof = (Vec3::new(-1.0, -1.0, 2.0), Vec3::X * 2.0, Vec3::Y * 2.0, 0.0, 0.0);
+    let scene = scene_of(&[floor, roof]);
     let direction = Vec3::new(0.0, 0.6, 0.8);
     let sun = Sun { direction, irradiance: Vec3::new(10.0, 5.0, 1.0) };
     let lights = Lights::new(&scene, None, Some(sun));
@@ -162,7 +142,7 @@ fn sun_on_a_plane_is_lambert_and_shadows_are_black() {
 
 #[test]
 fn emitters_shine_from_both_sides() {
-    let scene = scene(&[Quad(Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0, 0.0, 3.0)]);
+    let scene = scene_of(&[(Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0, 0.0, 3.0)]);
     let lights = Lights::new(&scene, None, None);
     let above = irradiance(&scene, &lights, Vec3::new(0.1, 0.2, 1.0), -Vec3::Z, &samples(4096)).0.x;
     let below = irradiance(&scene, &lights, Vec3::new(0.1, 0.2, -1.0), Vec3::Z, &samples(4096)).0.x;
@@ -177,14 +157,14 @@ fn emitters_shine_from_both_sides() {
 #[test]
 fn all_ways_to_find_the_lights_agree() {
     let (x, y, z) = (Vec3::X * 4.0, Vec3::Y * 4.0, Vec3::Z * 3.0);
-    let wall = |corner, u, v| Quad(corner, u, v, 0.6, 0.0);
-    let scene = scene(&[
+    let wall = |corner, u, v| (corner, u, v, 0.6, 0.0);
+    let scene = scene_of(&[
         wall(Vec3::ZERO, x, y),
         wall(z, x, y * 0.4),
         wall(Vec3::ZERO, y, z),
         wall(x, y, z),
         wall(y, x, z),
-        Quad(Vec3::new(1.0, 3.0, 0.8), Vec3::X, Vec3::Z * 0.5, 0.3, 2.0),
+        (Vec3::new(1.0, 3.0, 0.8), Vec3::X, Vec3::Z * 0.5, 0.3, 2.0),
     ]);
     let sun = Sun { direction: Vec3::new(0.1, 0.3, 1.0).normalize(), irradiance: Vec3::splat(5.0) };
     let eye = [2.0, 0.5, 1.5];
@@ -229,10 +209,7 @@ fn same_bytes_on_one_and_two_threads_and_when_samples_come_later() {
     let lights = Lights::new(&scene, None, None);
     let pose = Pose::look_at(DVec3::new(0.2, 0.1, 0.0), DVec3::X);
     let eye = Eye::Panorama { pose, width: 40, height: 20 };
-    let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| trace(&scene, &lights, &eye, &samples(8)))
-    };
+    let run = |threads| on_threads(threads, || trace(&scene, &lights, &eye, &samples(8)));
     let one = run(1);
     assert_eq!(one, run(2));
     let other = ReferenceSettings { seed: 1, ..samples(8) };
@@ -244,10 +221,10 @@ fn same_bytes_on_one_and_two_threads_and_when_samples_come_later() {
 #[test]
 fn panoramas_look_where_they_should() {
     let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
-    let q = |corner: Vec3, u, v, glow| Quad(corner, u, v, 0.0, glow);
+    let q = |corner: Vec3, u, v, glow| (corner, u, v, 0.0, glow);
     let low = Vec3::splat(-1.0);
     // west, east, south, north, floor, ceiling
-    let scene = scene(&[
+    let scene = scene_of(&[
         q(low, y, z, 1.0),
         q(low + x, y, z, 2.0),
         q(low, x, z, 3.0),

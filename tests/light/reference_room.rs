@@ -2,25 +2,19 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
+use crate::support::data::shared;
+use crate::support::load;
 use clerestory::panorama;
 use clerestory::reference::{Eye, Lights, ReferenceSettings, trace};
-use clerestory::scene;
-use clerestory::site::Site;
 use glam::DVec3;
-use std::path::Path;
 
 const BLOCK: usize = 16;
 
 /// Blocks of 16 × 16 pixels, three channels each: is any farther off than chance allows? And the means?
 #[test]
 fn pictures_of_the_room_agree_with_an_outside_path_tracer() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/truth/room");
-    if !folder.is_dir() {
-        println!("skipped: {} is absent", folder.display());
-        return;
-    }
-    let site = Site::load(&folder).unwrap();
-    let scene = scene::load(&site, &mut scene::Health::default()).unwrap();
+    let Some(folder) = shared("truth/room") else { return };
+    let (site, scene) = load(&folder);
     let lights = Lights::load(&site, &scene).unwrap();
     // the outside renderer cut paths at 64 bounces
     let settings = ReferenceSettings { samples: 64, max_bounces: 64, ..ReferenceSettings::default() };

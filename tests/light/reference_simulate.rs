@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use assert_cmd::Command;
+use crate::support::program::{Done, clerestory};
 use clerestory::panorama;
 use std::fs;
 use std::path::Path;
@@ -52,21 +52,16 @@ fn write_site(folder: &Path, emission: f32, more: &str) {
     fs::write(folder.join("site.toml"), format!("{SITE}{more}")).unwrap();
 }
 
-fn simulate(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    let output = command.arg("simulate").arg(folder).args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+fn simulate(folder: &Path, arguments: &[&str]) -> Done {
+    clerestory(&[&"simulate", &folder], arguments)
 }
 
 #[test]
 fn pictures_appear_where_the_site_file_says_and_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     write_site(folder.path(), 1.0, "");
-    let (code, json, error) = simulate(folder.path(), &["--size", "32", "--samples", "64", "--json"]);
-    assert_eq!(code, 0, "{error}");
-    let result: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(result["pictures"].as_array().unwrap().len(), 2, "{json}");
+    let result = simulate(folder.path(), &["--size", "32", "--samples", "64", "--json"]).json();
+    assert_eq!(result["pictures"].as_array().unwrap().len(), 2, "{result}");
     assert_eq!(result["left_out"][0]["name"], "unphotographed");
     let noise = result["pictures"][0]["noise"]["median"].as_f64().unwrap();
     assert!(noise > 0.0 && noise < 0.1, "{noise}");
@@ -85,11 +80,10 @@ fn pictures_appear_where_the_site_file_says_and_are_kept() {
     let file = folder.path().join("photos/north.exr");
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes).unwrap();
-    let (code, text, _) = simulate(folder.path(), &["--views=north", "--samples", "2"]);
-    assert_eq!((code, text.contains("kept")), (0, true), "{text}");
+    let text = simulate(folder.path(), &["--views=north", "--samples", "2"]).text();
+    assert!(text.contains("kept"), "{text}");
     assert_eq!(fs::read(&file).unwrap(), bytes);
-    let (code, _, error) = simulate(folder.path(), &["--views=north", "--samples", "64", "--force"]);
-    assert_eq!(code, 0, "{error}");
+    simulate(folder.path(), &["--views=north", "--samples", "64", "--force"]).text();
     assert_eq!(fs::read(&file).unwrap(), bytes);
     let names: Vec<_> = fs::read_dir(folder.path().join("photos")).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(names, ["north.exr"], "nothing temporary stays");
@@ -100,13 +94,9 @@ fn a_lighting_a_noise_target_and_a_folder_can_be_chosen() {
     let folder = tempfile::tempdir().unwrap();
     write_site(folder.path(), 1.0, "");
     let out = folder.path().join("elsewhere");
-    let (code, json, error) = simulate(
-        folder.path(),
-        &["--out", out.to_str().unwrap(), "--lighting", "14:30", "--noise", "3", "--size", "16", "--json"],
-    );
-    assert_eq!(code, 0, "{error}");
-    let result: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(result["pictures"].as_array().unwrap().len(), 1, "views are left out: {json}");
+    let given = ["--out", out.to_str().unwrap(), "--lighting", "14:30", "--noise", "3", "--size", "16", "--json"];
+    let result = simulate(folder.path(), &given).json();
+    assert_eq!(result["pictures"].as_array().unwrap().len(), 1, "views are left out: {result}");
     assert!(result["pictures"][0]["noise"]["median"].as_f64().unwrap() <= 0.03);
     assert!(out.join("probes/middle@14-30.exr").is_file());
 }
@@ -118,8 +108,7 @@ fn one_lighting_for_all_probes_whatever_their_order_of_pictures() {
                 image = { \"14:30\" = \"probes/b14.exr\", \"10:00\" = \"probes/b10.exr\" }\n\
                 [[probe]]\nname = \"late\"\nposition = [0, 1, 0]\nheading = 0\nimage = { \"14:30\" = \"probes/c14.exr\" }\n";
     write_site(folder.path(), 1.0, more);
-    let (code, text, error) = simulate(folder.path(), &["--probes", "--size", "8", "--samples", "2"]);
-    assert_eq!(code, 0, "{error}");
+    let text = simulate(folder.path(), &["--probes", "--size", "8", "--samples", "2"]).text();
     let made = ["ten.exr", "b10.exr", "half-past-two.exr", "b14.exr", "c14.exr"];
     let made = made.map(|name| folder.path().join("probes").join(name).exists());
     assert_eq!(made, [true, true, false, false, false]);
@@ -135,14 +124,11 @@ fn faults_are_said_in_one_line() {
         (&["--probes=nave"][..], "no probe “nave”; the site has: middle"),
         (&["--lighting", "noon"][..], "no lighting “noon”. The site's lightings: 10:00, 14:30"),
     ] {
-        let (code, _, error) = simulate(folder.path(), arguments);
-        assert_eq!(code, 1, "{error}");
-        assert!(error.contains(words) && error.trim_end().lines().count() == 1, "{error}");
+        let error = simulate(folder.path(), arguments).error_line();
+        assert!(error.contains(words), "{error}");
     }
-    let (code, _, _) = simulate(folder.path(), &["--sun", "up"]);
-    assert_eq!(code, 2);
+    assert_eq!(simulate(folder.path(), &["--sun", "up"]).code, Some(2));
     // the same box under a sun of the command line's is lit, though no light gets in
-    let (code, text, error) = simulate(folder.path(), &["--sun", "0,0,1:9,9,9", "--size", "4", "--samples", "2"]);
-    assert_eq!(code, 0, "{error}");
+    let text = simulate(folder.path(), &["--sun", "0,0,1:9,9,9", "--size", "4", "--samples", "2"]).text();
     assert!(text.contains("probe middle: 4 × 2"), "{text}");
 }

@@ -2,24 +2,23 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use crate::support::{Built, Plan, closed, grey, options, v};
-use assert_cmd::Command;
-use assert_cmd::assert::Assert;
+use crate::support::program::{Done, clerestory};
+use crate::support::{Built, HIGH, Plan, change, closed, files, grey, options, v, write_picture};
 use clerestory::bake::{self, bake};
-use clerestory::panorama::{Layer, Picture, write_exr};
+use clerestory::panorama::Picture;
 use clerestory::render::Options;
 use clerestory::site::Site;
 use glam::{DVec3, Vec3};
-use serde_json::Value;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A closed room, two probes and a view, without pictures.
 fn room() -> Plan {
-    Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(0.6)])
-        .probe(v(1.0, 1.4, 1.0), 32)
-        .probe(v(3.0, 1.9, 1.3), 32)
-        .view(v(3.6, 2.5, 1.7), v(1.0, 1.0, 0.4), 24)
+    Plan::new(closed(DVec3::ZERO, HIGH, 0), &[grey(0.6)]).probe(v(1.0, 1.4, 1.0), 32).probe(v(3.0, 1.9, 1.3), 32).view(
+        v(3.6, 2.5, 1.7),
+        v(1.0, 1.0, 0.4),
+        24,
+    )
 }
 
 /// The room with a picture for each probe.
@@ -30,14 +29,7 @@ fn lit() -> Built {
 
 /// Puts other pictures in the place of the probes' own into the site file.
 fn with_pictures(folder: &Path, pictures: [&str; 2]) {
-    let file = folder.join("site.toml");
-    let mut text = fs::read_to_string(&file).unwrap();
-    for (i, picture) in pictures.iter().enumerate() {
-        let own = format!("image = \"p{i}.exr\"");
-        assert!(text.contains(&own));
-        text = text.replace(&own, &format!("image = {picture}"));
-    }
-    fs::write(file, text).unwrap();
+    change(&folder.join("site.toml"), &[("\"p0.exr\"", pictures[0]), ("\"p1.exr\"", pictures[1])]);
 }
 
 /// The room by day and by night, when it is darker and lit from elsewhere.
@@ -48,8 +40,7 @@ fn day_and_night() -> Built {
         for (name, scale, slope) in [("night", 0.01_f32, -1.0_f32), ("day", 1.0, 1.0)] {
             let radiance = |x: f32| Vec3::splat(scale * (slope * x).exp());
             let picture = built.look(i, 32, |s| s.map_or(Vec3::ZERO, |s| radiance(s.position.x)));
-            let file = folder.join(format!("{name}{i}.exr"));
-            write_exr(&file, picture.width, picture.height, &[Layer::rgb("", &picture)], None).unwrap();
+            write_picture(&folder.join(format!("{name}{i}.exr")), &picture);
         }
     }
     let both = [0, 1].map(|i| format!("{{ night = \"night{i}.exr\", day = \"day{i}.exr\" }}"));
@@ -65,8 +56,7 @@ fn numbered() -> Built {
         for (n, radiance) in [0.01, 1.0, 2.0].into_iter().enumerate() {
             let mut picture = Picture::new(32, 16);
             picture.pixels.fill(Vec3::splat(radiance));
-            let file = folder.join(format!("p{probe}_{:03}.exr", n + 1));
-            write_exr(&file, picture.width, picture.height, &[Layer::rgb("", &picture)], None).unwrap();
+            write_picture(&folder.join(format!("p{probe}_{:03}.exr", n + 1)), &picture);
         }
     }
     with_pictures(folder, ["\"p0_###.exr\"", "\"p1_###.exr\""]);
@@ -80,26 +70,9 @@ fn walk(folder: &Path) {
 }
 
 /// Runs a verb on a site, its results going to the folder `out` there.
-fn run(verb: &str, site: &Path, out: &str, more: &[&str]) -> Assert {
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    command.args(["--threads", "2", verb]).arg(site).arg("--out").arg(site.join(out)).arg("--json");
-    command.args(["--cells", "8", "--vertices", "2000"]).args(more).assert()
-}
-
-fn json(done: Assert) -> Value {
-    serde_json::from_slice(&done.success().get_output().stdout).unwrap()
-}
-
-/// The line that tells why it does not go.
-fn told(done: Assert) -> String {
-    String::from_utf8(done.failure().get_output().stderr.clone()).unwrap()
-}
-
-fn files(folder: &Path) -> Vec<String> {
-    let mut all: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|f| f.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    all.sort();
-    all
+fn run(verb: &str, site: &Path, out: &str, more: &[&str]) -> Done {
+    let more = [&["--json", "--cells", "8", "--vertices", "2000"][..], more].concat();
+    clerestory(&[&"--threads", &"2", &verb, &site, &"--out", &site.join(out)], &more)
 }
 
 /// A lighting's files have its name, whichever other lightings are baked with it.
@@ -107,10 +80,11 @@ fn files(folder: &Path) -> Vec<String> {
 fn lightings_baked_one_by_one_keep_their_files() {
     let built = day_and_night();
     let site = built.folder.path();
-    run("bake", site, "one", &["--lighting", "day"]).success();
-    run("bake", site, "one", &["--lighting", "night", "--lighting", "night"]).success();
-    run("bake", site, "both", &[]).success();
-    assert_eq!(files(&site.join("one")), ["test-day.glb", "test-day.ply", "test-night.glb", "test-night.ply"]);
+    run("bake", site, "one", &["--lighting", "day"]).text();
+    run("bake", site, "one", &["--lighting", "night", "--lighting", "night"]).text();
+    run("bake", site, "both", &[]).text();
+    let expected = ["test-day.glb", "test-day.ply", "test-night.glb", "test-night.ply"].map(PathBuf::from);
+    assert_eq!(files(&site.join("one")), expected);
     assert_eq!(files(&site.join("one")), files(&site.join("both")));
 }
 
@@ -138,7 +112,7 @@ fn a_walk_is_exposed_for_what_it_shows() {
     let path = site.join("walk.toml");
     let along = |out: &str, more: &[&str]| {
         let more = [more, &["--path", path.to_str().unwrap()]].concat();
-        run("render", site, out, &more).success();
+        run("render", site, out, &more).text();
         [1, 2, 3].map(|n| fs::read(site.join(out).join(format!("frame_{n:04}.png"))).unwrap())
     };
     let mixed = along("mixed", &["--lighting", "night", "--blend", "day", "--share", "1"]);
@@ -154,7 +128,7 @@ fn numbered_pictures_are_exposed_for_all_of_them() {
     let path = site.join("walk.toml");
     let along = vec!["--path", path.to_str().unwrap()];
     for (out, name, more) in [("views", "v0", Vec::new()), ("walk", "frame", along)] {
-        let told = json(run("render", site, out, &more));
+        let told = run("render", site, out, &more).json();
         assert_eq!(told["baked"]["video"]["frames"], 3);
         for n in 1..=3 {
             let picture = image::open(site.join(out).join(format!("{name}_{n:04}.png"))).unwrap().to_rgb8();
@@ -167,12 +141,12 @@ fn numbered_pictures_are_exposed_for_all_of_them() {
 #[test]
 fn what_cannot_be_compared_is_told() {
     let numbered = numbered();
-    let why = told(run("render", numbered.folder.path(), "out", &["--compare"]));
+    let why = run("render", numbered.folder.path(), "out", &["--compare"]).error();
     assert!(why.contains("numbered pictures") && why.contains("Leave out --compare"), "{why}");
     let built = lit();
     let warned = |more: &[&str]| {
-        let all = json(run("render", built.folder.path(), "out", more))["warnings"].clone();
-        all.as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("nothing to compare with"))
+        let told = run("render", built.folder.path(), "out", more).json();
+        told["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("nothing to compare with"))
     };
     assert!(warned(&["--compare"]));
     assert!(!warned(&[]));
@@ -181,7 +155,7 @@ fn what_cannot_be_compared_is_told() {
 #[test]
 fn the_paper_s_method_refuses_volume_only() {
     let built = lit();
-    let why = told(run("render", built.folder.path(), "out", &["--method", "paper", "--volume-only"]));
+    let why = run("render", built.folder.path(), "out", &["--method", "paper", "--volume-only"]).error();
     assert!(why.contains("--volume-only"), "{why}");
 }
 
@@ -190,7 +164,7 @@ fn the_paper_s_method_refuses_volume_only() {
 fn gains_are_fitted_to_the_probes_in_use() {
     let built = lit();
     for (probes, fitted) in [("1", 1), ("2", 2)] {
-        let told = json(run("render", built.folder.path(), "out", &["--fit-gains", "--probes", probes]));
+        let told = run("render", built.folder.path(), "out", &["--fit-gains", "--probes", probes]).json();
         assert_eq!(told["gains"]["pictures"].as_array().unwrap().len(), fitted);
     }
 }

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use crate::support::{Built, Paint, Plan, Quad, closed, grey, v};
-use assert_cmd::Command;
+use crate::support::program::clerestory;
+use crate::support::{Built, HIGH, Paint, Plan, Quad, closed, grey, v};
 use glam::DVec3;
 use serde_json::Value;
 use std::fs;
@@ -12,7 +12,7 @@ use std::path::Path;
 /// A closed room with a panel, a sealed chest with something in it, and a house next door that nobody sees, both with the
 /// only picture; two lightings.
 fn crowded() -> Built {
-    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    let mut quads = closed(DVec3::ZERO, HIGH, 0);
     quads.push(Quad(v(2.8, 0.8, 0.6), DVec3::Y * 1.2, DVec3::Z * 1.2, 0));
     quads.extend(closed(v(0.5, 2.0, 0.1), v(1.0, 2.5, 0.6), 0));
     quads.push(Quad(v(0.6, 2.1, 0.3), DVec3::X * 0.2, DVec3::Y * 0.2, 1));
@@ -25,19 +25,13 @@ fn crowded() -> Built {
     let built = plan
         .build()
         .paint(&plan, |_, s| glam::Vec3::splat(s.map_or(0.0, |s| 1.0 + s.position.x.abs() + 0.5 * s.position.z.abs())));
-    let file = built.folder.path().join("site.toml");
-    let text = fs::read_to_string(&file).unwrap();
     fs::copy(built.folder.path().join("p0.exr"), built.folder.path().join("p1.exr")).unwrap();
-    let two = text.replace("image = \"p0.exr\"", "image = { morning = \"p0.exr\", evening = \"p1.exr\" }");
-    assert_ne!(two, text);
-    fs::write(&file, two).unwrap();
+    built.change(&[("\"p0.exr\"", "{ morning = \"p0.exr\", evening = \"p1.exr\" }")]);
     built
 }
 
 fn json(args: &[&str], site: &Path) -> Value {
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    let done = command.args(["--threads", "2", args[0]]).arg(site).args(&args[1..]).arg("--json").assert().success();
-    serde_json::from_slice(&done.get_output().stdout).unwrap()
+    clerestory(&[&"--threads", &"2", &args[0], &site, &"--json"], &args[1..]).json()
 }
 
 fn stages(json: &Value) -> Vec<&str> {
@@ -67,8 +61,8 @@ fn pictures_are_the_same_with_and_without() {
     let head = fs::read(&checker).unwrap()[..60].to_vec();
     fs::write(&checker, head).unwrap();
     json(&["render", "--out", lean.to_str().unwrap()], site);
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    command.args(["render", "--all-stages", "--out"]).arg(&full).arg(site).assert().failure().code(1);
+    let failed = clerestory(&[&"render", &"--all-stages", &"--out", &full, &site], &[]);
+    assert_eq!(failed.code, Some(1), "{failed:?}");
 }
 
 #[test]

@@ -2,26 +2,30 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use crate::support::{Built, Plan, closed, grey, v};
-use assert_cmd::Command;
+use crate::support::program::{Done, clerestory};
+use crate::support::{Built, HIGH, Plan, change, closed, grey, v};
+use clerestory::panorama::Picture;
 use glam::DVec3;
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
-/// A room with an open ceiling, one probe and one view.
+/// A room with an open ceiling, one probe, whose picture is traced once, and one view.
 fn room() -> Built {
-    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
+    let mut quads = closed(DVec3::ZERO, HIGH, 0);
     quads.remove(1);
     let mut plan =
         Plan::new(quads, &[grey(0.6)]).probe(v(1.2, 1.4, 1.0), 64).view(v(3.6, 2.6, 1.4), v(0.5, 0.8, 0.6), 40);
     plan.more = "[environment]\nradiance = [1, 1.1, 1.3]".to_owned();
-    plan.build().trace(&plan, 64)
+    static TRACED: OnceLock<Vec<Picture>> = OnceLock::new();
+    let built = plan.build();
+    let pictures = TRACED.get_or_init(|| built.traced(&plan, 64));
+    built.with(pictures)
 }
 
-fn study(site: &Path, out: &Path, more: &[&str]) -> assert_cmd::assert::Assert {
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    command.args(["--threads", "2", "study"]).arg(site).arg("--out").arg(out);
-    command.args(["--reference-samples", "256", "--most-samples", "16"]).args(more).assert()
+fn study(site: &Path, out: &Path, more: &[&str]) -> Done {
+    let more = [&["--reference-samples", "256", "--most-samples", "16"][..], more].concat();
+    clerestory(&[&"--threads", &"2", &"study", &site, &"--out", &out], &more)
 }
 
 fn csv(out: &Path) -> Vec<Vec<String>> {
@@ -42,13 +46,11 @@ fn a_study_is_cut_short_goes_on_and_repeats() {
     let out = tempfile::tempdir().unwrap();
     let (first, second) = (out.path().join("a"), out.path().join("b"));
 
-    let short = study(site, &first, &["--budget", "0.0001"]).success();
-    let text = String::from_utf8_lossy(&short.get_output().stdout).into_owned();
+    let text = study(site, &first, &["--budget", "0.0001"]).text();
     assert!(text.contains("left undone by the budget"), "{text}");
     let before = csv(&first).len();
 
-    let whole = study(site, &first, &["--json"]).success();
-    let json: serde_json::Value = serde_json::from_slice(&whole.get_output().stdout).unwrap();
+    let json = study(site, &first, &["--json"]).json();
     let rows = csv(&first);
     assert!(rows.len() > before);
     assert_eq!(rows[0][..6], ["method", "setting", "seconds", "rmse", "relmse", "flip"]);
@@ -70,11 +72,11 @@ fn a_study_is_cut_short_goes_on_and_repeats() {
 
     // nothing is measured twice
     let stamp = fs::read_to_string(first.join("study.csv")).unwrap();
-    study(site, &first, &["-q"]).success().stdout("");
+    assert_eq!(study(site, &first, &["-q"]).text(), "");
     assert_eq!(fs::read_to_string(first.join("study.csv")).unwrap(), stamp);
 
     // the same errors from scratch, where --share takes the whole of so small a picture
-    study(site, &second, &["-q", "--fresh"]).success();
+    study(site, &second, &["-q", "--fresh"]).text();
     assert_eq!(errors(&csv(&second)), errors(&rows));
     for name in ["study.svg", "study.png"] {
         assert!(fs::metadata(second.join(name)).unwrap().len() > 1000, "{name}");
@@ -84,8 +86,7 @@ fn a_study_is_cut_short_goes_on_and_repeats() {
     assert!(!svg.contains("NaN"));
 
     // other settings: the old study is moved aside
-    let other = study(site, &second, &["--seed", "1", "--budget", "0.0001"]).success();
-    let text = String::from_utf8_lossy(&other.get_output().stdout).into_owned();
+    let text = study(site, &second, &["--seed", "1", "--budget", "0.0001"]).text();
     assert!(text.contains("study.previous.json") && second.join("study.previous.json").exists(), "{text}");
 }
 
@@ -95,7 +96,7 @@ fn another_paint_begins_anew_and_another_truth_picture_is_traced_again() {
     let site = built.folder.path();
     let out = tempfile::tempdir().unwrap();
     let begun = || -> serde_json::Value {
-        study(site, out.path(), &["--budget", "0.0001", "-q"]).success();
+        study(site, out.path(), &["--budget", "0.0001", "-q"]).text();
         serde_json::from_str(&fs::read_to_string(out.path().join("study.json")).unwrap()).unwrap()
     };
     let first = begun();
@@ -105,9 +106,7 @@ fn another_paint_begins_anew_and_another_truth_picture_is_traced_again() {
     assert_eq!(begun()["truth"], first["truth"]);
     assert_eq!(fs::read(&half).unwrap(), traced, "a picture of another size is no truth of this view");
 
-    let paint = site.join("model.mtl");
-    let text = fs::read_to_string(&paint).unwrap();
-    fs::write(&paint, text.replace("Kd 0.6 0.6 0.6", "Kd 0.2 0.2 0.2")).unwrap();
+    change(&site.join("model.mtl"), &[("Kd 0.6 0.6 0.6", "Kd 0.2 0.2 0.2")]);
     assert!(begun()["truth"] != first["truth"]);
     assert!(out.path().join("study.previous.json").exists());
 }
@@ -129,7 +128,7 @@ fn probes_without_the_lighting_take_no_part() {
     let probes = of("a", "{ \"14:30\" = \"p0.exr\" }") + &of("b", "{ \"14:30\" = \"p0.exr\", \"10:00\" = \"p0.exr\" }");
     fs::write(&file, format!("{before}{probes}{rest}")).unwrap();
     let out = tempfile::tempdir().unwrap();
-    study(site, out.path(), &["--lighting", "10:00", "--budget", "0.0001", "-q"]).success();
+    study(site, out.path(), &["--lighting", "10:00", "--budget", "0.0001", "-q"]).text();
     let json: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.path().join("study.json")).unwrap()).unwrap();
     let order = json["order"].as_array().unwrap();
@@ -142,9 +141,9 @@ fn what_cannot_be_studied_is_one_line() {
         Plan::new(closed(DVec3::ZERO, v(2.0, 2.0, 2.0), 0), &[grey(0.5)]).view(v(1.5, 1.5, 1.0), v(0.0, 0.0, 1.0), 16);
     let out = tempfile::tempdir().unwrap();
     let bare = plan.build();
-    let one_line = |assert: assert_cmd::assert::Assert, needle: &str| {
-        let text = String::from_utf8_lossy(&assert.failure().code(1).get_output().stderr).into_owned();
-        assert!(text.lines().count() == 1 && text.contains(needle), "{text}");
+    let one_line = |done: Done, needle: &str| {
+        let text = done.error_line();
+        assert!(text.contains(needle), "{text}");
     };
     one_line(study(bare.folder.path(), out.path(), &[]), "no probe");
     let dark = plan.clone().probe(v(1.0, 1.0, 1.0), 16);

@@ -1,9 +1,9 @@
 //! Ray casting: single rays against brute force, packets against single rays, and what ray casters trip over.
 
-use clerestory::scene::{self, Health, Hit, Mesh, Ray, Tracer};
-use clerestory::site::Site;
+use crate::support::data::shared;
+use crate::support::{load, on_threads};
+use clerestory::scene::{Hit, Mesh, Ray, Tracer};
 use glam::{DVec3, Quat, Vec3};
-use std::path::Path;
 
 /// A small linear congruential generator (Knuth's MMIX constants).
 struct Dice(u64);
@@ -263,8 +263,7 @@ fn directions_that_are_none_find_nothing() {
 fn the_number_of_threads_changes_nothing() {
     let mesh = soup(5000, 1.0, &mut Dice(5));
     let cast = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let tracer = pool.install(|| Tracer::new(&mesh));
+        let tracer = on_threads(threads, || Tracer::new(&mesh));
         let mut dice = Dice(6);
         let hits: Vec<_> = (0..5000)
             .map(|_| tracer.closest(&Ray { origin: dice.signed() * 9.0, direction: dice.direction() }, 0.0))
@@ -276,13 +275,8 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn packets_and_single_rays_agree_on_sibenik() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/truth/sibenik");
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
-        return;
-    }
-    let site = Site::load(&path).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let Some(path) = shared("truth/sibenik") else { return };
+    let (site, scene) = load(&path);
     for view in &site.views {
         let camera = &view.camera;
         let origin = scene.local(camera.pose.position);

@@ -1,8 +1,9 @@
 //! Site files, right and wrong, and the `check` verb.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
-use crate::data::shared;
-use assert_cmd::Command;
+use crate::support::data::shared;
+use crate::support::program::clerestory;
+use crate::support::{closed_box, load as load_site};
 use clerestory::panorama::Projection;
 use clerestory::scene::{self, Health};
 use clerestory::site::{Environment, Site, Up};
@@ -17,9 +18,7 @@ fn folder(site: &str) -> TempDir {
     let dir = tempfile::tempdir().unwrap();
     let put = |name: &str, bytes: &[u8]| fs::write(dir.path().join(name), bytes).unwrap();
     put("site.toml", site.as_bytes());
-    let corners: String =
-        (0..8).map(|i| format!("v {} {} {}\n", 6 * (i & 1), 5 * (i >> 1 & 1), 4 * (i >> 2 & 1))).collect();
-    put("m.obj", format!("{corners}f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n").as_bytes());
+    put("m.obj", closed_box(6, 5, 4).as_bytes());
     for (name, width, height) in [("p.png", 64, 32), ("q.png", 64, 32), ("square.png", 32, 32), ("photo.png", 40, 30)] {
         image::RgbImage::from_fn(width, height, |x, y| image::Rgb([40 + x as u8, 50 + y as u8, 60 + (x + y) as u8]))
             .save(dir.path().join(name))
@@ -312,8 +311,7 @@ fn vertex_colours_are_linear_unless_said_otherwise() {
         let dir = folder(&HEAD.replace("\"m.obj\"", &format!("\"c.obj\"{key}")));
         let corners = "v 0 0 0 0.5 1 0\nv 1 0 0 0.5 1 0\nv 0 1 0 0.5 1 0\nf 1 2 3\n";
         fs::write(dir.path().join("c.obj"), corners).unwrap();
-        let scene = scene::load(&Site::load(dir.path()).unwrap(), &mut Health::default()).unwrap();
-        scene.mesh.colours[0]
+        load_site(dir.path()).1.mesh.colours[0]
     };
     assert_eq!(colour(""), Vec3::new(0.5, 1.0, 0.0));
     assert_eq!(colour("\nvertex_colours = \"linear\""), colour(""));
@@ -340,30 +338,21 @@ fn sibenik_and_room_load() {
     let scene = scene::load(&site, &mut health).unwrap();
     assert_eq!((health.triangles_read, scene.textures.len()), (72_526, 8));
     assert_eq!(health.triangles, 72_526 - health.zero_area - health.duplicates);
-    let site = Site::load(&path.join("../room/site.toml")).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let (_, scene) = load_site(&path.join("../room/site.toml"));
     assert_eq!(scene.mesh.triangles.len(), 42);
-}
-
-fn clerestory(args: &[&str]) -> (i32, String, String) {
-    let output = Command::cargo_bin("clerestory").unwrap().args(args).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
 
 #[test]
 fn check_tells_a_healthy_site_from_an_ill_one() {
     let healthy =
         folder(&format!("{HEAD}{PROBE}image = \"p.png\"\n{VIEW}look_at = [0, 0, 1]\nfov_y = 60\nsize = [64, 48]\n"));
-    let site = healthy.path().to_string_lossy().into_owned();
-    let (code, text, _) = clerestory(&["check", &site]);
-    assert_eq!(code, 0);
+    let check = |site: &TempDir, more: &[&str]| clerestory(&[&"check", &site.path()], more);
+    let text = check(&healthy, &[]).text();
     assert!(text.contains("12 triangles, 6.00 × 5.00 × 4.00 m") && text.contains("Nothing is wrong."), "{text}");
     let line = text.lines().find(|l| l.trim_start().starts_with("volume")).expect("a line on the volume");
     assert!(line.contains("left out  every sampled point"), "{text}");
-    let (code, text, _) = clerestory(&["check", "--json", &site]);
-    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!((code, &json["ok"], &json["model"]["triangles"]), (0, &true.into(), &12.into()));
+    let json = check(&healthy, &["--json"]).json();
+    assert_eq!((&json["ok"], &json["model"]["triangles"]), (&true.into(), &12.into()));
     assert_eq!((&json["probes"][0]["name"], &json["edges"]["open"]), (&"a".into(), &0.into()));
     let needed = |stage: &str| {
         let stages = json["stages"].as_array().unwrap();
@@ -373,23 +362,24 @@ fn check_tells_a_healthy_site_from_an_ill_one() {
     assert!(!needed("textures") && !needed("merge") && !needed("volume") && !needed("audit") && !needed("simulate"));
 
     let ill = folder(&format!("{HEAD}{}image = \"p.png\"\n", PROBE.replace("1.6]", "-0.5]")));
-    let (code, text, _) = clerestory(&["check", &ill.path().to_string_lossy()]);
-    assert_eq!(code, 0);
+    let text = check(&ill, &[]).text();
     assert!(text.contains("! There is no surface beneath it") && text.contains("mind the lines"), "{text}");
 }
 
 #[test]
 fn check_exits_with_the_designs_codes() {
     let bad = folder(&format!("{HEAD}[plans]\n"));
-    let (code, out, err) = clerestory(&["check", &bad.path().to_string_lossy()]);
-    assert_eq!((code, out.as_str(), err.lines().count()), (1, "", 1), "{err}");
+    let told = clerestory(&[&"check", &bad.path()], &[]);
+    assert_eq!(told.stdout, "");
+    let err = told.error_line();
     assert!(err.starts_with("error: ") && err.contains("site.toml:7:"));
-    assert_eq!(clerestory(&["check"]).0, 2);
-    assert_eq!(clerestory(&["check", "--no-such-option", "."]).0, 2);
+    assert_eq!(clerestory(&[], &["check"]).code, Some(2));
+    assert_eq!(clerestory(&[], &["check", "--no-such-option", "."]).code, Some(2));
     let stl = folder("[model]\npath = \"m.stl\"\n");
     fs::write(stl.path().join("m.stl"), "solid room\nfacet normal 0 0 1\n").unwrap();
-    let (code, _, err) = clerestory(&["check", &stl.path().to_string_lossy()]);
-    assert!(code == 1 && err.contains("expected an OBJ, PLY, glTF or E57 model, found an STL mesh"), "{err}");
+    let told = clerestory(&[&"check", &stl.path()], &[]);
+    let expected = "expected an OBJ, PLY, glTF or E57 model, found an STL mesh";
+    assert!(told.code == Some(1) && told.stderr.contains(expected), "{told:?}");
 }
 
 #[test]
@@ -397,10 +387,9 @@ fn a_model_in_place_of_a_site_file_gets_one_offered() {
     let dir = folder("");
     let says = |name: &str| {
         fs::write(dir.path().join(name), "v 0 0 0\n").unwrap();
-        let model = dir.path().join(name);
-        let out = Command::cargo_bin("clerestory").unwrap().arg("check").arg(&model).output().unwrap();
-        assert_eq!(out.status.code(), Some(1));
-        String::from_utf8(out.stderr).unwrap()
+        let told = clerestory(&[&"check", &dir.path().join(name)], &[]);
+        assert_eq!(told.code, Some(1));
+        told.stderr
     };
     let told = says("m.obj");
     assert!(told.contains("found a model") && told.contains("clerestory init ") && told.contains("m.obj"), "{told}");
@@ -454,8 +443,7 @@ fn a_materials_name_does_not_steer_the_terminal() {
     fs::write(dir.path().join("m.obj"), format!("{model}usemtl gold\u{1b}]0;owned\u{7}\u{9b}2J\nf 1 2 4\nf 1 2 3\n"))
         .unwrap();
     for more in [&[][..], &["--json"]] {
-        let out = Command::cargo_bin("clerestory").unwrap().arg("check").arg(dir.path()).args(more).assert().success();
-        let text = String::from_utf8(out.get_output().stdout.clone()).unwrap();
+        let text = clerestory(&[&"check", &dir.path()], more).text();
         assert!(text.contains("\\u001b]0;owned"), "{text}");
         assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
     }

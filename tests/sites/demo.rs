@@ -2,57 +2,36 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on")]
 
+use crate::support::program::clerestory;
+use crate::support::{chapel as bundled, contents, files};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::Site;
 use glam::{Vec3, vec3};
-use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::OnceLock;
 
-/// What `demo` prints, or what it complains of.
-fn run(arguments: &[&str]) -> Result<String, String> {
-    let done = assert_cmd::Command::cargo_bin("clerestory").unwrap().arg("demo").args(arguments).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    if done.status.success() { Ok(text(done.stdout)) } else { Err(text(done.stderr)) }
-}
-
-fn bundled() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
-}
-
-/// All files below a folder, relative to it.
-fn files(folder: &Path) -> BTreeSet<PathBuf> {
-    fn walk(folder: &Path, root: &Path, found: &mut BTreeSet<PathBuf>) {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                walk(&path, root, found);
-            } else {
-                found.insert(path.strip_prefix(root).unwrap().to_owned());
-            }
-        }
-    }
-    let mut found = BTreeSet::new();
-    walk(folder, folder, &mut found);
-    found
-}
-
-fn load(name: &str) -> (Site, Scene, Health) {
-    let site = Site::load(&bundled().join(name)).unwrap();
-    let mut health = Health::default();
-    let scene = scene::load(&site, &mut health).unwrap();
-    (site, scene, health)
+/// The chapel, true or as modelled, loaded once.
+fn load(name: &str) -> &'static (Site, Scene, Health) {
+    static LOADED: [OnceLock<(Site, Scene, Health)>; 2] = [OnceLock::new(), OnceLock::new()];
+    LOADED[usize::from(name == "site.toml")].get_or_init(|| {
+        let site = Site::load(&bundled().join(name)).unwrap();
+        let mut health = Health::default();
+        let scene = scene::load(&site, &mut health).unwrap();
+        (site, scene, health)
+    })
 }
 
 #[test]
 fn demo_writes_the_bundled_site_byte_for_byte_and_it_loads() {
     let temporary = tempfile::tempdir().unwrap();
     let dir = temporary.path().join("my chapel");
-    let said = run(&[dir.to_str().unwrap()]).unwrap();
+    let said = clerestory(&[&"demo", &dir], &[]).text();
     assert!(said.contains("clerestory check '"), "a path with a space is quoted: {said}");
     assert_eq!(files(&dir), files(&bundled()), "the list in demo.rs is the folder");
-    for name in files(&dir) {
-        assert_eq!(fs::read(dir.join(&name)).unwrap(), fs::read(bundled().join(&name)).unwrap(), "{}", name.display());
+    let written = contents(&dir);
+    for (name, bytes) in contents(&bundled()) {
+        assert!(written[&name] == bytes, "{}", name.display());
     }
     for name in ["site.toml", "as_modelled.toml"] {
         let site = Site::load(&dir.join(name)).unwrap();
@@ -65,15 +44,14 @@ fn demo_writes_the_bundled_site_byte_for_byte_and_it_loads() {
 #[test]
 fn demo_spares_a_folder_in_use_unless_forced() {
     let temporary = tempfile::tempdir().unwrap();
-    let dir = temporary.path().to_str().unwrap();
+    let dir = temporary.path();
     fs::write(temporary.path().join("notes.txt"), "mine").unwrap();
     fs::write(temporary.path().join("site.toml"), "old").unwrap();
-    let refused = run(&[dir]).unwrap_err();
+    let refused = clerestory(&[&"demo", &dir], &[]).error();
     assert!(refused.contains("not empty") && refused.contains("--force"), "{refused}");
     assert_eq!(fs::read_to_string(temporary.path().join("site.toml")).unwrap(), "old");
 
-    let said = run(&[dir, "--force", "--json"]).unwrap();
-    let told: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let told = clerestory(&[&"demo", &dir], &["--force", "--json"]).json();
     assert_eq!(told["files"], files(&bundled()).len());
     assert_eq!(fs::read_to_string(temporary.path().join("notes.txt")).unwrap(), "mine");
     assert!(Site::load(temporary.path()).is_ok());
@@ -83,15 +61,16 @@ fn demo_spares_a_folder_in_use_unless_forced() {
 fn demo_makes_missing_folders_and_fills_an_empty_one() {
     let temporary = tempfile::tempdir().unwrap();
     let deep = temporary.path().join("a/b/c");
-    run(&[deep.to_str().unwrap()]).unwrap();
+    let demo = |folder: &Path| clerestory(&[&"demo", &folder], &[]);
+    demo(&deep).text();
     assert!(Site::load(&deep).is_ok());
     let empty = temporary.path().join("empty");
     fs::create_dir(&empty).unwrap();
-    run(&[empty.to_str().unwrap()]).unwrap();
+    demo(&empty).text();
     assert!(Site::load(&empty).is_ok());
     let file = temporary.path().join("file");
     fs::write(&file, "").unwrap();
-    assert!(run(&[file.to_str().unwrap()]).unwrap_err().contains("is a file"));
+    assert!(demo(&file).error().contains("is a file"));
 }
 
 #[test]
@@ -122,12 +101,11 @@ fn both_models_are_healthy() {
 #[test]
 fn walls_face_the_air_and_leak_nowhere() {
     for name in ["site.toml", "as_modelled.toml"] {
-        check_walls(name);
+        check_walls(load(name));
     }
 }
 
-fn check_walls(name: &str) {
-    let (site, scene, _) = load(name);
+fn check_walls((site, scene, _): &(Site, Scene, Health)) {
     let eyes = site.probes.iter().map(|p| p.pose.position).chain(site.views.iter().map(|v| v.camera.pose.position));
     let (mut rays, mut backs, mut out) = (0, 0, 0);
     for eye in eyes {
@@ -144,7 +122,7 @@ fn check_walls(name: &str) {
                 None => {
                     out += 1;
                     assert!(
-                        through_a_window(&site, scene.origin.as_vec3() + origin, ray.direction),
+                        through_a_window(site, scene.origin.as_vec3() + origin, ray.direction),
                         "{origin} {}",
                         ray.direction
                     );

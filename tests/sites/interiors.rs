@@ -6,13 +6,12 @@ use crate::interior::light::{Field, sunlight};
 use crate::interior::pictures::lamps;
 use crate::interior::shade::seen;
 use crate::interior::{Kind, Options};
+use crate::support::{contents, load, on_threads};
 use clerestory::panorama;
 use clerestory::reference::{Eye, Lights, ReferenceSettings, irradiance};
 use clerestory::scene::{self, Health, Ray, Scene};
 use clerestory::site::{Pictures, Site};
 use glam::Vec3;
-use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 /// As small as can be: what is made is looked at, not how good it looks.
@@ -28,27 +27,6 @@ fn tiny(seed: u64) -> Options {
         pictures: true,
         eight_bit: true,
     }
-}
-
-/// Every file below a folder with its bytes.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        if path.is_dir() {
-            all.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
-        } else {
-            all.insert(name, fs::read(&path).unwrap());
-        }
-    }
-    all
-}
-
-fn load(file: &Path) -> (Site, Scene) {
-    let site = Site::load(file).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
-    (site, scene)
 }
 
 /// Distance to what stands in a direction.
@@ -85,17 +63,17 @@ fn each_kind_loads_and_is_lit_and_its_stations_stand_in_the_open() {
 
 #[test]
 fn the_same_seed_writes_the_same_bytes_on_any_number_of_threads() {
-    let write = |seed: u64, threads: usize| {
+    let write = |options: &Options, threads: usize| {
         let folder = tempfile::tempdir().unwrap();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| crate::interior::write(folder.path(), &tiny(seed)).map_err(|e| e.to_string())).unwrap();
-        files(folder.path())
+        on_threads(threads, || crate::interior::write(folder.path(), options).map_err(|e| e.to_string())).unwrap();
+        contents(folder.path())
     };
-    let once = write(4, 1);
-    let again = write(4, 2);
+    let (once, again) = (write(&tiny(4), 1), write(&tiny(4), 2));
     assert_eq!(once.keys().collect::<Vec<_>>(), again.keys().collect::<Vec<_>>());
     assert!(once.iter().all(|(name, bytes)| again[name] == *bytes), "two threads write other bytes than one");
-    assert_ne!(once["truth.json"], write(9, 1)["truth.json"], "another seed is another place");
+    let other = write(&Options { pictures: false, ..tiny(9) }, 2);
+    let model = Path::new("truth/model.obj");
+    assert!(once[model] != other[model], "another seed is another place");
 }
 
 /// The example's own renderer against the library's unbiased path tracer: light on places all around a probe, what comes

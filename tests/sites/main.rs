@@ -1,4 +1,4 @@
-//! Sites: their files right and wrong, what is planned, registered and drawn from them, and the sources themselves.
+//! Sites: their files right and wrong, what is planned, registered, drawn and reported of them, and the sources themselves.
 //!
 //! One program for many files of tests: each that is linked costs seconds.
 
@@ -8,9 +8,6 @@ mod chapel;
 #[path = "../../examples/common/mod.rs"]
 #[allow(dead_code, missing_docs, unreachable_pub)]
 mod common;
-#[path = "../support/data.rs"]
-#[allow(clippy::print_stdout, reason = "says what is skipped")]
-mod data;
 #[path = "../../examples/interiors/interior/mod.rs"]
 #[allow(dead_code, missing_docs, unreachable_pub)]
 mod interior;
@@ -26,6 +23,7 @@ mod never_nan;
 mod photographs;
 mod plan;
 mod register;
+mod report;
 mod viewer;
 mod whole_files;
 mod wrong_inputs;

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
 
-use crate::support::{Built, Plan, Quad, closed, grey, options, v};
+use crate::support::{Built, Plan, options, room_with_panel, v, write_picture};
 use clerestory::audit::{self, Photo, audit_as_placed};
-use clerestory::panorama::{EnvironmentSampler, Exposure, Layer, Panorama, Picture, Projection, write_exr};
+use clerestory::panorama::{EnvironmentSampler, Exposure, Panorama, Picture, Projection};
 use clerestory::plan::cover::coverage::Coverage;
 use clerestory::plan::free_space::open_space::OpenSpace;
 use clerestory::plan::free_space::polygon::Polygon;
@@ -14,7 +14,7 @@ use clerestory::report::style::Style;
 use clerestory::report::{Svg, Text};
 use clerestory::site::Site;
 use clerestory::study::{self, Block, Curve, Metric, Resamples, order, pareto, rounded};
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, Vec3};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -107,11 +107,8 @@ proptest! {
     }
 }
 
-/// A room with a panel whose back no probe sees, and a view of that back.
 fn room() -> (Plan, Built) {
-    let mut plan = Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(0.5)]);
-    plan.quads.push(Quad(v(2.8, 0.8, 0.6), DVec3::Y * 1.2, DVec3::Z * 1.2, 0));
-    let plan = plan.probe(v(1.7, 1.4, 1.3), 32).view(v(3.7, 2.6, 1.75), v(1.5, 0.5, 0.75), 24);
+    let plan = room_with_panel(0.5);
     let built = plan.build();
     (plan, built)
 }
@@ -197,7 +194,7 @@ fn an_audit_of_any_photograph() {
     let settings = audit::Settings { cells: 8, ..audit::Settings::default() };
     for picture in hostile(24, 24) {
         assert_eq!(Photo::new(picture.clone()).unusable.len(), 24 * 24);
-        write_exr(&photo, 24, 24, &[Layer::rgb("", &picture)], None).unwrap();
+        write_picture(&photo, &picture);
         let Ok(found) = audit_as_placed(&site, &built.scene, "", &[], &settings, &|_, _, _| {}) else { continue };
         for view in &found.views {
             let s = &view.summary;

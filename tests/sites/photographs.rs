@@ -1,7 +1,8 @@
 //! Photographs and cameras as they come: formats, EXIF, masks, lenses, pose files, picked points.
 #![allow(clippy::unwrap_used)]
 
-use assert_cmd::Command;
+use crate::support::closed_box;
+use crate::support::program::clerestory;
 use clerestory::panorama::{self, Layer, Picture, write_exr};
 use clerestory::photograph::{Fitness, Photograph};
 use clerestory::render::{Irradiance, Lit, ShadingPoint, Source, render};
@@ -20,25 +21,15 @@ const HEAD: &str = "[site]\nname = \"t\"\nunits = \"m\"\nup = \"z\"\n[model]\npa
 const VIEW: &str = "[[view]]\nname = \"v\"\nposition = [3, 2, 1.6]\nlook_at = [6, 2.5, 1.5]\n";
 
 /// A room of 6 × 5 × 4 m.
-fn folder(rest: &str) -> TempDir {
+fn folder() -> TempDir {
     let dir = tempfile::tempdir().unwrap();
-    let corners: String =
-        (0..8).map(|i| format!("v {} {} {}\n", 6 * (i & 1), 5 * (i >> 1 & 1), 4 * (i >> 2 & 1))).collect();
-    let faces = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
-    fs::write(dir.path().join("m.obj"), format!("{corners}{faces}")).unwrap();
-    fs::write(dir.path().join("site.toml"), format!("{HEAD}{rest}")).unwrap();
+    fs::write(dir.path().join("m.obj"), closed_box(6, 5, 4)).unwrap();
     dir
 }
 
 fn site(dir: &TempDir, rest: &str) -> Result<Site, String> {
     fs::write(dir.path().join("site.toml"), format!("{HEAD}{rest}")).unwrap();
     Site::load(dir.path()).map_err(|e| e.to_string())
-}
-
-fn clerestory(args: &[&str]) -> (i32, String, String) {
-    let output = Command::cargo_bin("clerestory").unwrap().args(args).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
 
 /// A grey JPEG of this size with an orientation and a 35 mm focal length in its EXIF data; its left half is white.
@@ -48,28 +39,30 @@ fn jpeg(path: &Path, width: u32, height: u32, orientation: u8, focal_35mm: u8) {
     exif.extend([0x12, 0x01, 3, 0, 1, 0, 0, 0, orientation, 0, 0, 0]);
     exif.extend([0x69, 0x87, 4, 0, 1, 0, 0, 0, 38, 0, 0, 0]);
     exif.extend([0, 0, 0, 0, 1, 0, 0x05, 0xa4, 3, 0, 1, 0, 0, 0, focal_35mm, 0, 0, 0, 0, 0, 0, 0]);
+    write_jpeg(path, exif, &ImageBuffer::from_fn(width, height, |x, _| Rgb([if x < width / 2 { 255 } else { 60 }; 3])));
+}
+
+fn write_jpeg(path: &Path, exif: Vec<u8>, picture: &image::RgbImage) {
     let mut encoder = image::codecs::jpeg::JpegEncoder::new(fs::File::create(path).unwrap());
     encoder.set_exif_metadata(exif).unwrap();
-    let stored = ImageBuffer::from_fn(width, height, |x, _| Rgb([if x < width / 2 { 255u8 } else { 60 }; 3]));
-    encoder.write_image(stored.as_raw(), width, height, image::ExtendedColorType::Rgb8).unwrap();
+    encoder.write_image(picture, picture.width(), picture.height(), image::ExtendedColorType::Rgb8).unwrap();
 }
 
 #[test]
 fn every_format_becomes_linear_light_with_its_ends_marked() {
-    let dir = folder("");
+    let dir = folder();
     // four bars: black, an eighth, a half and all of the range, encoded
     let bars = [0.0f32, 0.125, 0.5, 1.0];
     let linear = |v: f32| panorama::srgb_to_linear(v);
     let (w, h) = (40, 30);
     let bar = |x: u32| bars[(x * 4 / w) as usize];
     let at = |name: &str| dir.path().join(name);
-    ImageBuffer::from_fn(w, h, |x, _| Rgb([(bar(x) * 255.0).round() as u8; 3])).save(at("8.png")).unwrap();
-    ImageBuffer::from_fn(w, h, |x, _| Rgb([(bar(x) * 255.0).round() as u8; 3])).save(at("8.tif")).unwrap();
-    ImageBuffer::from_fn(w, h, |x, _| Rgb([(bar(x) * 255.0).round() as u8; 3])).save(at("8.jpg")).unwrap();
+    let coded = ImageBuffer::from_fn(w, h, |x, _| Rgb([(bar(x) * 255.0).round() as u8; 3]));
+    ["8.png", "8.tif", "8.jpg"].iter().for_each(|name| coded.save(at(name)).unwrap());
     ImageBuffer::from_fn(w, h, |x, _| Rgb([(bar(x) * 65535.0).round() as u16; 3])).save(at("16.png")).unwrap();
     ImageBuffer::from_fn(w, h, |x, _| Luma([(bar(x) * 65535.0).round() as u16])).save(at("16.tif")).unwrap();
-    ImageBuffer::from_fn(w, h, |x, _| Rgb([linear(bar(x)); 3])).save(at("float.tif")).unwrap();
     let floats = ImageBuffer::from_fn(w, h, |x, _| Rgb([linear(bar(x)); 3]));
+    floats.save(at("float.tif")).unwrap();
     image::codecs::hdr::HdrEncoder::new(fs::File::create(at("x.hdr")).unwrap())
         .encode(&floats.pixels().copied().collect::<Vec<_>>(), w as usize, h as usize)
         .unwrap();
@@ -106,7 +99,7 @@ fn every_format_becomes_linear_light_with_its_ends_marked() {
 
 #[test]
 fn a_portrait_photograph_is_set_upright_and_its_focal_length_heeded() {
-    let dir = folder("");
+    let dir = folder();
     // 36 × 24 mm of film: 50 mm see 43.6 degrees along 40 mm … here a picture of 3:2 held upright
     jpeg(&dir.path().join("p.jpg"), 60, 40, 6, 50);
     let f = 50.0 / 43.2666 * 60f64.hypot(40.0);
@@ -142,7 +135,7 @@ impl Irradiance for Even {
 
 #[test]
 fn renders_are_seen_through_the_lens() {
-    let dir = folder("");
+    let dir = folder();
     for (lens, shows_all) in [
         ("fov_y = 70\nk1 = -0.12\nk2 = 0.02\np1 = 0.003\np2 = -0.002\n", true),
         ("fx = 40\nk1 = -0.6\n", false),
@@ -175,7 +168,7 @@ fn renders_are_seen_through_the_lens() {
 
 #[test]
 fn a_mask_keeps_people_out_of_comparisons() {
-    let dir = folder("");
+    let dir = folder();
     // a mask of half the view's size, dark in its left half
     ImageBuffer::from_fn(32, 24, |x, _| Luma([if x < 16 { 10u8 } else { 200 }]))
         .save(dir.path().join("m.png"))
@@ -220,7 +213,7 @@ const MARKS: [[f64; 3]; 8] = [
 
 #[test]
 fn a_view_is_posed_from_picked_points_and_check_tells_how_well() {
-    let dir = folder("");
+    let dir = folder();
     let known = site(&dir, &format!("{VIEW}size = [640, 480]\nfov_y = 60\nk1 = -0.1\n")).unwrap().views[0].camera;
     let head = "[[view]]\nname = \"v\"\nsize = [640, 480]\n";
     let solved = format!("{head}fov_y = 60\nk1 = -0.1\n{}", matches(&known, &MARKS[..6]));
@@ -229,14 +222,11 @@ fn a_view_is_posed_from_picked_points_and_check_tells_how_well() {
     assert!(view.camera.pose.position.distance(known.pose.position) < 1e-3, "{}", view.camera.pose.position);
     let CameraSource::Matches(resection) = &view.source else { panic!("not from matches") };
     assert!(resection.rms_px < 0.01 && resection.focal_sd_px.is_none() && resection.residuals_px.len() == 6);
-    let path = dir.path().to_string_lossy().into_owned();
-    let (code, text, _) = clerestory(&["check", &path]);
-    assert_eq!(code, 0);
+    let text = clerestory(&[&"check", &dir.path()], &[]).text();
     for part in ["View v (matches)", "at [3.000, 2.000, 1.600]", "uncertain by ±", "0.00 in the root mean square"] {
         assert!(text.contains(part), "{part} expected in\n{text}");
     }
-    let (_, text, _) = clerestory(&["check", "--json", &path]);
-    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let json = clerestory(&[&"check", &"--json", &dir.path()], &[]).json();
     assert_eq!(json["views"][0]["source"], "matches");
     assert_eq!(json["views"][0]["residuals_px"].as_array().unwrap().len(), 6);
     assert!((json["views"][0]["position"][0].as_f64().unwrap() - 3.0).abs() < 1e-3);
@@ -295,7 +285,7 @@ fn colmap(dir: &Path, camera: &Camera, size: [u32; 2], names: &[&str]) {
 
 #[test]
 fn cameras_of_a_pose_file_become_views() {
-    let dir = folder("");
+    let dir = folder();
     let at = |name: &str| dir.path().join(name);
     fs::create_dir(at("photos")).unwrap();
     let known = site(&dir, &format!("{VIEW}size = [60, 40]\nfov_y = 50\n")).unwrap().views[0].camera;
@@ -340,7 +330,7 @@ fn cameras_of_a_pose_file_become_views() {
 
 #[test]
 fn photographs_of_a_pose_file_can_be_probes() {
-    let dir = folder("");
+    let dir = folder();
     let at = |name: &str| dir.path().join(name);
     let known = site(&dir, &format!("{VIEW}size = [60, 40]\nfov_y = 50\n")).unwrap().views[0].camera;
     for name in ["a.jpg", "b.jpg", "c.jpg"] {
@@ -376,7 +366,7 @@ fn photographs_of_a_pose_file_can_be_probes() {
 
 #[test]
 fn a_probe_has_the_lens_that_a_view_has() {
-    let dir = folder("");
+    let dir = folder();
     let at = |name: &str| dir.path().join(name);
     jpeg(&at("p.jpg"), 60, 40, 1, 50);
     jpeg(&at("large.jpg"), 120, 80, 1, 50);
@@ -413,14 +403,12 @@ fn exposed(path: &Path, time: [u32; 2], f_number: [u32; 2], iso: u16) {
     exif.extend(u32::from(iso).to_le_bytes());
     exif.extend([0; 4]);
     exif.extend([time, f_number].concat().iter().flat_map(|v| v.to_le_bytes()));
-    let mut encoder = image::codecs::jpeg::JpegEncoder::new(fs::File::create(path).unwrap());
-    encoder.set_exif_metadata(exif).unwrap();
-    encoder.write_image(&[90; 3 * 60 * 40], 60, 40, image::ExtendedColorType::Rgb8).unwrap();
+    write_jpeg(path, exif, &ImageBuffer::from_pixel(60, 40, Rgb([90; 3])));
 }
 
 #[test]
 fn probes_without_gains_get_theirs_from_exif() {
-    let dir = folder("");
+    let dir = folder();
     let at = |name: &str| dir.path().join(name);
     // two stops darker by time, one brighter by aperture, one by sensitivity
     exposed(&at("a.jpg"), [1, 30], [40, 10], 100);
@@ -449,7 +437,7 @@ fn probes_without_gains_get_theirs_from_exif() {
 
 #[test]
 fn a_bad_cameras_table_is_one_clear_line() {
-    let dir = folder("");
+    let dir = folder();
     let at = |name: &str| dir.path().join(name);
     fs::create_dir(at("photos")).unwrap();
     let known = site(&dir, &format!("{VIEW}size = [60, 40]\nfov_y = 50\n")).unwrap().views[0].camera;

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that cannot go on")]
 
-use crate::data::shared;
-use crate::support::{Built, Plan, Quad, closed, grey, sides, v};
-use assert_cmd::Command;
+use crate::support::data::shared;
+use crate::support::program::clerestory;
+use crate::support::{Built, Plan, Quad, closed, grey, on_threads, sides, v};
 use clerestory::plan::PlanError;
 use clerestory::plan::export::tables::{self, Outward};
 use clerestory::plan::stations::result::{FloorPlan, SitePlan};
@@ -14,6 +14,7 @@ use clerestory::site::{Pictures, Site};
 use glam::{DVec2, DVec3, Vec3};
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Fewer patches than the verb takes: the check in space is quicker.
 fn quick() -> Options {
@@ -29,6 +30,26 @@ fn built(quads: Vec<Quad>, more: &str) -> Built {
 fn planned(built: &Built) -> SitePlan<'_> {
     plan(&built.site, &built.scene, &quick()).unwrap()
 }
+
+/// A building and its plan, made once for the tests that look at it.
+struct Shared {
+    built: OnceLock<(Site, Scene)>,
+    plan: OnceLock<SitePlan<'static>>,
+}
+
+impl Shared {
+    /// Plans it on three threads.
+    fn of(&'static self, quads: fn() -> Vec<Quad>) -> (&'static Site, &'static Scene, &'static SitePlan<'static>) {
+        let (site, scene) = self.built.get_or_init(|| {
+            let Built { site, scene, .. } = built(quads(), "");
+            (site, scene)
+        });
+        (site, scene, self.plan.get_or_init(|| on_threads(3, || plan(site, scene, &quick())).unwrap()))
+    }
+}
+
+static HOUSE: Shared = Shared { built: OnceLock::new(), plan: OnceLock::new() };
+static SUITE: Shared = Shared { built: OnceLock::new(), plan: OnceLock::new() };
 
 fn refused(quads: Vec<Quad>, more: &str) -> PlanError {
     let built = built(quads, more);
@@ -85,19 +106,17 @@ fn house() -> Vec<Quad> {
 
 #[test]
 fn a_house_with_stair_and_gallery_has_two_floors() {
-    let house = built(house(), "");
-    let plan = planned(&house);
+    let (site, scene, plan) = HOUSE.of(house);
     let names: Vec<&str> = plan.floors.iter().map(|f| f.floor.name.as_str()).collect();
     assert_eq!(names, ["Ground floor", "First floor"]);
-    let out = Outward::of(&house.site, &house.scene);
-    let json = tables::json(&house.site, &plan, &out);
+    let json = tables::json(site, plan, &Outward::of(site, scene));
     assert!((json.floors[0].elevation - 0.0).abs() < 0.01 && (json.floors[1].elevation - 3.0).abs() < 0.01);
     let (ground, first) = (&json.floors[0], &json.floors[1]);
     // the stair's upper part blocks sight; cells that walls touch count as wall
     assert!(ground.area_m2 > 72.0 && ground.area_m2 <= 80.0, "{}", ground.area_m2);
     assert!(first.area_m2 > 43.0 && first.area_m2 <= 48.5, "{}", first.area_m2);
     for floor in &plan.floors {
-        assert_stands(&house.scene, floor, 0.3);
+        assert_stands(scene, floor, 0.3);
         assert!(floor.covered_fraction() >= 0.97, "{} {}", floor.floor.name, floor.covered_fraction());
         assert!(floor.lower_bound <= floor.needed && floor.lower_bound >= 1);
         assert_eq!(floor.groups, 1, "{}", floor.floor.name);
@@ -278,8 +297,7 @@ fn limits_are_kept() {
 
 #[test]
 fn at_most_k_stations_see_most() {
-    let wide = built(suite(), "");
-    let all = planned(&wide);
+    let (.., all) = SUITE.of(suite);
     let two = built(suite(), "[plan]\nmax_probes = 2");
     let two = planned(&two);
     assert!(all.floors[0].stations.len() >= 3 && two.floors[0].stations.len() == 2);
@@ -289,9 +307,8 @@ fn at_most_k_stations_see_most() {
 
 #[test]
 fn a_second_visit_plans_only_what_is_missing() {
-    let first = built(suite(), "");
-    let plan_1 = planned(&first);
-    let stations: Vec<DVec3> = plan_1.floors[0].stations.iter().map(|s| s.position + first.scene.origin).collect();
+    let (_, scene, first) = SUITE.of(suite);
+    let stations: Vec<DVec3> = first.floors[0].stations.iter().map(|s| s.position + scene.origin).collect();
     let taken = |n: usize| {
         let mut site = Plan::new(suite(), &[grey(0.5)]);
         stations.iter().take(n).for_each(|at| site.probes.push((*at, 8)));
@@ -307,20 +324,17 @@ fn a_second_visit_plans_only_what_is_missing() {
 
 #[test]
 fn the_same_for_any_number_of_threads() {
-    let house = built(house(), "");
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let plan = planned(&house);
-            let out = Outward::of(&house.site, &house.scene);
-            let mut text = serde_json::to_string(&tables::json(&house.site, &plan, &out)).unwrap();
-            text += &tables::csv(&plan, &out);
-            let mut ply = Vec::new();
-            clerestory::plan::export::ply::write(plan.surface.as_ref().unwrap(), &out, &mut ply).unwrap();
-            (text, ply)
-        })
+    let (site, scene, of_three) = HOUSE.of(house);
+    let written = |plan: &SitePlan| {
+        let out = Outward::of(site, scene);
+        let mut text = serde_json::to_string(&tables::json(site, plan, &out)).unwrap();
+        text += &tables::csv(plan, &out);
+        let mut ply = Vec::new();
+        clerestory::plan::export::ply::write(plan.surface.as_ref().unwrap(), &out, &mut ply).unwrap();
+        (text, ply)
     };
-    assert!(on(1) == on(3));
+    let of_one = on_threads(1, || plan(site, scene, &quick())).unwrap();
+    assert!(written(&of_one) == written(of_three));
 }
 
 /// A coverage.ply has as many bytes as its header says.
@@ -442,14 +456,8 @@ fn a_scanned_room_with_holes_has_its_floor() {
 #[test]
 fn the_verb_writes_its_files_and_prints_blocks_that_paste() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |args: &[&str]| {
-        let chapel = Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel");
-        let mut command = Command::cargo_bin("clerestory").unwrap();
-        command.arg("plan").arg(chapel).arg("--out").arg(folder.path()).args(args);
-        command
-    };
-    let done = run(&["--fresh"]).assert().success();
-    let text = String::from_utf8(done.get_output().stdout.clone()).unwrap();
+    let run = |more: &[&str]| clerestory(&[&"plan", &"sites/chapel", &"--out", &folder.path()], more);
+    let text = run(&["--fresh"]).text();
     let blocks: toml::Table =
         text.lines().filter(|l| !l.starts_with('!')).map(|l| format!("{l}\n")).collect::<String>().parse().unwrap();
     let probes = blocks["probe"].as_array().unwrap();
@@ -491,15 +499,12 @@ fn the_verb_writes_its_files_and_prints_blocks_that_paste() {
         }
     }
     // what is there already is counted
-    let done = run(&["--json", "--no-surface", "--floor", "ground"]).assert().success();
-    let again: serde_json::Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
+    let again = run(&["--json", "--no-surface", "--floor", "ground"]).json();
     assert_eq!(again["floors"].as_array().unwrap().len(), 1);
     assert_eq!(again["floors"][0]["existing"].as_array().unwrap().len(), 3);
     assert!(!folder.path().join("coverage.ply").exists(), "the earlier plan's");
-    let wrong = run(&["--floor", "attic"]).assert().code(1);
-    let line = String::from_utf8(wrong.get_output().stderr.clone()).unwrap();
+    let line = run(&["--floor", "attic"]).error_line();
     assert!(line.contains("attic") && line.contains("ground, first"), "{line}");
-    assert_eq!(line.trim_end().lines().count(), 1, "{line}");
 }
 
 /// The polylines on a layer of a DXF file; closed ones end where they begin.

@@ -2,33 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
-use crate::support::{Plan, grey, sides, v};
+use crate::support::program::clerestory;
+use crate::support::{Plan, chapel, copy, grey, sides, v};
 use clerestory::register::{Subject, preview};
 use clerestory::site::{Frame, Pose, Site};
 use glam::{DMat3, DVec3};
-use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-
-fn run(arguments: &[&str]) -> Result<String, String> {
-    let done = assert_cmd::Command::cargo_bin("clerestory").unwrap().args(arguments).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    if done.status.success() { Ok(text(done.stdout)) } else { Err(text(done.stderr)) }
-}
-
-/// The bundled chapel's file.
-fn chapel() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
-}
+use std::path::Path;
 
 /// A site with the chapel's model and probes, its only view where nothing can be told from, and “west” turned and moved.
 fn disturbed(folder: &Path) -> String {
     for part in ["model", "probes"] {
-        fs::create_dir_all(folder.join(part)).unwrap();
-        for entry in fs::read_dir(chapel().join(part)).unwrap() {
-            let path = entry.unwrap().path();
-            fs::copy(&path, folder.join(part).join(path.file_name().unwrap())).unwrap();
-        }
+        copy(&chapel().join(part), &folder.join(part));
     }
     let text = fs::read_to_string(chapel().join("site.toml")).unwrap();
     let (text, _) = text.split_once("# Views:").unwrap();
@@ -47,15 +32,12 @@ fn a_turned_and_moved_probe_is_put_right_in_a_copy() {
     let text = disturbed(&folder);
     let (file, copy, out) = (folder.join("site.toml"), folder.join("right.toml"), temporary.path().join("out"));
     fs::write(&file, &text).unwrap();
-    let path = |p: &Path| p.to_str().unwrap().to_owned();
-    let line = ["register", &path(&file), "--only", "west", "--within", "0.6", "--tilt", "0", "--alone"];
-    let said = run(&[&line[..], &["--json", "--write", &path(&copy), "--out", &path(&out)]].concat()).unwrap();
-
-    let json: Value = serde_json::from_str(&said).unwrap();
+    let more = ["--only", "west", "--within", "0.6", "--tilt", "0", "--alone", "--json"];
+    let json = clerestory(&[&"register", &file, &"--write", &copy, &"--out", &out], &more).json();
     let west = &json["pictures"][0];
     assert_eq!((&west["name"], &west["kind"], &west["verdict"]), (&"west".into(), &"probe".into(), &"found".into()));
     let number = |key: &str| west[key].as_f64().unwrap();
-    assert!((number("moved_m") - 0.495).abs() < 0.03 && (number("turned_deg") - 90.0).abs() < 0.3, "{said}");
+    assert!((number("moved_m") - 0.495).abs() < 0.03 && (number("turned_deg") - 90.0).abs() < 0.3, "{json}");
     assert!(number("fit") > number("fit_given") + 0.2 && number("sigma_m") > 0.0 && number("sigma_deg") > 0.0);
     assert!((number("heading") - 90.0).abs() < 0.3 && west["position"].as_array().unwrap().len() == 3);
     assert!(west["rival"].is_null() || west["rival"]["fit"].as_f64().unwrap() < number("fit"));
@@ -89,13 +71,12 @@ fn a_probe_without_a_position_is_found_on_the_floor_and_refused_elsewhere() {
     let text = disturbed(&folder).replace("position = [3.9, 1.7, 0.08]   # paced\nheading = 180.0\n", "");
     let (file, copy, out) = (folder.join("site.toml"), folder.join("right.toml"), temporary.path().join("out"));
     fs::write(&file, &text).unwrap();
-    let path = |p: &Path| p.to_str().unwrap().to_owned();
     for verb in ["check", "render", "audit"] {
-        let said = run(&[verb, &path(&file)]).unwrap_err();
+        let said = clerestory(&[&verb, &file], &[]).error();
         assert!(said.contains("`position` is missing") && said.contains("clerestory register"), "{said}");
     }
-    let line = ["register", &path(&file), "--only", "west", "--alone", "--out", &path(&out), "--write", &path(&copy)];
-    let said = run(&line).unwrap();
+    let said =
+        clerestory(&[&"register", &file, &"--write", &copy, &"--out", &out], &["--only", "west", "--alone"]).text();
     assert!(said.contains("probe “west”: found, sure to ±"), "{said}");
     let (got, want) = (Site::load(&copy).unwrap().probes[0].pose, Site::load(&chapel()).unwrap().probes[0].pose);
     assert!(got.position.distance(want.position) < 0.03, "{}", got.position);
@@ -109,9 +90,8 @@ fn files_that_must_not_be_written_are_told_before_the_work() {
     let temporary = tempfile::tempdir().unwrap();
     let site = chapel();
     let refused = |file: &Path, word: &str| {
-        let line = ["register", site.to_str().unwrap(), "--write", file.to_str().unwrap()];
-        let said = run(&line).unwrap_err();
-        assert!(said.contains(word) && said.lines().count() == 1, "{said}");
+        let said = clerestory(&[&"register", &site, &"--write", &file], &[]).error_line();
+        assert!(said.contains(word), "{said}");
     };
     let own = site.join("site.toml");
     let before = fs::read(&own).unwrap();
@@ -121,9 +101,9 @@ fn files_that_must_not_be_written_are_told_before_the_work() {
     refused(&temporary.path().join("none/copy.toml"), "no such folder");
     refused(&site, "found a folder");
     assert_eq!(fs::read(&own).unwrap(), before);
-    let unknown = run(&["register", site.to_str().unwrap(), "--only", "nave"]).unwrap_err();
+    let unknown = clerestory(&[&"register", &site], &["--only", "nave"]).error();
     assert!(unknown.contains("“nave”") && unknown.contains("west"), "{unknown}");
-    let unknown = run(&["register", site.to_str().unwrap(), "--lighting", "noon"]).unwrap_err();
+    let unknown = clerestory(&[&"register", &site], &["--lighting", "noon"]).error();
     assert!(unknown.contains("“noon”") && unknown.contains("14:30"), "{unknown}");
 }
 
@@ -143,11 +123,10 @@ fn a_copy_never_takes_the_place_of_the_sites_own_files() {
     let out = temporary.path().join("out");
     // the site file names the model, the model names the rest
     for name in ["chapel.obj", "chapel.mtl", "brick.jpg"] {
-        let target = folder.join(name);
-        let [site, target, out] = [&folder, &target, &out].map(|p| p.to_str().unwrap());
-        let line = ["register", site, "--only", "west", "--write", target, "--overwrite", "--out", out];
-        let said = run(&line).unwrap_err();
-        assert!(said.contains("own model or picture") && said.contains(name) && said.lines().count() == 1, "{said}");
+        let more = ["--only", "west", "--overwrite"];
+        let said =
+            clerestory(&[&"register", &folder, &"--write", &folder.join(name), &"--out", &out], &more).error_line();
+        assert!(said.contains("own model or picture") && said.contains(name), "{said}");
     }
     for (path, before) in own {
         assert!(fs::read(&path).unwrap() == before, "{} is as it was", path.display());
@@ -156,8 +135,7 @@ fn a_copy_never_takes_the_place_of_the_sites_own_files() {
 
 #[test]
 fn a_tilt_has_no_meaning_where_a_picture_has_no_place() {
-    let site = chapel();
-    let said = run(&["register", site.to_str().unwrap(), "--anywhere", "--tilt", "5"]).unwrap_err();
+    let said = clerestory(&[&"register", &chapel()], &["--anywhere", "--tilt", "5"]).error();
     assert!(said.contains("--anywhere") && said.contains("--tilt") && said.contains("cannot be used"), "{said}");
 }
 

@@ -2,14 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test that cannot go on")]
 
-use crate::support::{Built, Plan, closed, grey, options, sides, v};
+use crate::support::{Built, Paint, grey, options, sunny_room, v};
 use clerestory::bake::{self, bake};
 use clerestory::panorama::{Exposure, Picture};
 use clerestory::render::{Relit, render};
 use clerestory::site::Site;
 use clerestory::study::flip_ldr;
 use clerestory::viewer::{Extras, write_viewer};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
@@ -151,17 +151,11 @@ impl Drop for Browser {
 
 /// A room with a checkered block, a sun, and an end that no probe sees.
 fn room() -> Built {
-    let mut quads = closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0);
-    quads.remove(1);
     // painted on its two large faces: on the narrow ones squares would be finer than pixels
-    quads.extend(sides(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), [0, 0, 0, 0, 1, 1]));
-    let mut plan = Plan::new(quads, &[grey(0.6), crate::support::Paint { albedo: 0.8, emission: 0.0, checker: true }])
-        .probe(v(0.9, 1.4, 1.0), 128)
-        .probe(v(1.1, 0.6, 0.7), 128)
+    let mut plan = sunny_room([0, 0, 0, 0, 1, 1], 128, "[9, 8.6, 8]")
         .view(v(0.4, 0.3, 1.2), v(3.5, 2.5, 1.0), 256)
         .view(v(3.7, 2.6, 1.7), v(2.0, 1.0, 0.4), 256);
-    plan.more =
-        "[environment]\nradiance = [1, 1, 1]\n[sun]\ndirection = [0.3, 0.2, 1]\nirradiance = [9, 8.6, 8]".to_owned();
+    plan.paints.push(Paint { checker: true, ..grey(0.8) });
     plan.build().trace(&plan, 64)
 }
 

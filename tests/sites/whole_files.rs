@@ -1,11 +1,12 @@
 //! Files appear whole or not at all, even if the program is stopped.
 
+use crate::support::program::{Done, clerestory, program};
+use crate::support::{chapel, files};
+use clerestory::atomic_write::{remove_unfinished, write_atomically};
 use std::fs;
 use std::io::Write;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
-
-use clerestory::atomic_write::{remove_unfinished, write_atomically};
 
 #[test]
 fn what_is_stopped_leaves_nothing() {
@@ -32,19 +33,16 @@ fn what_is_stopped_leaves_nothing() {
 /// `render`'s picture of the view “floor” is called floor.exr, as the photograph is.
 #[test]
 fn no_verb_writes_where_the_sites_own_files_lie() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let photo = root.join("sites/chapel/photos/floor.exr");
+    let photo = chapel().join("photos/floor.exr");
     let before = fs::read(&photo).unwrap();
     for verb in ["render", "audit", "plan", "study", "report", "register"] {
         for folder in ["sites/chapel/photos", "sites/chapel/model/../probes"] {
-            let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
-                .args([verb, "sites/chapel", "--out", folder])
-                .current_dir(root)
-                .output()
-                .unwrap();
-            let error = String::from_utf8(said.stderr).unwrap();
-            assert_eq!(said.status.code(), Some(1), "{verb} {folder}: {error}");
-            assert!(error.contains("the site's own files lie there") && error.contains("--out"), "{error}");
+            let said = clerestory(&[], &[verb, "sites/chapel", "--out", folder]);
+            assert_eq!(said.code, Some(1), "{verb} {folder}: {said:?}");
+            assert!(
+                said.stderr.contains("the site's own files lie there") && said.stderr.contains("--out"),
+                "{said:?}"
+            );
         }
     }
     assert_eq!(fs::read(&photo).unwrap(), before);
@@ -67,13 +65,8 @@ fn no_verb_writes_where_the_models_own_pictures_lie() {
     fs::write(site.path().join("site.toml"), text).unwrap();
     let before = fs::read(&picture).unwrap();
     for verb in ["plan", "render", "bake", "view", "study", "audit", "register", "report"] {
-        let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
-            .args([verb, ".", "--out", "pictures"])
-            .current_dir(site.path())
-            .output()
-            .unwrap();
-        let error = String::from_utf8(said.stderr).unwrap();
-        assert!(said.status.code() == Some(1) && error.contains("own files lie there"), "{verb}: {error}");
+        let said = Done::of(program().args([verb, ".", "--out", "pictures"]).current_dir(site.path()));
+        assert!(said.code == Some(1) && said.stderr.contains("own files lie there"), "{verb}: {said:?}");
     }
     assert_eq!(fs::read(&picture).unwrap(), before);
     assert_eq!(fs::read_dir(picture.parent().unwrap()).unwrap().count(), 1);
@@ -84,13 +77,11 @@ fn no_verb_writes_where_the_models_own_pictures_lie() {
 #[test]
 fn names_that_are_no_utf_8_are_refused_at_once() {
     use std::os::unix::ffi::OsStrExt;
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let dir = tempfile::tempdir().unwrap();
     let name = dir.path().join(std::ffi::OsStr::from_bytes(b"r\xff"));
     for verb in ["report", "render", "plan"] {
         let start = std::time::Instant::now();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_clerestory"));
-        let said = program.args([verb, "sites/chapel", "--out"]).arg(&name).current_dir(root).output().unwrap();
+        let said = program().args([verb, "sites/chapel", "--out"]).arg(&name).output().unwrap();
         let error = String::from_utf8_lossy(&said.stderr);
         assert!(said.status.code() == Some(1) && error.contains("no UTF-8"), "{verb}: {error}");
         assert!(!name.exists() && start.elapsed().as_secs() < 5);
@@ -105,12 +96,8 @@ fn names_that_begin_with_a_dash_are_no_options() {
     fs::create_dir(&site).unwrap();
     fs::write(site.join("m.obj"), ROOM).unwrap();
     fs::write(site.join("site.toml"), "[site]\nunits = \"m\"\nup = \"z\"\n[model]\npath = \"m.obj\"\n").unwrap();
-    let said = Command::new(env!("CARGO_BIN_EXE_clerestory"))
-        .args(["report", "--quiet", "--without", "render,audit,study", "--out=-r", "--", "-site"])
-        .current_dir(dir.path())
-        .output()
-        .unwrap();
-    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let given = ["report", "--quiet", "--without", "render,audit,study", "--out=-r", "--", "-site"];
+    Done::of(program().args(given).current_dir(dir.path())).text();
     let manifest: serde_json::Value =
         serde_json::from_slice(&fs::read(dir.path().join("-r/manifest.json")).unwrap()).unwrap();
     for run in manifest["runs"].as_array().unwrap() {
@@ -125,29 +112,20 @@ fn names_that_begin_with_a_dash_are_no_options() {
 fn ctrl_c_leaves_no_rubbish() {
     for wait_ms in [300, 900, 1500] {
         let dir = tempfile::tempdir().unwrap();
-        let mut child = Command::new(env!("CARGO_BIN_EXE_clerestory"))
+        let mut child = program()
             .args(["simulate", "sites/chapel", "--size", "32", "--samples", "64", "--out"])
             .arg(dir.path())
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
         std::thread::sleep(Duration::from_millis(wait_ms));
-        let told = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        let told = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
         let status = child.wait().unwrap();
         assert!(told.success(), "it was still at work");
         assert_eq!(status.code(), Some(130));
-        let mut folders = vec![dir.path().to_owned()];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else {
-                    clerestory::panorama::read(&path).unwrap();
-                }
-            }
+        for name in files(dir.path()) {
+            clerestory::panorama::read(&dir.path().join(name)).unwrap();
         }
     }
 }

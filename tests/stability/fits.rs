@@ -1,14 +1,14 @@
 //! Rows about plans and fits: polygons that touch and degenerate, poses from points that nearly do.
 
 use clerestory::audit::{self, audit};
-use clerestory::panorama::{Layer, Picture, write_exr};
+use clerestory::panorama::Picture;
 use clerestory::plan::free_space::open_space::OpenSpace;
 use clerestory::plan::free_space::polygon::Polygon;
 use clerestory::site::{Camera, Match, Pose, Resection, Site};
 use glam::{DVec2, DVec3, Vec3, dvec2, dvec3};
 
 use super::Row;
-use super::support::{Plan, closed, grey, options, v};
+use super::support::{HIGH, Plan, closed, grey, options, v, write_picture};
 use super::ulp::nudge;
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -24,10 +24,10 @@ fn polygons() -> Vec<Row> {
     let square = |x0: f64, y0: f64, side: f64| {
         vec![dvec2(x0, y0), dvec2(x0 + side, y0), dvec2(x0 + side, y0 + side), dvec2(x0, y0 + side)]
     };
-    let from = dvec2(1.0, 5.0);
-    let seen = |p: &Polygon| {
+    // the origin lies so far from that of coordinates
+    let seen = |p: &Polygon, origin: f64| {
         let space = OpenSpace::new(std::slice::from_ref(p)).unwrap();
-        (space.area(), space.visibility(from).map_or(0.0, |i| i.area()))
+        (space.area(), space.visibility(dvec2(1.0, 5.0) + origin).map_or(0.0, |i| i.area()))
     };
     let off =
         |(area, sight): (f64, f64), taken: f64| ((area / (96.0 - taken) - 1.0).abs()).max((sight / 76.0 - 1.0).abs());
@@ -45,58 +45,30 @@ fn polygons() -> Vec<Row> {
     let mut sliver = plain.clone();
     sliver.holes.push(vec![dvec2(7.0, 4.9), dvec2(9.0, 5.0), dvec2(7.0, 4.9 + 1e-9)]);
     // all corners up or down by one unit in the last place of double precision
-    let amplified = |p: &Polygon, seen: &dyn Fn(&Polygon) -> (f64, f64)| {
+    let amplified = |p: &Polygon, origin: f64| {
         let move_ring = |ring: &[DVec2]| -> Vec<DVec2> {
             let factor = |i: usize| if i.is_multiple_of(3) { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
             ring.iter().enumerate().map(|(i, p)| *p * factor(i)).collect()
         };
         let moved = Polygon { outer: move_ring(&p.outer), holes: p.holes.iter().map(|h| move_ring(h)).collect() };
-        let ((area, sight), (area_moved, sight_moved)) = (seen(p), seen(&moved));
+        let ((area, sight), (area_moved, sight_moved)) = (seen(p, origin), seen(&moved, origin));
         ((area_moved / area - 1.0).abs()).max((sight_moved / sight - 1.0).abs()) / f64::EPSILON
     };
-    let shifted = |d: f64| Polygon {
-        outer: plain.outer.iter().map(|p| *p + d).collect(),
-        holes: plain.holes.iter().map(|h| h.iter().map(|p| *p + d).collect()).collect(),
+    let far = Polygon {
+        outer: plain.outer.iter().map(|p| *p + 5e6).collect(),
+        holes: plain.holes.iter().map(|h| h.iter().map(|p| *p + 5e6).collect()).collect(),
     };
-    let far_plan = shifted(5e6);
-    let far = |p: &Polygon| {
-        let space = OpenSpace::new(std::slice::from_ref(p)).unwrap();
-        (space.area(), space.visibility(from + 5e6).map_or(0.0, |i| i.area()))
+    let row = |case, polygon: &Polygon, expected, taken: f64, origin: f64, bound: f64, most: f64| {
+        let error = off(seen(polygon, origin), taken);
+        let row = Row::new(case, "open area and area in sight", expected).off(error, bound);
+        row.amplified_within(amplified(polygon, origin), most)
     };
     vec![
-        Row::new(
-            "polygon with repeated and collinear points",
-            "open area and area in sight",
-            "96 and 76",
-            off(seen(&collinear), 0.0),
-            1e-12,
-        )
-        .amplified(amplified(&collinear, &seen)),
-        Row::new(
-            "holes that touch a wall and each other",
-            "open area and area in sight",
-            "95 and 76",
-            off(seen(&touching), 1.0),
-            1e-5,
-        )
-        .amplified(amplified(&touching, &seen)),
-        Row::new(
-            "a sliver of a hole, 1 nm wide",
-            "open area and area in sight",
-            "96 and 76",
-            off(seen(&sliver), 0.0),
-            1e-5,
-        )
-        .amplified(amplified(&sliver, &seen)),
+        row("polygon with repeated and collinear points", &collinear, "96 and 76", 0.0, 0.0, 1e-12, 1e4),
+        row("holes that touch a wall and each other", &touching, "95 and 76", 1.0, 0.0, 1e-5, 1e4),
+        row("a sliver of a hole, 1 nm wide", &sliver, "96 and 76", 0.0, 0.0, 1e-5, 1e4),
         // its coordinates are 5·10⁵ times its size
-        Row::new(
-            "a plan at coordinates of 5·10⁶ m",
-            "open area and area in sight",
-            "96 and 76",
-            off(far(&far_plan), 0.0),
-            1e-8,
-        )
-        .amplified_within(amplified(&far_plan, &far), 5e6),
+        row("a plan at coordinates of 5·10⁶ m", &far, "96 and 76", 0.0, 5e6, 1e-8, 5e6),
     ]
 }
 
@@ -118,14 +90,9 @@ fn nearly_coplanar() -> Row {
     let ulp = f64::from(f32::EPSILON);
     let moved = place(0.0).ok().zip(place(ulp).ok()).map_or(0.0, |(a, b)| (a - b).length() / 5.0);
     let expected = "the true place, or a typed refusal";
-    Row::new(
-        "pose from ten points within 1 mm of a plane",
-        "the camera's place, over its distance",
-        expected,
-        error,
-        1e-6,
-    )
-    .amplified(moved / ulp)
+    Row::new("pose from ten points within 1 mm of a plane", "the camera's place, over its distance", expected)
+        .off(error, 1e-6)
+        .amplified(moved / ulp)
 }
 
 /// A photograph of which only a thin ring about its middle can be used: there, exposure and vignetting, which grows with
@@ -134,7 +101,7 @@ fn nearly_coplanar() -> Row {
 fn collinear_exposure() -> Row {
     const SIDE: u32 = 128;
     const GAIN: [f32; 3] = [2.0, 1.25, 0.8];
-    let plan = Plan::new(closed(DVec3::ZERO, v(4.0, 3.0, 2.5), 0), &[grey(0.6)]).probe(v(1.7, 1.4, 1.3), 128).view(
+    let plan = Plan::new(closed(DVec3::ZERO, HIGH, 0), &[grey(0.6)]).probe(v(1.7, 1.4, 1.3), 128).view(
         v(0.3, 0.4, 1.6),
         v(3.5, 2.5, 0.8),
         SIDE,
@@ -162,7 +129,7 @@ fn collinear_exposure() -> Row {
         let mut photo =
             Picture { pixels: truth.pixels.iter().map(|p| *p / Vec3::from(GAIN)).collect(), ..truth.clone() };
         photo.pixels.iter_mut().enumerate().for_each(|(i, p)| *p *= factor(i));
-        write_exr(&folder.join("photo.exr"), photo.width, photo.height, &[Layer::rgb("", &photo)], None).unwrap();
+        write_picture(&folder.join("photo.exr"), &photo);
         let found = audit(&site, &built.scene, "", &[], &settings, &|_, _, _| {}).unwrap();
         let view = &found.views[0].summary;
         let stops = view.exposure_ev + 0.26 * view.vignetting_ev;
@@ -175,8 +142,7 @@ fn collinear_exposure() -> Row {
         "exposure from collinear data: usable on a thin ring only",
         "gain on the ring from exposure, white balance and vignetting",
         "what the photograph was divided by",
-        error,
-        0.02,
     )
+    .off(error, 0.02)
     .amplified(change / f64::from(f32::EPSILON))
 }

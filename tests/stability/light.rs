@@ -5,8 +5,7 @@ use clerestory::render::Options;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-use super::rooms::{HIGH, room, room_with_panel};
-use super::support::{Plan, Quad, closed, grey, irradiance, options, v};
+use super::support::{HIGH, Plan, Quad, closed, grey, irradiance, options, room, room_with_panel, v};
 use super::ulp::{asked, shown};
 use super::{Row, worst};
 
@@ -51,9 +50,8 @@ fn walls_a_millimetre_apart() -> Row {
         "walls 1 mm apart, turned by 0.1 mm",
         "radiance of wall and floor on either side, 1 and 1000, from 0.1 mm off on",
         "its own side's L",
-        worst(values, 1.0),
-        2e-3,
     )
+    .off(worst(values, 1.0), 2e-3)
     .amplified(amplification)
 }
 
@@ -105,7 +103,8 @@ fn sun_patch() -> Vec<Row> {
         .into_iter()
         .map(|(cells, rays, computed, bound)| {
             let (values, amplification) = behind(cells, rays);
-            Row::new(title, computed, "double-precision form factor", worst(values, 1.0), bound)
+            Row::new(title, computed, "double-precision form factor")
+                .off(worst(values, 1.0), bound)
                 .amplified(amplification)
         })
         .collect();
@@ -114,7 +113,7 @@ fn sun_patch() -> Vec<Row> {
         beside.map(|p| irradiance(relit, built.local(p), Vec3::Z).x * 0.01 / PI as f32).to_vec()
     });
     let computed = "radiance in the shadow 20 cm beside it, same cell";
-    rows.push(Row::new(title, computed, "the shadow's own L", worst(shadow, 1.0), 2e-3).amplified(amplification));
+    rows.push(Row::new(title, computed, "the shadow's own L").off(worst(shadow, 1.0), 2e-3).amplified(amplification));
     rows
 }
 
@@ -137,14 +136,9 @@ fn one_pixel() -> Row {
         shown.truncate(shown.len() * 9 / 10);
         shown
     });
-    Row::new(
-        "one pixel with 99 % of a probe's energy",
-        "radiance of nine tenths of a view, away from it",
-        "L",
-        worst(far, 1.0),
-        2e-3,
-    )
-    .amplified(amplification)
+    Row::new("one pixel with 99 % of a probe's energy", "radiance of nine tenths of a view, away from it", "L")
+        .off(worst(far, 1.0), 2e-3)
+        .amplified(amplification)
 }
 
 /// A white side chamber that no probe sees but for its door: its light is the sum of a series that converges slowly.
@@ -167,14 +161,9 @@ fn side_chamber() -> Row {
     );
     let built = plan.build().furnace(&plan, 2.0);
     let (values, amplification) = asked(&built, &options(32), |relit| shown(&built, relit));
-    Row::new(
-        "unseen chamber of albedo 0.999 behind a door",
-        "radiance of a furnace by exchange",
-        "L",
-        worst(values, 2.0),
-        0.2,
-    )
-    .amplified(amplification)
+    Row::new("unseen chamber of albedo 0.999 behind a door", "radiance of a furnace by exchange", "L")
+        .off(worst(values, 2.0), 0.2)
+        .amplified(amplification)
 }
 
 /// The plain room has no window, no texture and no photograph; without a probe nothing can be relit, and that is said.
@@ -185,8 +174,9 @@ fn nothing_there() -> [Row; 2] {
     let none = Options { probes: 0, ..options(8) };
     let refused = clerestory::render::prepare(&built.site, &built.scene, &[], &none).is_err();
     [
-        Row::new("no window, no texture, no photograph", "radiance of a furnace", "L", worst(values, 2.0), 2e-3)
+        Row::new("no window, no texture, no photograph", "radiance of a furnace", "L")
+            .off(worst(values, 2.0), 2e-3)
             .amplified(amplification),
-        Row::new("no probe", "answers but the typed refusal", "0 (absolute)", u8::from(!refused), 0.0).counted(),
+        Row::new("no probe", "answers but the typed refusal", "0 (absolute)").off(u8::from(!refused), 0.0).counted(),
     ]
 }

@@ -3,13 +3,13 @@
 use clerestory::panorama::{EnvironmentSampler, Exposure, Panorama, Picture, Projection};
 use clerestory::paper;
 use clerestory::reference::{Lights, ReferenceSettings, Sky, irradiance};
-use clerestory::scene::{Material, Mesh, Scene};
 use clerestory::shoot::KdTree;
 use clerestory::study::{flip, relmse, rmse, ssim};
 use clerestory::volume::Grid;
 use glam::{DMat3, DVec3, Vec3};
 use std::f64::consts::PI;
 
+use super::support::scene_of;
 use super::ulp::{change, nudge};
 use super::{Row, worst};
 
@@ -20,26 +20,13 @@ pub(crate) fn rows() -> Vec<Row> {
     rows
 }
 
-fn scene(quads: &[[Vec3; 3]], albedo: f32, emission: f32) -> Scene {
-    let mut mesh = Mesh::default();
-    for &[corner, u, v] in quads {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
-        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-        mesh.materials.extend([0; 2]);
-    }
-    let (albedo, emission) = (Vec3::splat(albedo), Vec3::splat(emission));
-    let material = Material { name: String::new(), albedo, texture: None, emission };
-    Scene::new(mesh, vec![material], vec![], DVec3::ZERO)
-}
-
 /// The series Σ ρⁿ of a closed room converges so slowly that a thousand bounces hold two thirds of it.
 fn closed_room() -> Row {
     let (x, y, z) = (Vec3::X * 4.0, Vec3::Y * 3.0, Vec3::Z * 2.5);
     let o = Vec3::ZERO;
     let quads = [[o, x, y], [z, x, y], [o, x, z], [y, x, z], [o, y, z], [x, y, z]];
     let of = |albedo: f32| {
-        let scene = scene(&quads, albedo, 1.0);
+        let scene = scene_of(&quads.map(|[corner, u, v]| (corner, u, v, albedo, 1.0)));
         let lights = Lights::new(&scene, None, None);
         let settings = ReferenceSettings { samples: 1024, max_bounces: 1 << 14, ..ReferenceSettings::default() };
         let (e, _) = irradiance(&scene, &lights, Vec3::new(1.3, 1.1, 0.0), Vec3::Z, &settings);
@@ -51,14 +38,9 @@ fn closed_room() -> Row {
     let other = 0.998f32;
     let amplification = (of(albedo) / of(other)).ln() / (f64::from(albedo) / f64::from(other)).ln();
     let error = (of(albedo) / expected(albedo) - 1.0).abs();
-    Row::new(
-        "closed room of albedo 0.999",
-        "irradiance by path tracing, 16 384 bounces, 1024 samples",
-        "π/(1 − ρ)",
-        error,
-        0.03,
-    )
-    .amplified(amplification)
+    Row::new("closed room of albedo 0.999", "irradiance by path tracing, 16 384 bounces, 1024 samples", "π/(1 − ρ)")
+        .off(error, 0.03)
+        .amplified(amplification)
 }
 
 /// The paper's fill across 500 empty cells between 4 and 8: each half takes its own end's value.
@@ -78,14 +60,9 @@ fn long_gap() -> Row {
     };
     let values = filled(|_| 1.0);
     let amplification = change(&values, &filled(nudge));
-    Row::new(
-        "the paper's fill over a 500-cell gap",
-        "irradiance away from the seam",
-        "the nearer end's value",
-        worst(values, 1.0),
-        1e-6,
-    )
-    .amplified(amplification)
+    Row::new("the paper's fill over a 500-cell gap", "irradiance away from the seam", "the nearer end's value")
+        .off(worst(values, 1.0), 1e-6)
+        .amplified(amplification)
 }
 
 /// A lattice of records 1 µm apart at 3 m from the origin, where single precision has steps of 0.24 µm.
@@ -109,9 +86,8 @@ fn micrometres() -> Row {
         "records at 1 µm spacing",
         "share of 1600 radius searches that differ",
         "brute force in double precision (absolute)",
-        wrong as f64 / 1600.0,
-        0.02,
     )
+    .off(wrong as f64 / 1600.0, 0.02)
     .counted()
 }
 
@@ -123,7 +99,8 @@ fn long_sum() -> Row {
     let found = rmse(&x, &t.pixels);
     x.iter_mut().enumerate().for_each(|(i, x)| *x *= nudge(i));
     let amplification = (rmse(&x, &t.pixels) / found - 1.0).abs() / f64::from(f32::EPSILON);
-    Row::new("20 million equal errors", "RMSE", "1/1024 exactly", (found * 1024.0 - 1.0).abs(), 1e-12)
+    Row::new("20 million equal errors", "RMSE", "1/1024 exactly")
+        .off((found * 1024.0 - 1.0).abs(), 1e-12)
         .amplified(amplification)
 }
 
@@ -152,7 +129,7 @@ fn one_bright_sky_pixel() -> Vec<Row> {
         let cell = theta.sin() * (PI / (h * steps) as f64) * (2.0 * PI / (w * steps) as f64);
         expected += f64::from(panorama.radiance(d.as_vec3()).x) * d.z * cell;
     }
-    let scene = scene(&[[Vec3::new(-0.5, -0.5, -1.0), Vec3::X, Vec3::Y]], 0.5, 0.0);
+    let scene = scene_of(&[(Vec3::new(-0.5, -0.5, -1.0), Vec3::X, Vec3::Y, 0.5, 0.0)]);
     let settings = ReferenceSettings { samples: 1 << 14, ..ReferenceSettings::default() };
     let under = |panorama| {
         let sky = Sky::Image(Box::new(EnvironmentSampler::new(panorama)));
@@ -166,11 +143,11 @@ fn one_bright_sky_pixel() -> Vec<Row> {
             "a sky with 99 % of its energy in one pixel",
             "irradiance of a floor, 16 384 samples",
             "quadrature in double precision",
-            error.abs(),
-            0.01,
         )
+        .off(error.abs(), 0.01)
         .amplified(change(&[e.x], &[e_moved.x])),
-        Row::new("the same sky", "its standard error", "0", noise.x / e.x, 0.01)
+        Row::new("the same sky", "its standard error", "0")
+            .off(noise.x / e.x, 0.01)
             .amplified(change(&[noise.x], &[noise_moved.x])),
     ]
 }
@@ -198,12 +175,7 @@ fn metrics_of_extremes() -> Row {
             bad += shown.filter(|p| !p.is_finite() || p.min_element() < 0.0 || p.max_element() > 1.0).count();
         }
     }
-    Row::new(
-        "pictures of NaN, ∞, denormals and nothing",
-        "NaN among metrics and screen values",
-        "0 (absolute)",
-        bad as f64,
-        0.0,
-    )
-    .counted()
+    Row::new("pictures of NaN, ∞, denormals and nothing", "NaN among metrics and screen values", "0 (absolute)")
+        .off(bad as f64, 0.0)
+        .counted()
 }

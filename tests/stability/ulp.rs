@@ -1,10 +1,10 @@
 //! One unit in the last place: what it does to results.
 
-use clerestory::panorama::{self, Layer, write_exr};
+use clerestory::panorama;
 use clerestory::render::{self, Options, Relit};
 use clerestory::site::{LitPicture, Site};
 
-use super::support::{Built, assert_finite};
+use super::support::{Built, assert_finite, write_picture};
 
 /// A factor that moves a number in single precision by one unit in its last place, up or down by turns.
 pub(crate) fn nudge(i: usize) -> f32 {
@@ -26,7 +26,7 @@ pub(crate) fn asked(built: &Built, options: &Options, ask: impl Fn(&Relit) -> Ve
         let mut picture = panorama::read(&probe.pictures[0].path).unwrap();
         picture.pixels.iter_mut().enumerate().for_each(|(k, p)| *p *= nudge(k));
         let path = built.folder.path().join(format!("moved{i}.exr"));
-        write_exr(&path, picture.width, picture.height, &[Layer::rgb("", &picture)], None).unwrap();
+        write_picture(&path, &picture);
         probe.pictures.push(LitPicture { lighting: "moved".to_owned(), path, frames: Vec::new() });
     }
     // a lighting more of the same probes: rays are cast once

@@ -1,18 +1,105 @@
 //! Small sites for tests, written to a folder as a person would have them: OBJ, MTL, site file and EXR pictures.
 
-#![allow(dead_code, clippy::unwrap_used, reason = "shared by several tests, of which each uses a part; may panic")]
+#![allow(
+    dead_code,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "shared by several tests, of which each uses a part; may panic, and says what is skipped"
+)]
+
+pub(crate) mod data;
+pub(crate) mod program;
 
 use clerestory::panorama::{Layer, Picture, write_exr};
 use clerestory::reference::{self, Eye, Lights, trace};
 use clerestory::render::{self, Frame, Irradiance, Options, Relit};
-use clerestory::scene::{self, Health, Ray, Scene, Surface};
-use clerestory::site::{Pictures, Site};
-use clerestory::volume;
+use clerestory::scene::{self, Health, Material, Mesh, Ray, Scene, Surface};
+use clerestory::site::{Pictures, Probe, Site};
+use clerestory::volume::{self, Volume};
 use glam::{DVec3, Vec2, Vec3};
+use std::collections::BTreeMap;
 use std::f32::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
+
+/// The folder of the bundled chapel.
+pub(crate) fn chapel() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("sites/chapel")
+}
+
+/// A site and its model.
+pub(crate) fn load(path: &Path) -> (Site, Scene) {
+    let site = Site::load(path).unwrap();
+    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    (site, scene)
+}
+
+/// What `work` comes to on so many threads.
+pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
+}
+
+/// Writes a picture as OpenEXR.
+pub(crate) fn write_picture(file: &Path, picture: &Picture) {
+    write_exr(file, picture.width, picture.height, &[Layer::rgb("", picture)], None).unwrap();
+}
+
+/// Puts other words in the place of some in a file, wherever they stand; they must be there.
+#[track_caller]
+pub(crate) fn change(file: &Path, changes: &[(&str, &str)]) {
+    let mut text = fs::read_to_string(file).unwrap();
+    for (old, new) in changes {
+        assert!(text.contains(old), "{old:?} is not in {}", file.display());
+        text = text.replace(old, new);
+    }
+    fs::write(file, text).unwrap();
+}
+
+/// All files in a folder and below, relative to it, in order.
+pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
+    fn walk(folder: &Path, root: &Path, found: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, root, found);
+            } else {
+                found.push(path.strip_prefix(root).unwrap().to_owned());
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(folder, folder, &mut found);
+    found.sort();
+    found
+}
+
+/// The same with their bytes.
+pub(crate) fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    files(folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect()
+}
+
+/// Copies a folder with all that is in it.
+pub(crate) fn copy(from: &Path, to: &Path) {
+    for name in files(from) {
+        let target = to.join(&name);
+        fs::create_dir_all(target.parent().unwrap()).unwrap();
+        fs::copy(from.join(name), target).unwrap();
+    }
+}
+
+/// A picture of one colour as a PNG file.
+pub(crate) fn png(width: u32, height: u32, rgb: [u8; 3]) -> Vec<u8> {
+    encoded(&image::RgbImage::from_pixel(width, height, image::Rgb(rgb)).into())
+}
+
+/// A picture as a PNG file.
+pub(crate) fn encoded(picture: &image::DynamicImage) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
 
 /// A rectangle or parallelogram: corner, two edges, and its material's index.
 #[derive(Clone, Copy)]
@@ -70,6 +157,129 @@ pub(crate) fn sides(low: DVec3, high: DVec3, materials: [usize; 6]) -> Vec<Quad>
 /// The sides of a box in one material.
 pub(crate) fn closed(low: DVec3, high: DVec3, material: usize) -> Vec<Quad> {
     sides(low, high, [material; 6])
+}
+
+/// A box of so many metres with its least corner at the origin, as an OBJ file.
+pub(crate) fn closed_box(x: u32, y: u32, z: u32) -> String {
+    let corners: String =
+        (0..8).map(|i| format!("v {} {} {}\n", x * (i & 1), y * (i >> 1 & 1), z * (i >> 2 & 1))).collect();
+    format!("{corners}f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
+}
+
+/// The greatest corner of the common room, whose least one is the origin.
+pub(crate) const HIGH: DVec3 = DVec3::new(4.0, 3.0, 2.5);
+
+/// A room, a probe 64 pixels wide off its middle, a view from a corner.
+pub(crate) fn room(albedo: f64) -> Plan {
+    let plan = Plan::new(closed(DVec3::ZERO, HIGH, 0), &[grey(albedo)]);
+    plan.probe(v(1.7, 1.4, 1.3), 64).view(v(0.3, 0.4, 1.6), v(3.5, 2.5, 0.8), 24)
+}
+
+/// The room with a panel whose back no probe sees, and a view of that back.
+pub(crate) fn room_with_panel(albedo: f64) -> Plan {
+    let mut plan = room(albedo);
+    plan.quads.push(Quad(v(2.8, 0.8, 0.6), DVec3::Y * 1.2, DVec3::Z * 1.2, 0));
+    plan.views = vec![(v(3.7, 2.6, 1.75), v(1.5, 0.5, 0.75), 24)];
+    plan
+}
+
+/// A room without a ceiling under an even sky and the sun, with a block that hides part of it from both probes.
+pub(crate) fn sunny_room(block: [usize; 6], probe_width: usize, sun: &str) -> Plan {
+    let mut quads = closed(DVec3::ZERO, HIGH, 0);
+    quads.remove(1);
+    quads.extend(sides(v(2.0, 0.5, 0.0), v(2.3, 2.5, 1.4), block));
+    let mut plan =
+        Plan::new(quads, &[grey(0.6)]).probe(v(0.9, 1.4, 1.0), probe_width).probe(v(1.1, 0.6, 0.7), probe_width);
+    plan.more = format!("[environment]\nradiance = [1, 1, 1]\n[sun]\ndirection = [0.3, 0.2, 1]\nirradiance = {sun}");
+    plan
+}
+
+/// A room whose sides have these radiances, the darkest opposite the brightest: fifteen decades in one probe.
+pub(crate) struct Decades {
+    plan: Plan,
+    pub(crate) built: Built,
+}
+
+impl Decades {
+    const LEVELS: [f32; 6] = [1.0, 30.0, 1e-3, 1e3, 1e-6, 1e9];
+
+    pub(crate) fn new() -> Self {
+        let mut plan = room(0.5);
+        plan.quads = sides(DVec3::ZERO, HIGH, [0, 1, 2, 3, 4, 5]);
+        plan.probes[0].1 = 256;
+        plan.paints = vec![grey(0.5); 6];
+        let level = |scene: &Scene, s: &Surface| {
+            let material = &scene.materials[scene.mesh.materials[s.triangle as usize] as usize];
+            Self::LEVELS[material.name[1..].parse::<usize>().unwrap()]
+        };
+        let built = plan.build().paint(&plan, |scene, s| s.map_or(Vec3::ZERO, |s| Vec3::splat(level(scene, s))));
+        Self { plan, built }
+    }
+
+    /// Radiance over what it should be, on each side at these shares of its edges.
+    pub(crate) fn shown(&self, relit: &Relit, shares: &[(f64, f64)]) -> Vec<f32> {
+        let mut all = Vec::new();
+        for (Quad(corner, u, w, _), level) in self.plan.quads.iter().zip(Self::LEVELS) {
+            let normal = u.cross(*w).normalize();
+            let normal = if normal.dot(0.5 * HIGH - *corner) > 0.0 { normal } else { -normal };
+            let at = |a: f64, b: f64| self.built.local(*corner + *u * a + *w * b);
+            all.extend(shares.iter().map(|&(a, b)| 0.5 * irradiance(relit, at(a, b), normal.as_vec3()).x / PI / level));
+        }
+        all
+    }
+}
+
+/// The room of radiance 2 within walls of 10 cm and a second probe somewhere in, on or behind one of them, whose picture is
+/// black but where it sees into the room.
+pub(crate) fn room_with_probe_at_wall(at: DVec3) -> (Plan, Built) {
+    let mut plan = room(0.5).probe(at, 32);
+    plan.quads.extend(closed(DVec3::splat(-0.1), HIGH + 0.1, 0));
+    let built = plan.build();
+    built.put(0, &built.look(0, 64, |_| Vec3::splat(2.0)));
+    let inside = |p: DVec3| p.cmpge(DVec3::splat(-1e-4)).all() && p.cmple(HIGH + 1e-4).all();
+    let seen = |s: &Surface| inside(s.position.as_dvec3() + built.scene.origin);
+    built.put(1, &built.look(1, 32, |s| Vec3::splat(if s.is_some_and(seen) { 2.0 } else { 0.0 })));
+    (plan, built)
+}
+
+/// The share of radiances that are not 2 to within 1 %.
+pub(crate) fn share_off_2(shown: &[f32]) -> f64 {
+    shown.iter().filter(|l| (*l / 2.0 - 1.0).abs() > 0.01).count() as f64 / shown.len() as f64
+}
+
+/// 200 × 2 × 2 m, with a cross wall that leaves a gap: the volume's cells are larger than the room is wide.
+pub(crate) fn long_low_room() -> Plan {
+    let mut quads = closed(DVec3::ZERO, v(200.0, 2.0, 2.0), 0);
+    quads.push(Quad(v(20.0, 0.0, 0.0), DVec3::Y * 1.5, DVec3::Z * 2.0, 0));
+    Plan::new(quads, &[grey(1.0)])
+        .probe(v(5.0, 1.0, 1.0), 256)
+        .probe(v(40.0, 1.0, 1.0), 256)
+        .view(v(30.0, 0.6, 1.0), v(20.0, 0.6, 1.0), 16)
+        .view(v(2.0, 1.0, 1.0), v(199.0, 1.0, 1.0), 16)
+}
+
+/// Radiance that differs from place to place, so that a shift would show.
+pub(crate) fn gradient(scene: &Scene, s: Option<&Surface>) -> Vec3 {
+    s.map_or(Vec3::ZERO, |s| {
+        let (low, high) = scene.mesh.bounds();
+        let p = (s.position - low) / (high - low);
+        Vec3::splat(1.0 + 4.0 * p.x + 2.0 * p.y * p.z)
+    })
+}
+
+/// A model of quadrilaterals that is in no file: corner, two edges, albedo and emission of each.
+pub(crate) fn scene_of(quads: &[(Vec3, Vec3, Vec3, f32, f32)]) -> Scene {
+    let mut mesh = Mesh::default();
+    let mut materials = Vec::new();
+    for (i, &(corner, u, v, albedo, emission)) in quads.iter().enumerate() {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        mesh.materials.extend([i as u32; 2]);
+        let (albedo, emission) = (Vec3::splat(albedo), Vec3::splat(emission));
+        materials.push(Material { name: format!("quad {i}"), albedo, texture: None, emission });
+    }
+    Scene::new(mesh, materials, vec![], DVec3::ZERO)
 }
 
 impl Plan {
@@ -180,8 +390,7 @@ impl Built {
 
     /// Writes a probe's picture.
     pub(crate) fn put(&self, probe: usize, picture: &Picture) {
-        let file = &self.site.probes[probe].pictures[0].path;
-        write_exr(file, picture.width, picture.height, &[Layer::rgb("", picture)], None).unwrap();
+        write_picture(&self.site.probes[probe].pictures[0].path, picture);
     }
 
     /// What a probe sees where `radiance` tells what surfaces send out (none: the sky), each pixel the mean of 16 rays.
@@ -223,14 +432,31 @@ impl Built {
 
     /// Path-traces every probe.
     pub(crate) fn trace(self, plan: &Plan, samples: u32) -> Self {
+        let pictures = self.traced(plan, samples);
+        self.with(&pictures)
+    }
+
+    /// What path tracing gives for every probe.
+    pub(crate) fn traced(&self, plan: &Plan, samples: u32) -> Vec<Picture> {
         let lights = self.lights();
         let settings = reference::ReferenceSettings { samples, ..Default::default() };
-        for (i, &(_, width)) in plan.probes.iter().enumerate() {
-            let eye = Eye::Panorama { pose: self.site.probes[i].pose, width, height: width / 2 };
-            let e = trace(&self.scene, &lights, &eye, &settings);
-            self.put(i, &e.mean());
-        }
+        let one = |(probe, &(_, width)): (&Probe, &(DVec3, usize))| {
+            let eye = Eye::Panorama { pose: probe.pose, width, height: width / 2 };
+            trace(&self.scene, &lights, &eye, &settings).mean()
+        };
+        self.site.probes.iter().zip(&plan.probes).map(one).collect()
+    }
+
+    /// Writes a picture for every probe.
+    pub(crate) fn with(self, pictures: &[Picture]) -> Self {
+        pictures.iter().enumerate().for_each(|(i, picture)| self.put(i, picture));
         self
+    }
+
+    /// Changes the site file as [`change`] does.
+    #[track_caller]
+    pub(crate) fn change(&self, changes: &[(&str, &str)]) {
+        change(&self.folder.path().join("site.toml"), changes);
     }
 
     /// The lights of the site file and model.
@@ -284,10 +510,10 @@ pub(crate) fn assert_finite(frame: &Frame) {
     assert!((0.0..=1.0).contains(&frame.covered_fraction));
 }
 
-/// Asserts that every value is within a relative tolerance of what is expected.
+/// Asserts that every value is within a relative tolerance of what is expected; NaN never is.
 #[track_caller]
 pub(crate) fn assert_all(values: &[f32], expected: f32, tolerance: f32) {
-    let worst = values.iter().map(|v| (v / expected - 1.0).abs()).fold(0.0, f32::max);
+    let worst = values.iter().map(|v| (v / expected - 1.0).abs()).max_by(f32::total_cmp).unwrap_or(0.0);
     assert!(worst <= tolerance, "worst of {} values is off by {worst} from {expected}", values.len());
 }
 

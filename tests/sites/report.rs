@@ -2,20 +2,20 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test that cannot go on")]
 
+use super::wrong_inputs::changed;
+use crate::support::chapel;
+use crate::support::program::{Done, clerestory};
+use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
-use serde_json::Value;
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+fn kept() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/chapel")
 }
 
-fn report(site: &Path, out: &Path, more: &[&str]) -> assert_cmd::assert::Assert {
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    command.current_dir(root()).arg("report").arg(site).arg("--out").arg(out).args(more).assert()
+fn report(site: &str, out: &Path, more: &[&str]) -> Done {
+    clerestory(&[&"report", &site, &"--out", &out], more)
 }
 
 fn json(path: &Path) -> Value {
@@ -78,9 +78,9 @@ fn apart(kept: &Path, made: &Path) -> f64 {
 
 #[test]
 fn the_kept_report_is_what_the_program_makes() {
-    let kept = root().join("reports/chapel");
+    let kept = kept();
     let made = tempfile::tempdir().unwrap();
-    report(Path::new("sites/chapel"), made.path(), &["--without", "study", "-q"]).success().stdout("");
+    assert_eq!(report("sites/chapel", made.path(), &["--without", "study", "-q"]).text(), "");
     let study = |name: &String| name.starts_with("study");
     let kept_out = |name: &String| [".exr", ".ply", ".pdf"].iter().any(|end| name.ends_with(end));
     let of_the_site = |name: &String| !study(name) && !kept_out(name);
@@ -111,18 +111,18 @@ fn a_manifest_names_every_file_and_the_page_shows_only_what_is_there() {
     for earlier in ["report.pdf", "view-apse-findings.png"] {
         fs::write(made.path().join(earlier), "").unwrap();
     }
-    let out = report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,audit", "--json"]).success();
-    let manifest: Value = serde_json::from_slice(&out.get_output().stdout).unwrap();
-    let listed: BTreeSet<String> =
-        manifest["outputs"].as_array().unwrap().iter().map(|f| f["file"].as_str().unwrap().into()).collect();
+    let manifest = report("sites/chapel", made.path(), &["--without", "study,plan,audit", "--json"]).json();
+    let files = |key: &str| {
+        let all = manifest[key].as_array().unwrap().iter();
+        all.map(|f| f["file"].as_str().unwrap().to_owned()).collect::<BTreeSet<_>>()
+    };
     let mut there = names(made.path());
     assert!(there.remove("manifest.json"));
     assert!(!there.contains("report.pdf") && !there.contains("view-apse-findings.png"), "an earlier run's: {there:?}");
-    assert_eq!(listed, there);
-    let inputs: Vec<&str> =
-        manifest["inputs"].as_array().unwrap().iter().map(|f| f["file"].as_str().unwrap()).collect();
+    assert_eq!(files("outputs"), there);
+    let inputs = files("inputs");
     for input in ["site.toml", "model/chapel.obj", "model/chapel.mtl", "model/brick.jpg", "photos/apse.exr"] {
-        assert!(inputs.contains(&input), "{input} is missing in {inputs:?}");
+        assert!(inputs.contains(input), "{input} is missing in {inputs:?}");
     }
     let page = fs::read_to_string(made.path().join("index.html")).unwrap();
     for part in page.split(" src=\"").skip(1).filter_map(|rest| rest.split('"').next()) {
@@ -137,14 +137,21 @@ fn a_report_that_came_to_no_end_has_no_manifest() {
     fs::write(made.path().join("manifest.json"), "{}").unwrap();
     // the page cannot take its place
     fs::create_dir(made.path().join("index.html")).unwrap();
-    report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,audit,render", "-q"]).code(1);
+    let failed = report("sites/chapel", made.path(), &["--without", "study,plan,audit,render", "-q"]);
+    assert_eq!(failed.code, Some(1), "{failed:?}");
     assert!(made.path().join("check.json").is_file() && !made.path().join("manifest.json").exists());
 }
 
 #[test]
 fn an_audit_without_rendering_binds_its_sheets() {
+    // one view is enough of an audit
+    let site = changed(&chapel(), &[]);
+    let text = fs::read_to_string(site.path().join("site.toml")).unwrap();
+    let (before, views) = text.split_once("[[view]]").unwrap();
+    let first = views.split("[[view]]").next().unwrap();
+    fs::write(site.path().join("site.toml"), format!("{before}[[view]]{first}")).unwrap();
     let made = tempfile::tempdir().unwrap();
-    report(Path::new("sites/chapel"), made.path(), &["--without", "study,plan,render", "-q"]).success();
+    report(site.path().to_str().unwrap(), made.path(), &["--without", "study,plan,render", "-q"]).text();
     let page = fs::read_to_string(made.path().join("index.html")).unwrap();
     assert!(page.contains("was compared with") && page.contains("href=\"report.pdf\""));
     assert!(made.path().join("report.pdf").is_file());
@@ -154,25 +161,22 @@ fn an_audit_without_rendering_binds_its_sheets() {
 fn a_site_that_cannot_be_read_leaves_no_folder() {
     let made = tempfile::tempdir().unwrap();
     let out = made.path().join("report");
-    let failed = report(Path::new("sites/nowhere"), &out, &[]).code(1);
-    let error = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-    assert!(error.starts_with("error: sites/nowhere") && error.lines().count() == 1, "{error}");
+    let error = report("sites/nowhere", &out, &[]).error_line();
+    assert!(error.starts_with("error: sites/nowhere"), "{error}");
     assert!(!out.exists());
 }
 
 #[test]
 fn many_reports_come_to_one_table() {
     let made = tempfile::tempdir().unwrap();
-    let kept = made.path().join("reports/one of <them>");
-    fs::create_dir_all(&kept).unwrap();
+    let copied = made.path().join("reports/one of <them>");
+    fs::create_dir_all(&copied).unwrap();
     for name in ["manifest.json", "findings.json", "render.json", "plan.json", "check.json"] {
-        fs::copy(root().join("reports/chapel").join(name), kept.join(name)).unwrap();
+        fs::copy(kept().join(name), copied.join(name)).unwrap();
     }
     let out = made.path().join("reports");
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    let done = command.arg("summary").arg(&kept).arg("--out").arg(&out).arg("--json").assert().success();
-    let rows: Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
-    let render = json(&kept.join("render.json"));
+    let rows = clerestory(&[&"summary", &copied, &"--out", &out, &"--json"], &[]).json();
+    let render = json(&copied.join("render.json"));
     let flips: Vec<f64> =
         render["views"].as_array().unwrap().iter().map(|v| v["error"]["all"]["flip"].as_f64().unwrap()).collect();
     let mean = flips.iter().sum::<f64>() / flips.len() as f64;
@@ -182,8 +186,6 @@ fn many_reports_come_to_one_table() {
     assert_eq!(csv.lines().count(), 2, "{csv}");
     let page = fs::read_to_string(out.join("summary.html")).unwrap();
     assert!(page.contains("<a href=\"one%20of%20%3Cthem%3E/index.html\">Chapel</a>"), "{page}");
-    let mut command = Command::cargo_bin("clerestory").unwrap();
-    let failed = command.arg("summary").arg(made.path()).assert().code(1);
-    let error = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-    assert!(error.contains("no manifest.json") && error.lines().count() == 1, "{error}");
+    let error = clerestory(&[&"summary", &made.path()], &[]).error_line();
+    assert!(error.contains("no manifest.json"), "{error}");
 }

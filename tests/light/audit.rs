@@ -3,17 +3,17 @@
 
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
-mod support;
-
+use crate::support::program::clerestory;
+use crate::support::{
+    Built, Paint, Plan, Quad, change, chapel, contents, copy, grey, load, on_threads, sides, v, write_picture,
+};
 use clerestory::audit::{self, Audit, Kind, Reason, Settings, Verdict, What};
-use clerestory::panorama::{Layer, Picture, linear_to_srgb, write_exr};
+use clerestory::panorama::{self, Picture, linear_to_srgb};
 use clerestory::reference::{self, Eye, trace};
-use clerestory::scene::{self, Health, Scene, Surface};
-use clerestory::site::Site;
+use clerestory::scene::{self, Scene, Surface};
 use glam::{DVec3, Vec3};
 use std::fs;
-use std::path::Path;
-use support::{Built, Paint, Plan, Quad, grey, sides, v};
+use std::sync::OnceLock;
 
 /// Side of the photographs and width of the probes, pixels.
 const SIDE: u32 = 128;
@@ -39,27 +39,58 @@ fn plan(quads: Vec<Quad>, paints: &[Paint]) -> Plan {
     )
 }
 
-/// Writes the pictures of the true room (its light by `radiance` of place and normal) into the modelled one's site.
+/// The probes' pictures of the true room and its photograph.
+struct Pictures {
+    probes: Vec<Picture>,
+    photo: Picture,
+}
+
+impl Pictures {
+    /// By the radiance of surfaces.
+    fn of(truth: &Plan, radiance: impl Fn(&Surface) -> Vec3 + Copy) -> Self {
+        let real = truth.build();
+        let probe = |(i, probe): (usize, &(DVec3, usize))| real.look(i, probe.1, |s| s.map_or(Vec3::ZERO, radiance));
+        let photo = picture_of(&real.scene, &real.site.views[0].camera, radiance);
+        Self { probes: truth.probes.iter().enumerate().map(probe).collect(), photo }
+    }
+
+    /// Those of the plain room with its pattern, for all tests that begin with them.
+    fn patterned() -> &'static Self {
+        static ONCE: OnceLock<Pictures> = OnceLock::new();
+        ONCE.get_or_init(|| Self::of(&plan(room(), &[grey(0.5)]), patterned))
+    }
+
+    /// The site of a model with these pictures.
+    fn in_site_of(&self, model: &Plan) -> Built {
+        let site = model.build().with(&self.probes);
+        add_photo(&site, &self.photo);
+        site
+    }
+}
+
+/// Gives a site's view its photograph.
+fn add_photo(site: &Built, photo: &Picture) {
+    write_picture(&site.folder.path().join("v0.exr"), photo);
+    site.change(&[("name = \"v0\"", "name = \"v0\"\nphoto = \"v0.exr\"")]);
+}
+
+/// The site of the modelled room with pictures of the true one.
 fn photographed(truth: &Plan, model: &Plan, radiance: impl Fn(&Surface) -> Vec3 + Copy) -> Built {
-    let real = truth.build();
-    let site = model.build();
-    for (i, &(_, width)) in truth.probes.iter().enumerate() {
-        let picture = real.look(i, width, |s| s.map_or(Vec3::ZERO, radiance));
-        site.put(i, &picture);
-    }
-    for view in &real.site.views {
-        let photo = picture_of(&real.scene, &view.camera, radiance);
-        let name = format!("{}.exr", view.name);
-        write_exr(&site.folder.path().join(&name), photo.width, photo.height, &[Layer::rgb("", &photo)], None).unwrap();
-    }
-    let file = site.folder.path().join("site.toml");
-    let mut text = fs::read_to_string(&file).unwrap();
-    for view in &real.site.views {
-        let name = format!("name = \"{}\"", view.name);
-        text = text.replace(&name, &format!("{name}\nphoto = \"{}.exr\"", view.name));
-    }
-    fs::write(&file, text).unwrap();
-    site
+    Pictures::of(truth, radiance).in_site_of(model)
+}
+
+/// The room whose far wall is modelled here; it really stands at 5 m.
+fn with_far_wall(y: f64) -> Plan {
+    plan(sides(DVec3::ZERO, v(6.0, y, 3.0), [0; 6]), &[grey(0.5)])
+}
+
+/// The audit of a wall that is modelled 15 cm too near, on three threads.
+fn of_a_near_wall() -> &'static Audit {
+    static ONCE: OnceLock<Audit> = OnceLock::new();
+    ONCE.get_or_init(|| {
+        let built = Pictures::patterned().in_site_of(&with_far_wall(4.85));
+        on_threads(3, || audited(&built))
+    })
 }
 
 /// What a camera sees, 16 rays a pixel.
@@ -81,13 +112,9 @@ fn picture_of(scene: &Scene, camera: &clerestory::site::Camera, radiance: impl F
 }
 
 fn audited(built: &Built) -> Audit {
-    audited_with(built, &Settings { cells: 12, ..Settings::default() })
-}
-
-fn audited_with(built: &Built, settings: &Settings) -> Audit {
-    let site = Site::load(built.folder.path()).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
-    audit::audit_as_placed(&site, &scene, "", &[], settings, &|_, _, _| {}).unwrap()
+    let (site, scene) = load(built.folder.path());
+    let settings = Settings { cells: 12, ..Settings::default() };
+    audit::audit_as_placed(&site, &scene, "", &[], &settings, &|_, _, _| {}).unwrap()
 }
 
 /// Light that leaves a patterned wall.
@@ -102,19 +129,15 @@ fn share(audit: &Audit, verdict: Verdict) -> f64 {
 
 #[test]
 fn a_right_model_yields_nothing() {
-    let p = plan(room(), &[grey(0.5)]);
-    let audit = audited(&photographed(&p, &p, patterned));
+    let audit = audited(&Pictures::patterned().in_site_of(&plan(room(), &[grey(0.5)])));
     assert!(audit.findings.iter().all(|f| f.kind != Kind::Geometry), "{:?}", audit.findings);
     assert_eq!(share(&audit, Verdict::Geometry), 0.0);
 }
 
 #[test]
 fn a_moved_wall_is_found_with_sign_and_size() {
-    // the far wall really stands at 5 m
-    for modelled in [4.85, 5.12] {
-        let truth = plan(room(), &[grey(0.5)]);
-        let model = plan(sides(DVec3::ZERO, v(6.0, modelled, 3.0), [0; 6]), &[grey(0.5)]);
-        let audit = audited(&photographed(&truth, &model, patterned));
+    let far = audited(&Pictures::patterned().in_site_of(&with_far_wall(5.12)));
+    for (modelled, audit) in [(4.85, of_a_near_wall()), (5.12, &far)] {
         let wall = audit.findings.iter().filter(|f| f.kind == Kind::Geometry);
         let wall = wall.max_by_key(|f| f.area_px).unwrap_or_else(|| panic!("the wall is found: {:?}", audit.doubts));
         let d = wall.displacement.expect("its displacement is measured");
@@ -203,8 +226,7 @@ fn a_post_that_is_not_modelled_is_found_although_a_probe_beside_the_camera_sees_
 #[test]
 fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
     let truth = plan(room(), &[grey(0.5)]);
-    let model = plan(sides(DVec3::ZERO, v(6.0, 4.9, 3.0), [0; 6]), &[grey(0.5)]);
-    let audit = audited(&photographed(&truth, &model, |s| Vec3::splat(0.4 + 0.01 * s.position.x)));
+    let audit = audited(&photographed(&truth, &with_far_wall(4.9), |s| Vec3::splat(0.4 + 0.01 * s.position.x)));
     assert!(audit.findings.is_empty(), "{:?}", audit.findings);
     assert_eq!(share(&audit, Verdict::Ok), 0.0);
     let view = &audit.views[0];
@@ -231,8 +253,7 @@ fn a_photograph_outside_the_model_and_a_black_model_are_untestable() {
     let audit = audited(&photographed(&outside, &outside, patterned));
     assert_eq!(share(&audit, Verdict::Untestable), 1.0);
     assert!(audit.findings.is_empty() && audit.doubts.is_empty());
-    let (truth, black) = (plan(room(), &[grey(0.5)]), plan(room(), &[grey(0.0)]));
-    let audit = audited(&photographed(&truth, &black, patterned));
+    let audit = audited(&Pictures::patterned().in_site_of(&plan(room(), &[grey(0.0)])));
     assert_eq!(share(&audit, Verdict::Ok), 0.0);
     assert!(audit.views[0].summary.reasons["black_albedo"] > 0.5, "{:?}", audit.views[0].summary.reasons);
 }
@@ -240,7 +261,7 @@ fn a_photograph_outside_the_model_and_a_black_model_are_untestable() {
 #[test]
 fn a_person_in_one_probe_and_a_clipped_window_are_no_faults() {
     let p = plan(room(), &[grey(0.5)]);
-    let built = photographed(&p, &p, patterned);
+    let built = Pictures::patterned().in_site_of(&p);
     // a dark figure before the far wall, in the first probe only
     let real = p.build();
     let probe = real.look(0, PROBE, |s| {
@@ -251,14 +272,13 @@ fn a_person_in_one_probe_and_a_clipped_window_are_no_faults() {
         })
     });
     built.put(0, &probe);
-    let file = built.folder.path().join("v0.exr");
-    let mut photo = clerestory::panorama::read(&file).unwrap();
+    let mut photo = Pictures::patterned().photo.clone();
     for (i, pixel) in photo.pixels.iter_mut().enumerate() {
         if (20..50).contains(&(i % SIDE as usize)) && (20..60).contains(&(i / SIDE as usize)) {
             *pixel = Vec3::splat(50.0);
         }
     }
-    write_exr(&file, photo.width, photo.height, &[Layer::rgb("", &photo)], None).unwrap();
+    write_picture(&built.folder.path().join("v0.exr"), &photo);
     let audit = audited(&built);
     let at_person =
         |f: &audit::Finding| f.position[1] > 4.9 && (2.4..3.4).contains(&f.position[0]) && f.position[2] < 2.0;
@@ -267,52 +287,31 @@ fn a_person_in_one_probe_and_a_clipped_window_are_no_faults() {
     assert_eq!((*window, audit.views[0].verdicts[40 * SIDE as usize + 35]), (Reason::Clipped, Verdict::Untestable));
 }
 
-/// Copies the files of a folder, not the folders in it.
-fn copy_files(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for file in fs::read_dir(from).unwrap().map(Result::unwrap).filter(|f| f.path().is_file()) {
-        fs::copy(file.path(), to.join(file.file_name())).unwrap();
-    }
-}
-
 /// A room with chequered walls, path-traced, and the same with one wall's picture gone wrong.
 #[test]
 fn a_recoloured_wall_is_texture_and_a_cast_shadow_is_not() {
-    let board = |albedo| Paint { albedo, emission: 0.0, checker: true };
+    let board = Paint { albedo: 0.8, emission: 0.0, checker: true };
     let lamp = Quad(v(2.0, 1.5, 2.99), v(1.5, 0.0, 0.0), v(0.0, 1.5, 0.0), 1);
     // a screen that casts a shadow onto the far wall
     let screen = Quad(v(2.2, 3.2, 2.0), v(1.2, 0.0, 0.0), v(0.0, 0.0, 0.5), 2);
-    let quads = |far: usize| {
-        let mut all = sides(DVec3::ZERO, v(5.0, 4.5, 3.0), [0, 0, 0, far, 0, 0]);
-        all.extend([lamp, screen]);
-        all
-    };
-    let paints = [board(0.8), Paint { albedo: 0.0, emission: 20.0, checker: false }, grey(0.4), board(0.8)];
-    let with = |far| {
-        Plan::new(quads(far), &paints).probe(v(1.2, 1.4, 1.4), 192).probe(v(3.9, 1.2, 1.6), 192).view(
-            v(2.5, 0.5, 1.5),
-            v(2.5, 4.5, 1.5),
-            96,
-        )
-    };
-    let truth = with(3);
+    let mut quads = sides(DVec3::ZERO, v(5.0, 4.5, 3.0), [0, 0, 0, 3, 0, 0]);
+    quads.extend([lamp, screen]);
+    let paints = [board, Paint { albedo: 0.0, emission: 20.0, checker: false }, grey(0.4), board];
+    let truth = Plan::new(quads, &paints).probe(v(1.2, 1.4, 1.4), 192).probe(v(3.9, 1.2, 1.6), 192).view(
+        v(2.5, 0.5, 1.5),
+        v(2.5, 4.5, 1.5),
+        96,
+    );
     let real = truth.build().trace(&truth, 64);
     let lights = real.lights();
     let settings = reference::ReferenceSettings { samples: 64, ..Default::default() };
     let eye = Eye::Camera(real.site.views[0].camera);
     let photo = trace(&real.scene, &lights, &eye, &settings).mean();
+    add_photo(&real, &photo);
+    let paint = "newmtl m3\nKd 0.8 0.8 0.8";
     let audit = |colour: &str| {
-        let folder = tempfile::tempdir().unwrap();
-        copy_files(real.folder.path(), folder.path());
-        let put = |name: &str, from: &str, to: &str| {
-            let path = folder.path().join(name);
-            fs::write(&path, fs::read_to_string(&path).unwrap().replacen(from, to, 1)).unwrap();
-        };
-        put("model.mtl", "newmtl m3\nKd 0.8 0.8 0.8", &format!("newmtl m3\nKd {colour}"));
-        put("site.toml", "name = \"v0\"", "name = \"v0\"\nphoto = \"v0.exr\"");
-        write_exr(&folder.path().join("v0.exr"), 96, 96, &[Layer::rgb("", &photo)], None).unwrap();
-        let site = Site::load(folder.path()).unwrap();
-        let scene = scene::load(&site, &mut Health::default()).unwrap();
+        change(&real.folder.path().join("model.mtl"), &[(paint, &format!("newmtl m3\nKd {colour}"))]);
+        let (site, scene) = load(real.folder.path());
         audit::audit(&site, &scene, "", &[], &Settings { cells: 12, ..Settings::default() }, &|_, _, _| {}).unwrap()
     };
     let right = audit("0.8 0.8 0.8");
@@ -338,13 +337,9 @@ fn a_shifted_pose_is_refined_and_told() {
     let radiance = |s: &Surface| truth.scene.albedo(s.triangle, s.barycentric) * 0.5 + Vec3::splat(0.02);
     let built = photographed(&p, &p, radiance);
     // the site's camera is turned: five pixels at this focal length
-    let file = built.folder.path().join("site.toml");
-    let text = fs::read_to_string(&file).unwrap();
     let f = truth.site.views[0].camera.focal.x;
     let shift = 5.0 / f * 4.0;
-    let turned = text.replace("look_at = [3.2, 5.0, 1.4]", &format!("look_at = [{}, 5.0, 1.4]", 3.2 + shift));
-    assert_ne!(text, turned);
-    fs::write(&file, turned).unwrap();
+    built.change(&[("look_at = [3.2, 5.0, 1.4]", &format!("look_at = [{}, 5.0, 1.4]", 3.2 + shift))]);
     let audit = audited(&built);
     let pose = audit.views[0].summary.pose;
     println!("refined by {:.2} ± {:.2} px", pose.mean_px, pose.residual_px);
@@ -354,34 +349,26 @@ fn a_shifted_pose_is_refined_and_told() {
 
 #[test]
 fn the_same_bytes_on_any_number_of_threads() {
-    let truth = plan(room(), &[grey(0.5)]);
-    let model = plan(sides(DVec3::ZERO, v(6.0, 4.85, 3.0), [0; 6]), &[grey(0.5)]);
-    let built = photographed(&truth, &model, patterned);
-    let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let folder = tempfile::tempdir().unwrap();
-            audited(&built).write(folder.path()).unwrap();
-            let mut files: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect();
-            files.sort();
-            files.iter().map(|f| (f.file_name().unwrap().to_owned(), fs::read(f).unwrap())).collect::<Vec<_>>()
-        })
+    let written = |audit: &Audit| {
+        let folder = tempfile::tempdir().unwrap();
+        audit.write(folder.path()).unwrap();
+        contents(folder.path())
     };
-    assert!(run(1) == run(3));
+    let built = Pictures::patterned().in_site_of(&with_far_wall(4.85));
+    let one = on_threads(1, || written(&audited(&built)));
+    assert!(one == on_threads(3, || written(of_a_near_wall())));
 }
 
 /// The bundled chapel as somebody modelled it: faults.json says what must be found.
 #[test]
 fn the_chapels_faulty_twin_is_found_out() {
-    let file = Path::new("sites/chapel/as_modelled.toml");
-    let site = Site::load(file).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    let (site, scene) = load(&chapel().join("as_modelled.toml"));
     let lighting = &site.lightings()[0];
     let views = ["floor", "panels", "apse"].map(str::to_owned);
     let settings = Settings { cells: 24, ..Settings::default() };
     let audit = audit::audit(&site, &scene, lighting, &views, &settings, &|_, _, _| {}).unwrap();
     let known: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string("sites/chapel/faults.json").unwrap()).unwrap();
+        serde_json::from_str(&fs::read_to_string(chapel().join("faults.json")).unwrap()).unwrap();
     let mut found = Vec::new();
     for fault in known["faults"].as_array().unwrap() {
         let number = |key: &str, i: usize| fault[key][i].as_f64().unwrap();
@@ -408,11 +395,8 @@ fn the_chapels_faulty_twin_is_found_out() {
 #[test]
 fn a_coded_photograph_of_a_right_model_yields_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let from = Path::new("sites/chapel");
-    for part in ["", "model", "probes", "photos"] {
-        copy_files(&from.join(part), &folder.path().join(part));
-    }
-    let photo = clerestory::panorama::read(&from.join("photos/apse.exr")).unwrap();
+    copy(&chapel(), folder.path());
+    let photo = panorama::read(&chapel().join("photos/apse.exr")).unwrap();
     let mut bright: Vec<f32> = photo.pixels.iter().map(|p| p.max_element()).collect();
     bright.sort_by(f32::total_cmp);
     // one pixel in a hundred is clipped
@@ -422,11 +406,8 @@ fn a_coded_photograph_of_a_right_model_yields_nothing() {
     let file = fs::File::create(folder.path().join("photos/apse.jpg")).unwrap();
     let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(file, 60);
     encoder.encode(&bytes, photo.width as u32, photo.height as u32, image::ExtendedColorType::Rgb8).unwrap();
-    let site = folder.path().join("site.toml");
-    let text = fs::read_to_string(&site).unwrap();
-    fs::write(&site, text.replace("photos/apse.exr", "photos/apse.jpg")).unwrap();
-    let site = Site::load(folder.path()).unwrap();
-    let scene = scene::load(&site, &mut Health::default()).unwrap();
+    change(&folder.path().join("site.toml"), &[("photos/apse.exr", "photos/apse.jpg")]);
+    let (site, scene) = load(folder.path());
     let settings = Settings { cells: 24, ..Settings::default() };
     let audit =
         audit::audit(&site, &scene, &site.lightings()[0], &["apse".to_owned()], &settings, &|_, _, _| {}).unwrap();
@@ -436,13 +417,8 @@ fn a_coded_photograph_of_a_right_model_yields_nothing() {
 #[test]
 fn the_program_audits_and_names_what_is_missing() {
     let out = tempfile::tempdir().unwrap();
-    let run = |arguments: &[&str]| {
-        let mut c = assert_cmd::Command::cargo_bin("clerestory").unwrap();
-        c.args(arguments).args(["--out", out.path().to_str().unwrap()]).output().unwrap()
-    };
-    let ok = run(&["audit", "sites/chapel/as_modelled.toml", "--view", "apse", "--json"]);
-    assert!(ok.status.success(), "{}", String::from_utf8_lossy(&ok.stderr));
-    let printed: serde_json::Value = serde_json::from_slice(&ok.stdout).unwrap();
+    let run = |arguments: &[&str]| clerestory(&[&"audit", &"--out", &out.path()], arguments);
+    let printed = run(&["sites/chapel/as_modelled.toml", "--view", "apse", "--json"]).json();
     let written: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.path().join("findings.json")).unwrap()).unwrap();
     assert_eq!(printed, written);
@@ -452,8 +428,6 @@ fn the_program_audits_and_names_what_is_missing() {
         let inside = mask.pixels().filter(|p| p.0[0] == 255).count() as u64;
         assert_eq!(inside, f["area_px"].as_u64().unwrap());
     }
-    let wrong = run(&["audit", "sites/chapel", "--view", "nave"]);
-    assert_eq!(wrong.status.code(), Some(1));
-    let said = String::from_utf8_lossy(&wrong.stderr).into_owned();
-    assert!(said.contains("nave") && said.contains("sacristy") && said.trim().lines().count() == 1, "{said}");
+    let said = run(&["sites/chapel", "--view", "nave"]).error_line();
+    assert!(said.contains("nave") && said.contains("sacristy"), "{said}");
 }
