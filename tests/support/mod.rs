@@ -15,7 +15,7 @@ use clerestory::reference::{self, Eye, Lights, trace};
 use clerestory::render::{self, Frame, Irradiance, Options, Relit};
 use clerestory::scene::{self, Health, Material, Mesh, Ray, Scene, Surface};
 use clerestory::site::{Pictures, Probe, Site};
-use clerestory::volume::{self, Volume};
+use clerestory::volume;
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
