@@ -72,15 +72,20 @@ enum Part {
 }
 
 impl Part {
-    /// The parts in order, each with the verb that does the same by hand; each may show what those before it found.
-    const ALL: [(Self, &'static str); 6] = [
-        (Self::Check, "check"),
-        (Self::Plan, "plan"),
-        (Self::Render, "render"),
-        (Self::Audit, "audit"),
-        (Self::Study, "study"),
-        (Self::View, "view"),
-    ];
+    /// The parts in order; each may show what those before it found.
+    const ALL: [Self; 6] = [Self::Check, Self::Plan, Self::Render, Self::Audit, Self::Study, Self::View];
+
+    /// The verb that does the same by hand.
+    fn verb(self) -> &'static str {
+        match self {
+            Self::Check => "check",
+            Self::Plan => "plan",
+            Self::Render => "render",
+            Self::Audit => "audit",
+            Self::Study => "study",
+            Self::View => "view",
+        }
+    }
 
     /// Whether a file of this name is one that it writes; `View::file_stem` keeps views clear of the others' names.
     fn writes(self, file: &str, site: &Site) -> bool {
@@ -122,15 +127,15 @@ fn has_photograph(site: &Site) -> bool {
 pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()> {
     let site = Site::load(&args.site)?;
     let folder = args.output.folder(&site)?;
-    let parts = || Part::ALL.into_iter().filter(|(p, _)| *p != Part::View || args.viewer);
+    let parts = || Part::ALL.into_iter().filter(|p| *p != Part::View || args.viewer);
     let bar = args.output.told.bar("{spinner} {msg:12} {wide_bar} {pos} of {len}  {elapsed}");
-    bar.set_length(1 + parts().filter(|(p, _)| p.left_out(&site, args).is_none()).count() as u64);
+    bar.set_length(1 + parts().filter(|p| p.left_out(&site, args).is_none()).count() as u64);
 
     let mut archive = Archive { site: site.name.clone(), project: site.project.clone(), ..Archive::default() };
     let mut report = Report { args, site: &site, folder: &folder, registered: None };
     let mut ended = Vec::new();
-    for (part, verb) in parts() {
-        let mut run = Run { verb: verb.into(), command: report.by_hand(part, verb, &archive), ..Run::default() };
+    for part in parts() {
+        let mut run = Run { verb: part.verb().into(), command: report.by_hand(part, &archive), ..Run::default() };
         match part.left_out(&site, args) {
             Some(why) => run.note = why.to_owned(),
             None => {
@@ -162,7 +167,7 @@ pub(crate) fn run(args: &ReportArgs, out: &mut impl Write) -> anyhow::Result<()>
     archive.sheets_pdf = sheets_together(&archive, &made, &folder)?;
     write_file(&folder.join("index.html"), page(&archive).as_bytes())?;
 
-    let earlier = |file: &str| Part::ALL.iter().any(|(part, _)| !ended.contains(part) && part.writes(file, &site));
+    let earlier = |file: &str| Part::ALL.iter().any(|part| !ended.contains(part) && part.writes(file, &site));
     let manifest = Manifest {
         software: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -259,8 +264,8 @@ impl Report<'_> {
     }
 
     /// The command line that does a part by hand.
-    fn by_hand(&self, part: Part, verb: &str, archive: &Archive) -> String {
-        let mut line = vec![verb.to_owned(), as_argument(&self.args.site)];
+    fn by_hand(&self, part: Part, archive: &Archive) -> String {
+        let mut line = vec![part.verb().to_owned(), as_argument(&self.args.site)];
         if part != Part::Check {
             line.extend(["--out".into(), as_argument(self.folder)]);
         }
@@ -392,8 +397,7 @@ mod tests {
     #[test]
     fn a_file_tells_by_its_name_which_part_wrote_it() {
         let site = Site::load(concat!(env!("CARGO_MANIFEST_DIR"), "/sites/chapel").as_ref()).unwrap();
-        let parts =
-            |file: &str| Part::ALL.into_iter().map(|(p, _)| p).filter(|p| p.writes(file, &site)).collect::<Vec<_>>();
+        let parts = |file: &str| Part::ALL.into_iter().filter(|p| p.writes(file, &site)).collect::<Vec<_>>();
         for (part, files) in [
             (Part::Check, "check.json"),
             (Part::Plan, "plan.json plan-ground.dxf coverage.ply coverage-ground.svg"),

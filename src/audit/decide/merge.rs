@@ -89,18 +89,13 @@ impl Fault {
         let shifted = by_texture(b) && a.what == What::Shifted;
         // a picture is on one plane; a thing has several sides
         let one_plane = a.kind == Kind::Geometry || self.normal.dot(other.normal) > 0.9;
-        (a.kind == b.kind || shifted)
-            && one_plane
-            && (a.reason == Reason::None) == (b.reason == Reason::None)
-            && a.material == b.material
-            && apart < 0.6 * a.size_m.max(b.size_m)
+        (a.kind == b.kind || shifted) && one_plane && a.material == b.material && apart < 0.6 * a.size_m.max(b.size_m)
     }
 
     /// Whether another view's finding is of the same thing that the model lacks: it hides other surfaces there.
     fn is_thing(&self, other: &Found, own_eye: &Eye, eye: &Eye) -> bool {
         let (a, b) = (&self.finding, &other.finding);
         (a.what, b.what) == (What::Missing, What::Missing)
-            && (a.reason == Reason::None) == (b.reason == Reason::None)
             && are_one_thing((own_eye, &self.pixels), (eye, &other.pixels))
     }
 
@@ -171,7 +166,10 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
     for (v, f) in all {
         let metres = site.frame.metres_per_unit;
         let eye = |v: usize| &assessed[v].eye;
-        let same = |k: &&mut Fault| k.view != v && (k.is_also(&f, metres) || k.is_thing(&f, eye(k.view), eye(v)));
+        let as_sure = |k: &Fault| (k.finding.reason == Reason::None) == (f.finding.reason == Reason::None);
+        let same = |k: &&mut Fault| {
+            k.view != v && as_sure(k) && (k.is_also(&f, metres) || k.is_thing(&f, eye(k.view), eye(v)))
+        };
         match faults.iter_mut().find(same) {
             Some(fault) => {
                 let k = &mut fault.finding;

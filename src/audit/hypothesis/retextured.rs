@@ -15,7 +15,7 @@ const FOUND: f32 = 0.45;
 const FITS: f32 = 0.75;
 
 /// Logarithm of the odds from which on another laying is told: many are tried.
-pub(crate) const TOLD: f32 = 24.0;
+const TOLD: f32 = 24.0;
 
 /// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
 /// when it is shifted.
