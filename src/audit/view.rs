@@ -102,8 +102,6 @@ pub struct Observations {
     /// Where a surface beside goes on although the model has an opening.
     pub(crate) continued: Continuation,
     pub(crate) texture: Texture,
-    /// How unlike the photograph is to the model's albedo in smooth light.
-    pub(crate) unlike: Unlike,
     pub(crate) pose: PoseCorrection,
     pub(crate) settings: Settings,
 }
@@ -177,8 +175,6 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         continuation::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &mismatch);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
-    let in_smooth_light: Vec<Vec3> = frame.albedo.pixels.iter().zip(&e).map(|(a, e)| *a * *e).collect();
-    let unlike = unlike(surfaces.width, &log_photo, &in_smooth_light, &usable);
     Observations {
         camera,
         reduced_by: n,
@@ -195,7 +191,6 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         geometry,
         continued,
         texture,
-        unlike,
         pose,
         settings: settings.clone(),
     }
@@ -207,9 +202,11 @@ impl Observations {
         (self.surfaces.width, self.surfaces.height)
     }
 
-    /// How unlike a pixel is to what the model makes, by the size of structure that tells most.
-    pub(crate) fn unlike_most(&self, pixel: usize) -> f32 {
-        self.unlike.iter().map(|band| band[pixel]).fold(f32::NEG_INFINITY, f32::max)
+    /// How unlike the photograph is to the model's albedo in smooth light, but for pixels that something explains already.
+    pub(crate) fn unlike(&self, explained: &[bool]) -> Unlike {
+        let in_smooth_light: Vec<Vec3> = self.albedo.iter().zip(&self.irradiance).map(|(a, e)| *a * *e).collect();
+        let usable: Vec<f32> = self.usable.iter().zip(explained).map(|(u, e)| if *e { 0.0 } else { *u }).collect();
+        unlike(self.surfaces.width, &self.log_photo, &in_smooth_light, &usable)
     }
 
     /// The refined camera, at the audit's size, and how far it was moved.

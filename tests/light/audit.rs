@@ -215,6 +215,22 @@ fn a_post_that_is_not_modelled_is_found_although_a_probe_beside_the_camera_sees_
 }
 
 #[test]
+fn paint_whose_borders_the_photograph_lacks_is_found_and_paint_that_is_there_is_not() {
+    let mut quads = room();
+    quads.push(Quad(v(2.4, 4.999, 0.9), v(1.2, 0.0, 0.0), v(0.0, 0.0, 1.1), 1));
+    let model = plan(quads, &[grey(0.5), grey(0.3)]);
+    let found = |real: &Pictures| {
+        let all = audited(&real.in_site_of(&model)).findings;
+        all.into_iter().filter(|f| f.material == "m1").map(|f| (f.kind, f.evidence[0].test.clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(found(Pictures::patterned()), [(Kind::Texture, "odds of no border".to_owned())]);
+    let painted = model.build().scene;
+    let dark = |s: &Surface| painted.materials[painted.mesh.materials[s.triangle as usize] as usize].name == "m1";
+    let radiance = |s: &Surface| patterned(s) * if dark(s) { 0.6 } else { 1.0 };
+    assert_eq!(found(&Pictures::of(&model, radiance)), []);
+}
+
+#[test]
 fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
     let truth = plan(room(), &[grey(0.5)]);
     let audit = audited(&photographed(&truth, &with_far_wall(4.9), |s| Vec3::splat(0.4 + 0.01 * s.position.x)));

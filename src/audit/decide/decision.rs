@@ -1,7 +1,7 @@
 //! What is wrong with a region, and what was measured of it.
 
 use crate::audit::decide::judged::Judged;
-use crate::audit::decide::odds::{self, OUTLINE, PICTURE, SHAPE, UNLIKE};
+use crate::audit::decide::odds::{self, BORDER, OUTLINE, PICTURE, SHAPE, UNLIKE};
 use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::other_picture::{as_is, explain};
@@ -9,6 +9,8 @@ use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
 use crate::audit::hypothesis::retextured::SLACK_PX;
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
+use crate::audit::hypothesis::unseen_border::Unseen;
+use crate::audit::likelihood::agreement::Unlike;
 use crate::audit::likelihood::structure::odds_of;
 use crate::audit::picture::regions::{Region, bounds, mask_of};
 use crate::audit::view::{AuditScene, Observations};
@@ -204,10 +206,10 @@ pub(crate) fn unlike(
     scores: &Scores,
     shares: &[(u32, u32)],
     inside: &[bool],
+    [_, middle, coarse]: &Unlike,
     region: Region,
 ) -> Option<Judged> {
     let over = |values: &[f32], most: f32| mean(&region, |i| Some(values[i].min(most)));
-    let [_, middle, coarse] = &observed.unlike;
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         over(coarse, f32::MAX),
@@ -225,6 +227,18 @@ pub(crate) fn unlike(
     let least = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
     let of_picture = picture(prepared, observed, region, least);
     let judged = of_shape.filter(|s| s.log_odds > of_picture.log_odds).unwrap_or(of_picture);
+    Some(Judged { log_odds, evidence, ..judged })
+}
+
+/// A piece whose borders the photograph does not show, if its picture may be wrong.
+pub(crate) fn unseen(prepared: &AuditScene, observed: &Observations, border: &Unseen) -> Option<Judged> {
+    let pixels = observed.surfaces.segments.pixels[border.piece].clone();
+    let (_, slope) = odds_of(&observed.texture.structure, observed.surfaces.width, &pixels);
+    let (log_odds, evidence) = BORDER.weigh([border.odds, size(observed, pixels.len()), border.told, slope]);
+    if !odds::may_reach(log_odds, observed.settings.least_probability) {
+        return None;
+    }
+    let judged = picture(prepared, observed, Region { pixels }, f32::NEG_INFINITY);
     Some(Judged { log_odds, evidence, ..judged })
 }
 

@@ -12,6 +12,7 @@ use crate::audit::decide::scores::{LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
+use crate::audit::hypothesis::unseen_border::unseen_borders;
 use crate::audit::picture::regions::{Region, closed, components, mask_of, opened};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
@@ -49,6 +50,11 @@ impl Observations {
     /// Whether a region is a fault and not a doubt, as far as this view tells.
     fn calls_fault(&self, judged: &Judged) -> bool {
         judged.reason(self.settings.false_alarms) == Reason::None
+    }
+
+    /// Whether it is a fault of shape, and no doubt.
+    fn calls_misshapen(&self, judged: &Judged) -> bool {
+        judged.kind == Kind::Geometry && self.calls_fault(judged)
     }
 
     /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
@@ -100,15 +106,21 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
             .map(|region| decision::picture(prepared, observed, region, f32::NEG_INFINITY))
             .filter(|j| odds::may_reach(j.log_odds, least_likely)),
     );
-    // structures that the model does not have, whole: the tests mark their edges, here and there
-    let mask = extended(&over(&|i| observed.unlike_most(i), UNLIKE));
-    let unlike = components(&mask, &mask, w, least, |_, _| true);
-    let unlike: Vec<Judged> = unlike
+    let borders = unseen_borders(observed, least);
+    let borders: Vec<Judged> = borders.iter().filter_map(|b| decision::unseen(prepared, observed, b)).collect();
+    let relaid = relaid(prepared, observed, &judged);
+    // structures that the model does not have, whole: the tests mark their edges, here and there. What is around a piece that is
+    // wrong is unlike the model, too
+    let likely = borders.iter().chain(&relaid).filter(|j| j.score() >= LIKELY).flat_map(|j| j.pixels());
+    let unlike = observed.unlike(&mask_of(&likely.copied().collect::<Vec<_>>(), w * h));
+    let most = |i: usize| unlike.iter().map(|band| band[i]).fold(f32::NEG_INFINITY, f32::max);
+    let mask = extended(&over(&most, UNLIKE));
+    let wholes: Vec<Judged> = components(&mask, &mask, w, least, |_, _| true)
         .into_par_iter()
-        .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, region))
+        .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, &unlike, region))
         .collect();
-    let judged = unlike.into_iter().fold(judged, with_unlike);
-    let judged = with_relaid(judged, prepared, observed);
+    let judged = wholes.into_iter().chain(borders).fold(judged, with_whole);
+    let judged = relaid.into_iter().fold(judged, |judged, piece| with_relaid(judged, piece, observed));
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
         j.region.pixels.retain(|i| observed.usable[*i] > 0.0);
@@ -117,30 +129,35 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     (judged, field)
 }
 
-/// Adds pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong. They explain what
-/// lies mostly within them.
-fn with_relaid(mut judged: Vec<Judged>, prepared: &AuditScene, observed: &Observations) -> Vec<Judged> {
+/// Pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong.
+fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> Vec<Judged> {
     let segments = &observed.surfaces.segments;
+    let mut pieces = Vec::new();
     for (k, found) in retextured::segments(prepared.scene, observed, least(observed)) {
         let piece = &segments.pixels[k];
-        let within = |j: &Judged| j.region.pixels.iter().filter(|i| segments.of[**i] as usize == k).count();
-        let of_shape = |j: &&Judged| j.kind == Kind::Geometry && observed.calls_fault(j);
-        let misshapen: usize = judged.iter().filter(of_shape).map(within).sum();
+        let within = |j: &Judged| j.pixels().iter().filter(|i| segments.of[**i] as usize == k).count();
+        let misshapen: usize = judged.iter().filter(|j| observed.calls_misshapen(j)).map(within).sum();
         if 3 * misshapen > piece.len() {
             continue;
         }
         let moved = found.what == What::Moved;
-        judged.retain(|j| of_shape(&j) || 2 * within(j) <= j.region.pixels.len());
         let (log_odds, evidence) =
             LAYING.weigh([found.odds, found.as_is, found.best, decision::size(observed, piece.len())]);
         let kind = if moved { Kind::Geometry } else { Kind::Texture };
         let region = Region { pixels: piece.clone() };
-        judged.push(Judged {
+        pieces.push(Judged {
             displacement: moved
                 .then_some(Displacement { metres: found.off_m.into(), uncertainty_m: found.uncertainty_m.into() }),
             ..Judged::new(kind, found.what, log_odds, evidence, region)
         });
     }
+    pieces
+}
+
+/// Adds a piece that is laid otherwise: it explains what lies mostly within it, but for faults of shape.
+fn with_relaid(mut judged: Vec<Judged>, piece: Judged, observed: &Observations) -> Vec<Judged> {
+    judged.retain(|j| observed.calls_misshapen(j) || !mostly_within(j, &piece));
+    judged.push(piece);
     judged
 }
 
@@ -159,9 +176,9 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Obser
     judged
 }
 
-/// Adds a region that is unlike the model. A surer fault of shape stays as it is, since what tells it was measured of its own
+/// Adds a region that is unlike the model, or a piece without borders. A surer fault of shape stays as it is, since what tells it was measured of its own
 /// pixels. The region is what they leave of it, if that is half or more.
-fn with_unlike(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
+fn with_whole(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
     let surer = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
     let (mut judged, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(surer);
     let size = whole.pixels().len();
@@ -223,11 +240,11 @@ mod tests {
         let misshapen = |log_odds| vec![judged(Kind::Geometry, log_odds, 5..25)];
         let joined = absorbed(misshapen(2.0), judged(Kind::Geometry, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 60)]);
-        let joined = with_unlike(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
+        let joined = with_whole(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20), (Kind::Texture, 1.0, 40)]);
-        let joined = with_unlike(misshapen(-0.5), judged(Kind::Geometry, -1.0, 0..60));
+        let joined = with_whole(misshapen(-0.5), judged(Kind::Geometry, -1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, -0.5, 60)]);
-        let joined = with_unlike(misshapen(2.0), judged(Kind::Texture, 1.0, 0..30));
+        let joined = with_whole(misshapen(2.0), judged(Kind::Texture, 1.0, 0..30));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20)]);
         // what lies mostly beside it stays
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));

@@ -113,6 +113,17 @@ pub(crate) static UNLIKE: Cues<8> = Cues {
     ],
 };
 
+/// A piece whose paint ends where the photograph goes on.
+pub(crate) static BORDER: Cues<4> = Cues {
+    bias: -1.10,
+    cues: [
+        Cue::new("odds of no border", "logarithm", [-6.0, 12.0], 3.0, 0.70),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.80),
+        Cue::new("borders on one flat surface", "share", [0.0, 1.0], 0.5, 2.73),
+        Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.55),
+    ],
+};
+
 /// A piece of texture that the photograph shows laid otherwise.
 pub(crate) static LAYING: Cues<4> = Cues {
     bias: 0.92,
@@ -188,7 +199,7 @@ mod tests {
     fn every_weight_is_in_the_table() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let table = std::fs::read_to_string(root.join("docs/audit.md")).unwrap();
-        let all = [&SHAPE.cues[..], &PICTURE.cues, &UNLIKE.cues, &LAYING.cues, &OUTLINE.cues];
+        let all = [&SHAPE.cues[..], &PICTURE.cues, &UNLIKE.cues, &BORDER.cues, &LAYING.cues, &OUTLINE.cues];
         for cue in all.into_iter().flatten() {
             let row = format!("| {} | {} | {:.2} | {:+.2} |", cue.test, cue.unit, cue.even, cue.weight);
             assert!(table.contains(&row), "docs/audit.md lacks the row {row}");

@@ -9,3 +9,4 @@ pub(crate) mod second_surface;
 pub(crate) mod sideways;
 pub(crate) mod silhouette;
 pub(crate) mod texture_alignment;
+pub(crate) mod unseen_border;

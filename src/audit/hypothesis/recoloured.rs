@@ -13,13 +13,13 @@ use crate::statistics::{median, quantile};
 const LIGHTS: [f64; 2] = [0.01, 0.99];
 
 /// Pixels from a border that both its sides are looked at.
-const ASIDE: isize = 4;
+pub(crate) const ASIDE: isize = 4;
 
 /// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
 const BESIDE: f32 = 0.05;
 
 /// Of fewer pixels along its borders nothing is said.
-const FEWEST: usize = 20;
+pub(crate) const FEWEST: usize = 20;
 
 impl Texture {
     /// Mean over pixels of the colour that the albedo lacks, as logarithms of red and blue over green, if a surface mirrors this
@@ -54,20 +54,18 @@ impl Texture {
         inside: impl Fn(usize) -> bool,
     ) -> Option<f32> {
         let ratio = |i: usize| self.tested[i].then(|| self.ratio[i]);
-        step(surfaces.width, &surfaces.material, &surfaces.distance, ratio, pixels, inside)
+        step(ratio, across_borders(surfaces.width, &surfaces.material, &surfaces.distance, pixels, inside))
     }
 }
 
-/// ΔE00 of the step of a colour's logarithm at some pixels' borders with other materials beside them. Paint ends where a
-/// material does, light goes on: what light alone has made makes no step there. `None` without such borders.
-fn step(
+/// A pixel on either side of some pixels' borders with other materials that meet them, the inner one first.
+pub(crate) fn across_borders(
     width: usize,
     material: &[u32],
     distance: &[f32],
-    value: impl Fn(usize) -> Option<Vec3>,
     pixels: &[usize],
     inside: impl Fn(usize) -> bool,
-) -> Option<f32> {
+) -> Vec<[usize; 2]> {
     let at = |i: usize, (dx, dy): (isize, isize), steps: isize| {
         let (x, y) = ((i % width) as isize + dx * steps, (i / width) as isize + dy * steps);
         let i = y * width as isize + x;
@@ -79,11 +77,16 @@ fn step(
         let meet = (distance[i] / distance[next] - 1.0).abs() < BESIDE;
         let own = at(i, along, -ASIDE).filter(|j| inside(*j))?;
         let other = at(i, along, 1 + ASIDE).filter(|j| !inside(*j))?;
-        Some(value(own)? - value(other)?).filter(|_| meet)
+        Some([own, other]).filter(|_| meet)
     };
     let directions = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-    let steps = pixels.iter().flat_map(|&i| directions.into_iter().filter_map(move |along| across(i, along)));
-    let steps: Vec<Vec3> = steps.collect();
+    pixels.iter().flat_map(|&i| directions.into_iter().filter_map(move |along| across(i, along))).collect()
+}
+
+/// ΔE00 of the step of a colour's logarithm across borders. Paint ends where a material does, light goes on: what light alone has
+/// made makes no step there. `None` where too few are known.
+fn step(value: impl Fn(usize) -> Option<Vec3>, across: Vec<[usize; 2]>) -> Option<f32> {
+    let steps: Vec<Vec3> = across.into_iter().filter_map(|[own, other]| Some(value(own)? - value(other)?)).collect();
     if steps.len() < FEWEST {
         return None;
     }
@@ -147,7 +150,7 @@ mod tests {
         let paint = |i: usize| if inside(i) { Vec3::new(0.3, 0.0, 0.0) } else { Vec3::ZERO };
         let level = [3.0; SIDE * SIDE];
         let told = |value: &dyn Fn(usize) -> Vec3, distance: &[f32]| {
-            step(SIDE, &material, distance, |i| Some(value(i)), &pixels, inside)
+            step(|i| Some(value(i)), across_borders(SIDE, &material, distance, &pixels, inside))
         };
         let lit = told(&light, &level).unwrap();
         assert!(lit < 0.5, "{lit}");

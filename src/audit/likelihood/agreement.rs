@@ -68,7 +68,7 @@ fn levels(values: &[Vec3], known: &[f32]) -> Vec<Vec3> {
 }
 
 /// Makes the channels of differences independent and alike, and half of them shorter than half a unit a channel, squared.
-fn unit(differences: Vec<Vec3>) -> Mat3 {
+pub(crate) fn unit(differences: Vec<Vec3>) -> Mat3 {
     let white = whitening(differences.iter().copied());
     let middle = median(differences.iter().map(|d| (white * *d).length_squared())).unwrap_or(0.0);
     white * (1.5 / middle.max(1e-9)).sqrt()
