@@ -46,9 +46,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
         picture(svg, frames[1], &view.render, "The model, relit from the probes", |p| exposure.show(p));
     });
     svg.group("neutral", "neutral", |svg| {
-        picture(svg, frames[2], &view.neutral, "The model's own colours, in neutral light", |p| {
-            p.clamp(Vec3::ZERO, Vec3::ONE).map(linear_to_srgb)
-        });
+        picture(svg, frames[2], &view.neutral, "The model's own colours, in neutral light", in_neutral_light);
     });
     svg.group("classified", "classified", |svg| {
         picture(svg, frames[3], &view.photograph, "The photograph, pale, below the audit's verdicts", |p| {
@@ -66,6 +64,11 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
         svg.rectangle(frame, &Style::line(BLACK, 0.25));
     }
     [w, h]
+}
+
+/// The model's own colours as a screen shows them.
+pub(super) fn in_neutral_light(p: Vec3) -> Vec3 {
+    p.clamp(Vec3::ZERO, Vec3::ONE).map(linear_to_srgb)
 }
 
 /// In grey, so that hatches stand out.

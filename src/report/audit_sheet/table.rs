@@ -1,9 +1,11 @@
 //! The table of findings: what, where, how large, how sure, and room for the surveyor's verdict.
 
-use super::pictures::{png, reduced};
+use glam::Vec3;
+
+use super::pictures::{in_neutral_light, png, reduced};
 use super::subject::{AuditSheet, listed, look_of};
 use super::words;
-use crate::audit::Finding;
+use crate::audit::{Finding, Kind};
 use crate::panorama::{Exposure, Picture};
 use crate::report::draw::png::capital;
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
@@ -104,12 +106,18 @@ fn crop_of(row: f64) -> f64 {
     row.min(17.0) - 1.6
 }
 
-/// The finding in the photograph and in the render.
+/// The finding in the photograph and in the model, relit as the photograph is; a wrong picture in neutral light, since relit from
+/// what the probes saw of the real one it hardly shows.
 fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3]) {
     let view = about.view();
     let exposure = Exposure::of(&view.photograph);
-    for (i, (picture, says)) in [(&view.photograph, "photograph"), (&view.render, "model")].into_iter().enumerate() {
-        let Some(png) = png(&reduced(&cut(picture, f.bbox), 200), |p| exposure.show(p)) else { continue };
+    let relit = |p: Vec3| exposure.show(p);
+    let model: (_, _, &dyn Fn(Vec3) -> Vec3) = match f.kind {
+        Kind::Geometry => (&view.render, "model", &relit),
+        Kind::Texture => (&view.neutral, "model, in neutral light", &in_neutral_light),
+    };
+    for (i, (picture, says, show)) in [(&view.photograph, "photograph", &relit as _), model].into_iter().enumerate() {
+        let Some(png) = png(&reduced(&cut(picture, f.bbox), 200), show) else { continue };
         let at = [x + i as f64 * (side + 1.0), y, side, side];
         svg.png(at, &png, &format!("{} in the {says}", f.id));
         svg.rectangle(at, &Style::line(BLACK, 0.15));

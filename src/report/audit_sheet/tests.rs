@@ -8,6 +8,8 @@ use crate::panorama::Exposure;
 use crate::report::Fingerprint;
 use crate::scene::{self, Health, Scene};
 use crate::site::Site;
+use base64::{Engine, engine::general_purpose::STANDARD};
+use glam::Vec3;
 use sha2::Digest;
 use std::collections::BTreeMap;
 use std::fs;
@@ -188,6 +190,27 @@ fn more_findings_than_rows_are_counted() {
     assert!(text.contains("more in findings.csv"), "{text}");
     let many = drawn(&audit(12, 6));
     assert!(!many.contains("NaN") && roxmltree::Document::parse(&many).is_ok());
+}
+
+#[test]
+fn a_wrong_picture_is_shown_in_neutral_light_and_a_wrong_shape_relit() {
+    let mut audit = audit(2, 0);
+    let [relit, own] = [0.0, 1.0];
+    audit.views[0].render.pixels.fill(Vec3::splat(relit));
+    audit.views[0].neutral.pixels.fill(Vec3::splat(own));
+    let svg = drawn(&audit);
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let brightness = |title: &str| {
+        let image = document
+            .descendants()
+            .find(|n| n.has_tag_name("image") && n.descendants().any(|t| t.text() == Some(title)));
+        let href =
+            image.unwrap_or_else(|| panic!("no picture of the {title}")).attributes().find(|a| a.name() == "href");
+        let bytes = STANDARD.decode(href.unwrap().value().split_once(',').unwrap().1).unwrap();
+        image::load_from_memory(&bytes).unwrap().to_rgb8().get_pixel(0, 0).0[0]
+    };
+    assert_eq!(brightness("F1 in the model"), 0);
+    assert_eq!(brightness("F2 in the model, in neutral light"), 255);
 }
 
 #[test]
