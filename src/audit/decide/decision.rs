@@ -192,6 +192,7 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
         match explain(prepared.scene, observed, &region, as_is, colour / COLOUR) {
             _ if odds <= -REGION_ODDS => What::Recoloured,
             What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
+            What::Recoloured if structural => What::Changed,
             what => what,
         }
     };
