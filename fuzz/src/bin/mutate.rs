@@ -191,12 +191,19 @@ fn on_processor() -> Option<Duration> {
     text.split(' ').next()?.parse().ok().map(Duration::from_nanos)
 }
 
-/// Ends the program when a reader hangs; what it read stays in its folder.
+/// Ends the program when a reader hangs; what it read stays in its folder. Only time in which this program runs counts: it may be
+/// stopped for a while.
 fn watch() {
+    /// How often it is looked before an execution hangs.
+    const LOOKS: u32 = 10;
     std::thread::spawn(|| {
+        let (mut last, mut looks) = (u64::MAX, 0);
         loop {
-            std::thread::sleep(HANGS / 10);
-            if milliseconds().saturating_sub(BEGUN.load(Ordering::Relaxed)) > HANGS.as_millis() as u64 {
+            std::thread::sleep(HANGS / LOOKS);
+            let begun = BEGUN.load(Ordering::Relaxed);
+            looks = if begun == last && begun != u64::MAX { looks + 1 } else { 0 };
+            last = begun;
+            if looks >= LOOKS {
                 eprintln!("a reader hangs");
                 std::process::exit(3);
             }
