@@ -5,7 +5,6 @@ use glam::Vec3;
 use crate::audit::finding::PoseCorrection;
 use crate::audit::likelihood::agreement::{Unlike, unlike};
 use crate::audit::likelihood::appearance::{self, Texture};
-use crate::audit::likelihood::continuation::{self, Continuation};
 use crate::audit::likelihood::photo_consistency::{self, Geometry};
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE, reduced};
@@ -99,8 +98,6 @@ pub struct Observations {
     /// The most that surfaces may mirror towards the camera, radiance.
     pub(crate) mirrored: Vec<Vec3>,
     pub(crate) geometry: Geometry,
-    /// Where a surface beside goes on although the model has an opening.
-    pub(crate) continued: Continuation,
     pub(crate) texture: Texture,
     pub(crate) pose: PoseCorrection,
     pub(crate) settings: Settings,
@@ -161,18 +158,6 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let log_photo: Vec<Vec3> = (0..usable.len())
         .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
         .collect();
-    // through an opening of the model falls the light from beyond
-    let mismatch: Vec<Option<f32>> = (0..usable.len())
-        .map(|i| match geometry.rest[i] {
-            None if surfaces.triangle[i] == NONE && Picture::valid(frame.radiance.pixels[i]) => {
-                let apart = (log_photo[i] - frame.radiance.pixels[i].map(f32::ln)).length_squared() / 3.0;
-                apart.is_finite().then_some(apart)
-            }
-            rest => rest,
-        })
-        .collect();
-    let continued =
-        continuation::test(&surfaces, &prepared.probes, &blurred, &log_photo, &usable, &radiometry, &mismatch);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
     Observations {
@@ -189,7 +174,6 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         usable,
         mirrored: gloss.to_camera,
         geometry,
-        continued,
         texture,
         pose,
         settings: settings.clone(),
@@ -200,6 +184,11 @@ impl Observations {
     /// Width and height.
     pub fn size(&self) -> (usize, usize) {
         (self.surfaces.width, self.surfaces.height)
+    }
+
+    /// Whether the photograph shows something in a pixel.
+    pub(crate) fn shows(&self, i: usize) -> bool {
+        self.usable[i] > 0.0 && self.log_photo[i].is_finite()
     }
 
     /// How unlike the photograph is to the model's albedo in smooth light, but for pixels that something explains already.

@@ -192,11 +192,24 @@ fn an_opening_that_is_not_there_is_found_as_large_as_it_is() {
     open.remove(3);
     let around = [(0.0, 2.6, 0.0, 3.0), (3.6, 2.4, 0.0, 3.0), (2.6, 1.0, 0.0, 0.9), (2.6, 1.0, 1.9, 1.1)];
     open.extend(around.map(|(x, wide, z, high)| Quad(v(x, 5.0, z), v(wide, 0.0, 0.0), v(0.0, 0.0, high), 0)));
+    // a landscape that nobody models
+    let mut with_view = open.clone();
+    with_view.push(Quad(v(-5.0, 9.0, -5.0), v(16.0, 0.0, 0.0), v(0.0, 0.0, 16.0), 0));
     let (truth, model) = (plan(room(), &[grey(0.5)]), plan(open, &[grey(0.5)]));
-    // rich in contrast: what is seen through the opening must fit there and nowhere else
-    let audit = audited(&photographed(&truth, &model, |s| Vec3::splat(pattern(s.position).powi(4))));
+    let found = |truth: &Plan| {
+        let origin = truth.build().scene.origin;
+        let landscape = |s: &Surface| f64::from(s.position.y) + origin.y > 6.0;
+        let radiance = |s: &Surface| Vec3::splat(pattern(s.position).powi(4) * if landscape(s) { 9.0 } else { 1.0 });
+        audited(&photographed(truth, &model, radiance))
+    };
+    let audit = found(&truth);
     let overlap = overlap_of_missing(&audit, &parted(&truth, &model));
-    assert!(overlap > 0.7, "{overlap:.2}");
+    assert!(overlap > 0.9, "{overlap:.2}");
+    let wall = audit.findings.iter().find(|f| f.what == What::Missing).unwrap();
+    assert!((wall.area_cm2 / 1e4 - 1.0).abs() < 0.1 && (wall.position[1] - 5.0).abs() < 0.05, "{wall:?}");
+    // an opening that is there is none of a surface's
+    let real = found(&plan(with_view, &[grey(0.5)]));
+    assert!(real.findings.iter().all(|f| f.evidence[0].test != wall.evidence[0].test), "{:?}", real.findings);
 }
 
 #[test]
@@ -223,7 +236,10 @@ fn paint_whose_borders_the_photograph_lacks_is_found_and_paint_that_is_there_is_
         let all = audited(&real.in_site_of(&model)).findings;
         all.into_iter().filter(|f| f.material == "m1").map(|f| (f.kind, f.evidence[0].test.clone())).collect::<Vec<_>>()
     };
-    assert_eq!(found(Pictures::patterned()), [(Kind::Texture, "odds of no border".to_owned())]);
+    assert_eq!(
+        found(Pictures::patterned()),
+        [(Kind::Texture, "odds of no border, times the share that tells".to_owned())]
+    );
     let painted = model.build().scene;
     let dark = |s: &Surface| painted.materials[painted.mesh.materials[s.triangle as usize] as usize].name == "m1";
     let radiance = |s: &Surface| patterned(s) * if dark(s) { 0.6 } else { 1.0 };

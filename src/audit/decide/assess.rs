@@ -122,15 +122,14 @@ fn finding(
     let (mut centre, mut area, mut low, mut high) = (DVec3::ZERO, 0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut materials: BTreeMap<u32, f64> = BTreeMap::new();
     for &i in &j.region.pixels {
-        if s.material[i] == u32::MAX {
-            continue;
-        }
-        let p = s.position[i].as_dvec3();
-        let a = s.area(i);
+        // an opening has the place of the surface that goes on over it
+        let on = j.rim.unwrap_or(i);
+        let Some((p, a)) = s.on_plane(on, i) else { continue };
+        let p = p.as_dvec3();
         centre += p * a;
         area += a;
         (low, high) = (low.min(p), high.max(p));
-        *materials.entry(s.material[i]).or_default() += a;
+        *materials.entry(s.material[on]).or_default() += a;
     }
     let centre = if area > 0.0 { centre / area } else { DVec3::ZERO };
     let material = materials.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(m, _)| *m);

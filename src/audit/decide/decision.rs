@@ -1,35 +1,29 @@
 //! What is wrong with a region, and what was measured of it.
 
 use crate::audit::decide::judged::Judged;
-use crate::audit::decide::odds::{self, BORDER, OUTLINE, PICTURE, SHAPE, UNLIKE};
+use crate::audit::decide::odds::{self, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
 use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
+use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
 use crate::audit::hypothesis::retextured::SLACK_PX;
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
-use crate::audit::hypothesis::unseen_border::Unseen;
 use crate::audit::likelihood::agreement::Unlike;
 use crate::audit::likelihood::structure::odds_of;
-use crate::audit::picture::regions::{Region, bounds, mask_of};
+use crate::audit::picture::regions::{Region, bounds};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::luminance;
 
 /// Where some probe agrees within this, in variances, the surface is in its place, whatever place fits the others better.
 const AGREES: f32 = 0.5;
 
-/// Below this, in variances, photograph and probes do not disagree.
-const DISAGREE: f32 = 2.0;
-
 /// A displacement is measured if it is so many times its own uncertainty.
 const CERTAIN: f64 = 3.0;
 
 /// What lies behind a region is what the photograph shows if it differs by at most this share of what the region does.
 const BEHIND: f32 = 0.25;
-
-/// A surface goes on over an opening if more than this share of it says so.
-const CONTINUED: f32 = 0.4;
 
 /// A region is a whole surface, and not a part of one, if it has more than this share of its pieces.
 const WHOLE: f64 = 0.6;
@@ -99,8 +93,7 @@ pub(crate) fn shape(
 ) -> Option<Judged> {
     let (g, t) = (&observed.geometry, &observed.texture);
     let apart = mismatch(observed, region);
-    let continued = share(region, |i| observed.continued.score[i] >= 1.0);
-    if apart < AGREES && continued <= CONTINUED {
+    if apart < AGREES {
         return None;
     }
     let swept = sweep(prepared, observed, region);
@@ -122,7 +115,6 @@ pub(crate) fn shape(
         .fold((0.0f64, 0.0f64), |(c, a), (size, part)| (c + f64::from(part), a + f64::from(size)));
     let what = match (moved, gone) {
         (_, true) => What::Extra,
-        _ if continued > CONTINUED => What::Missing,
         (true, _) if covered / whole.max(1.0) > WHOLE => What::Moved,
         _ => What::Missing,
     };
@@ -131,8 +123,6 @@ pub(crate) fn shape(
     let vouched = share(region, |i| t.structure.structured[i] && t.structure.odds[i] <= -ODDS);
     let vouched = if moved && shift_px(observed, region, swept.best_m) < SLACK_PX { f32::NAN } else { vouched };
     let other = share(region, |i| t.structure.structured[i] && t.structure.odds[i] >= ODDS);
-    // where photograph and probes agree, a surface may still go on over what the model has there
-    let goes_on = if apart < DISAGREE { mean(region, |i| Some(observed.continued.score[i])) } else { 0.0 };
     let (log_odds, evidence) = SHAPE.weigh([
         apart,
         size(observed, region.pixels.len()),
@@ -143,7 +133,6 @@ pub(crate) fn shape(
         thickness.ln(),
         share(region, |i| !inside[i]),
         other,
-        goes_on,
         // what is wrong with a surface ends where that does
         observed.surfaces.segments.overlap(&region.pixels),
     ]);
@@ -169,21 +158,25 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     // light that is far off in brightness may as well be so in colour, and what is mirrored has colours of its own
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
-    // where nothing else meets its borders they say nothing against it
-    let inside = mask_of(&region.pixels, observed.usable.len());
-    let step = t.step(&observed.surfaces, &region.pixels, |i| inside[i]).unwrap_or(unexplained).min(odds::STEP);
-    let (log_odds, evidence) = PICTURE.weigh([
-        slope,
-        size,
-        unexplained,
-        step.min(unexplained),
-        step.min(colour),
-        (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
-        mismatch(observed, &region),
-        lacking(t, &region.pixels),
-        // is learnt when all photographs are known
-        f32::NAN,
-    ]);
+    let no_border = observed.no_border(&region.pixels);
+    let (log_odds, evidence) = if no_border.is_nan() {
+        // where nothing else meets its borders they say nothing against it
+        let step = observed.colour_step(&region.pixels).unwrap_or(unexplained).min(odds::STEP);
+        PICTURE.weigh([
+            slope,
+            size,
+            unexplained,
+            step.min(unexplained),
+            step.min(colour),
+            (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
+            mismatch(observed, &region),
+            lacking(t, &region.pixels),
+            // is learnt when all photographs are known
+            f32::NAN,
+        ])
+    } else {
+        BORDER.weigh([no_border, slope, size])
+    };
     let structural = odds >= REGION_ODDS && slope < OTHER;
     // the search for another laying takes long
     let what = if log_odds < least || !odds::may_reach(log_odds, observed.settings.least_probability) {
@@ -191,8 +184,8 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     } else {
         match explain(prepared.scene, observed, &region, as_is, colour / COLOUR) {
             _ if odds <= -REGION_ODDS => What::Recoloured,
-            What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
             What::Recoloured if structural => What::Changed,
+            What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
             what => what,
         }
     };
@@ -231,16 +224,12 @@ pub(crate) fn unlike(
     Some(Judged { log_odds, evidence, ..judged })
 }
 
-/// A piece whose borders the photograph does not show, if its picture may be wrong.
-pub(crate) fn unseen(prepared: &AuditScene, observed: &Observations, border: &Unseen) -> Option<Judged> {
-    let pixels = observed.surfaces.segments.pixels[border.piece].clone();
-    let (_, slope) = odds_of(&observed.texture.structure, observed.surfaces.width, &pixels);
-    let (log_odds, evidence) = BORDER.weigh([border.odds, size(observed, pixels.len()), border.told, slope]);
-    if !odds::may_reach(log_odds, observed.settings.least_probability) {
-        return None;
-    }
-    let judged = picture(prepared, observed, Region { pixels }, f32::NEG_INFINITY);
-    Some(Judged { log_odds, evidence, ..judged })
+/// An opening of the model over which a surface may go on.
+pub(crate) fn opening(observed: &Observations, opening: Opening) -> Judged {
+    let Opening { pixels, rim, step, flat } = opening;
+    let (log_odds, evidence) = OPENING.weigh([step, flat, size(observed, pixels.len())]);
+    let judged = Judged::new(Kind::Geometry, What::Missing, log_odds, evidence, Region { pixels });
+    Judged { rim: Some(rim), ..judged }
 }
 
 /// A part whose outline is beside its place.

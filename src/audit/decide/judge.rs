@@ -10,9 +10,9 @@ use crate::audit::decide::label;
 use crate::audit::decide::odds::{self, LAYING};
 use crate::audit::decide::scores::{LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
+use crate::audit::hypothesis::opening::openings;
 use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
-use crate::audit::hypothesis::unseen_border::unseen_borders;
 use crate::audit::picture::regions::{Region, closed, components, mask_of, opened};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
@@ -88,11 +88,11 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let (low, high) = marked(&|i| scores.geometry[i]);
     let shares = s.segments.shares(&low);
     let inside = decision::inside(observed);
-    let least_likely = observed.settings.least_probability;
+    let may_reach = |j: &Judged| odds::may_reach(j.log_odds, observed.settings.least_probability);
     let mut judged: Vec<Judged> = components(&low, &high, w, least, |_, _| true)
         .into_iter()
         .filter_map(|region| decision::shape(prepared, observed, &shares, &inside, &region))
-        .filter(|j| odds::may_reach(j.log_odds, least_likely))
+        .filter(may_reach)
         .collect();
     let mut taken = vec![false; w * h];
     let likely = judged.iter().filter(|j| j.score() >= LIKELY);
@@ -100,18 +100,19 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let (low, high) = marked(&|i| if taken[i] { 0.0 } else { scores.texture[i] });
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     let pictures = components(&low, &high, w, least, same);
-    judged.extend(
-        pictures
-            .into_iter()
-            .map(|region| decision::picture(prepared, observed, region, f32::NEG_INFINITY))
-            .filter(|j| odds::may_reach(j.log_odds, least_likely)),
-    );
-    let borders = unseen_borders(observed, least);
-    let borders: Vec<Judged> = borders.iter().filter_map(|b| decision::unseen(prepared, observed, b)).collect();
+    let picture = |region| decision::picture(prepared, observed, region, f32::NEG_INFINITY);
+    judged.extend(pictures.into_iter().map(picture).filter(may_reach));
+    // however little of it looks wrong, all that is mapped in one piece may tell together
+    let told = |i: &&usize| observed.texture.tested[**i] && !taken[**i];
+    let tested = |pixels: &&Vec<usize>| pixels.iter().filter(told).count() >= least.max(pixels.len() / 2);
+    let pieces = s.segments.pixels.par_iter().filter(tested).map(|pixels| Region { pixels: pixels.clone() });
+    let pieces: Vec<Judged> = pieces.map(picture).filter(may_reach).collect();
+    let openings = openings(observed, least).into_iter().map(|o| decision::opening(observed, o));
+    let openings: Vec<Judged> = openings.filter(may_reach).collect();
     let relaid = relaid(prepared, observed, &judged);
     // structures that the model does not have, whole: the tests mark their edges, here and there. What is around a piece that is
     // wrong is unlike the model, too
-    let likely = borders.iter().chain(&relaid).filter(|j| j.score() >= LIKELY).flat_map(|j| j.pixels());
+    let likely = pieces.iter().chain(&openings).chain(&relaid).filter(|j| j.score() >= LIKELY).flat_map(|j| j.pixels());
     let unlike = observed.unlike(&mask_of(&likely.copied().collect::<Vec<_>>(), w * h));
     let most = |i: usize| unlike.iter().map(|band| band[i]).fold(f32::NEG_INFINITY, f32::max);
     let mask = extended(&over(&most, UNLIKE));
@@ -119,7 +120,8 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
         .into_par_iter()
         .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, &unlike, region))
         .collect();
-    let judged = wholes.into_iter().chain(borders).fold(judged, with_whole);
+    let judged = pieces.into_iter().fold(judged, with_piece);
+    let judged = wholes.into_iter().chain(openings).fold(judged, with_whole);
     let judged = relaid.into_iter().fold(judged, |judged, piece| with_relaid(judged, piece, observed));
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
@@ -176,8 +178,8 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Obser
     judged
 }
 
-/// Adds a region that is unlike the model, or a piece without borders. A surer fault of shape stays as it is, since what tells it was measured of its own
-/// pixels. The region is what they leave of it, if that is half or more.
+/// Adds a region that is judged as a whole. A surer fault of shape stays as it is, since what tells it was measured of its own
+/// pixels; the region is what they leave of it, if that is half or more.
 fn with_whole(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
     let surer = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
     let (mut judged, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(surer);
@@ -185,6 +187,12 @@ fn with_whole(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
     whole.region.pixels.retain(|i| !judged.iter().any(|j| j.pixels().binary_search(i).is_ok()));
     judged.extend(if 2 * whole.pixels().len() < size { others } else { absorbed(others, whole) });
     judged
+}
+
+/// Adds a piece of paint; if it is unlikely to be wrong as a whole, only where nothing surer is a part of it, nor it of that.
+fn with_piece(judged: Vec<Judged>, piece: Judged) -> Vec<Judged> {
+    let surer = |j: &Judged| j.log_odds >= piece.log_odds && (mostly_within(j, &piece) || mostly_within(&piece, j));
+    if piece.score() < LIKELY && judged.iter().any(surer) { judged } else { with_whole(judged, piece) }
 }
 
 /// Whether more than half of a region lies within another, whose pixels are in order.
@@ -249,6 +257,11 @@ mod tests {
         // what lies mostly beside it stays
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 20), (Kind::Geometry, 1.0, 25)]);
+        // a piece of paint that is unlikely to be wrong as a whole does not take what is wrong in it along
+        let joined = with_piece(pieces(), judged(Kind::Texture, -0.5, 0..60));
+        assert_eq!(told(&joined), told(&pieces()));
+        let joined = with_piece(pieces(), judged(Kind::Texture, 0.5, 0..60));
+        assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
         // within a surer one it adds nothing
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 12..30));
         assert_eq!(told(&joined), told(&pieces()));

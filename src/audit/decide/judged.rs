@@ -18,6 +18,8 @@ pub struct Judged {
     pub displacement: Option<Displacement>,
     /// How far a part stands beside its place.
     pub shift: Option<Shift>,
+    /// A pixel beside an opening of the model, whose surface goes on over it.
+    pub(crate) rim: Option<usize>,
     /// The part of the model whose outline told it, and the logarithm of the odds against its place.
     pub(crate) part: Option<(u32, f32)>,
     /// The figures behind it.
@@ -26,7 +28,7 @@ pub struct Judged {
 
 impl Judged {
     pub(crate) fn new(kind: Kind, what: What, log_odds: f32, evidence: Vec<Evidence>, region: Region) -> Self {
-        Self { region, kind, what, log_odds, displacement: None, shift: None, part: None, evidence }
+        Self { region, kind, what, log_odds, displacement: None, shift: None, rim: None, part: None, evidence }
     }
 
     /// Probability of a fault, 0..=1, as far as its view tells.

@@ -1,5 +1,7 @@
 //! What else a region may be than right: displaced, not there, of another colour or picture, laid or standing otherwise.
 
+pub(crate) mod borders;
+pub(crate) mod opening;
 pub(crate) mod other_picture;
 pub(crate) mod phase_correlation;
 pub(crate) mod plane_sweep;
@@ -9,4 +11,3 @@ pub(crate) mod second_surface;
 pub(crate) mod sideways;
 pub(crate) mod silhouette;
 pub(crate) mod texture_alignment;
-pub(crate) mod unseen_border;

@@ -2,7 +2,7 @@
 
 pub(crate) mod agreement;
 pub(crate) mod appearance;
-pub(crate) mod continuation;
 pub(crate) mod noise;
 pub(crate) mod photo_consistency;
+pub(crate) mod step;
 pub(crate) mod structure;

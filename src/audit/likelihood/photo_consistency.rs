@@ -61,9 +61,6 @@ pub(crate) struct Geometry {
     /// Mean squared difference over the window at the model's own place in the probe that agrees best, in units of the
     /// variance that a right model has.
     pub(crate) mismatch: Vec<f32>,
-    /// Mean squared difference of logarithms at the model's own place in the probe that agrees best; `None` where none
-    /// sees it.
-    pub(crate) rest: Vec<Option<f32>>,
     /// How much less the sum over all probes becomes at the best place.
     pub(crate) gain: Vec<f32>,
     /// The same over what is left there.
@@ -121,7 +118,6 @@ struct OfProbe {
     plain: Vec<Option<f32>>,
     weight: Vec<f32>,
     mismatch: Vec<f32>,
-    rest: Vec<f32>,
     seen: Vec<bool>,
     parallax: Vec<f32>,
 }
@@ -244,14 +240,12 @@ pub(crate) fn test(
     let mut able = vec![0u8; n];
     let mut mismatch = vec![f32::INFINITY; n];
     let mut most = vec![0.0f32; n];
-    let mut rest: Vec<Option<f32>> = vec![None; n];
     for p in &each {
         for i in 0..n {
             seen[i] += u8::from(p.seen[i]);
             able[i] += u8::from(p.weight[i] > 0.0);
             if p.weight[i] > 0.0 {
                 mismatch[i] = mismatch[i].min(p.mismatch[i]);
-                rest[i] = Some(rest[i].map_or(p.rest[i], |r| r.min(p.rest[i])));
                 most[i] = most[i].max(10.0 * p.parallax[i]);
             }
         }
@@ -261,7 +255,6 @@ pub(crate) fn test(
     }
     let mut geometry = Geometry {
         mismatch,
-        rest,
         gain: vec![],
         ratio: vec![],
         best_m: vec![0.0; n],
@@ -343,11 +336,10 @@ fn of_probe(
         .collect();
     let capped: Vec<f32> = dull.iter().map(|d| d.min(MOST_IN_WINDOW)).collect();
     let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
-    let rest = dull.iter().zip(&variance).map(|(c, v)| c * v).collect();
     // contrast that the noise alone would give says nothing of a surface's place
     let telling = (TELLING * noise.floor(k)).powi(2);
     let plain = (0..n).map(|i| (2.0 * by[i][2] < telling && seen[i]).then(|| limited(squared[i]))).collect();
-    OfProbe { soft, level, variance, plain, weight, mismatch, rest, seen, parallax }
+    OfProbe { soft, level, variance, plain, weight, mismatch, seen, parallax }
 }
 
 /// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part

@@ -13,6 +13,9 @@ use crate::site::{Camera, Lens};
 /// No surface.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// Two places lie in one plane if the line between them leaves either's surface by less than this sine of an angle.
+const FLAT: f32 = 0.1;
+
 /// Nearer surfaces are not looked at, metres.
 const NEAREST_M: f32 = 1e-3;
 
@@ -153,6 +156,13 @@ impl GeometryBuffer {
         a.dot(b) > 0.95 && a.dot(gap).abs().max(b.dot(gap).abs()) < step.max(2e-3)
     }
 
+    /// Whether two pixels' surfaces lie in one plane.
+    pub(crate) fn coplanar(&self, i: usize, j: usize) -> bool {
+        let line = self.position[j] - self.position[i];
+        let most = FLAT * line.length();
+        [i, j].iter().all(|k| line.dot(self.normal[*k]).abs() <= most)
+    }
+
     /// Where a point would be in the picture, lens distortion apart; `None` behind the camera.
     pub(crate) fn project(&self, point: Vec3) -> Option<Vec2> {
         if let Some((camera, origin)) = &self.camera {
@@ -168,9 +178,13 @@ impl GeometryBuffer {
         self.distance[i] / self.focal / cos.sqrt()
     }
 
-    /// Area of the surface that a pixel shows, m².
-    pub(crate) fn area(&self, i: usize) -> f64 {
-        f64::from(self.footprint(i)).powi(2)
+    /// Where a pixel's ray meets the plane of another pixel's surface, or of its own, and the area of it that the pixel shows, m².
+    pub(crate) fn on_plane(&self, other: usize, i: usize) -> Option<(Vec3, f64)> {
+        let (normal, ray) = (self.normal[other], self.ray[i]);
+        let distance = normal.dot(self.position[other] - self.origin) / normal.dot(ray);
+        let told = self.triangle[other] != NONE && distance.is_finite() && distance > 0.0;
+        let area = f64::from(distance / self.focal).powi(2) / f64::from(normal.dot(ray).abs().max(0.05));
+        told.then(|| (self.origin + ray * distance, area))
     }
 
     /// Distance from the picture's centre, 1 in its corners, squared.

@@ -118,7 +118,8 @@ fn signed(x: f64) -> String {
 
 /// What the two tests are, and what no test can tell.
 pub(super) const METHOD: &str = "Geometry: what each probe saw of a surface, carried into the camera, is compared with \
-    the photograph, in units of what most of this photograph differs by; then the surface is moved, left out or continued. \
+    the photograph, in units of what most of this photograph differs by; then the surface is moved, left out or goes on \
+    over an opening. \
     Texture: the photograph over the model's albedo under smoothed light. Light that a smooth surface may mirror is no \
     difference. A surface moved by a whole period of its pattern, and everything recoloured at once, are not found.";
 

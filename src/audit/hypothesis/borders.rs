@@ -1,0 +1,89 @@
+//! Whether the photograph shows a region's borders: paint ends where its piece does, and light goes on.
+//!
+//! At a right piece's borders the photograph steps as the model's albedo does; where it goes on instead, the model's paint is not in
+//! the room, be it another picture, another colour or another brightness. The borders of all that is mapped in one piece are looked
+//! at together, so that faint paint is told, too.
+
+use glam::{Vec2, Vec3};
+
+use crate::audit::hypothesis::recoloured::chroma;
+use crate::audit::likelihood::appearance::damped;
+use crate::audit::likelihood::step::{FEWEST, Place, border};
+use crate::audit::picture::colour::colour_of;
+use crate::audit::picture::regions::mask_of;
+use crate::audit::view::Observations;
+use crate::statistics::median;
+
+/// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
+const BESIDE: f32 = 0.05;
+
+/// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
+const FREEDOM: f32 = 3.0;
+
+impl Observations {
+    /// Logarithm of how much likelier it is that the photograph goes on over some pixels' borders with other materials than that it
+    /// shows the model's, times the share of the borders that tell: on one flat surface with a greater piece, which is what this one
+    /// lies in. NaN where too few do. All along a border the same may be off about paint or light, so that its places count as one.
+    pub(crate) fn no_border(&self, pixels: &[usize]) -> f32 {
+        let Self { surfaces: s, texture: t, albedo, .. } = self;
+        let size = |i: usize| s.segments.pixels[s.segments.of[i] as usize].len();
+        let all = self.borders(pixels);
+        let telling = all.iter().filter(|[i, j]| self.tested(*i, *j) && s.coplanar(*i, *j) && size(*j) > size(*i));
+        let odds: Vec<f32> = telling
+            .map(|&[i, j]| odds(t.unit * (damped(albedo[i]) - damped(albedo[j])), t.unit * (t.ratio[i] - t.ratio[j])))
+            .collect();
+        let told = odds.len() as f32 / all.len() as f32;
+        if odds.len() < FEWEST { f32::NAN } else { told * median(odds).unwrap_or(f32::NAN) }
+    }
+
+    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at some pixels' borders with other materials, in whatever
+    /// planes; what light alone has made makes no step there. `None` where too few are known.
+    pub(crate) fn colour_step(&self, pixels: &[usize]) -> Option<f32> {
+        let ratio = &self.texture.ratio;
+        let tested = self.borders(pixels).into_iter().filter(|[i, j]| self.tested(*i, *j));
+        let steps: Vec<Vec2> = tested.map(|[i, j]| chroma(ratio[i] - ratio[j])).collect();
+        let middle = |of: fn(&Vec2) -> f32| median(steps.iter().map(of)).unwrap_or(0.0);
+        (steps.len() >= FEWEST).then(|| colour_of(middle(|c| c.x), middle(|c| c.y)))
+    }
+
+    /// A pixel on either side of some pixels' borders with other materials that meet them, the inner one first.
+    fn borders(&self, pixels: &[usize]) -> Vec<[usize; 2]> {
+        let s = &self.surfaces;
+        let mask = mask_of(pixels, self.albedo.len());
+        let inside = |i: usize| mask[i];
+        let ends = |p: &Place| s.material[p.last] != s.material[p.next];
+        let meet = |p: &Place| (s.distance[p.last] / s.distance[p.next] - 1.0).abs() < BESIDE;
+        // a frame may lie between: whatever is beyond the border tells
+        let places = border([s.width, s.height], pixels, &inside).filter(|p| ends(p) && meet(p));
+        places.filter_map(|p| Some([p.own?, p.other?])).collect()
+    }
+
+    fn tested(&self, i: usize, j: usize) -> bool {
+        self.texture.tested[i] && self.texture.tested[j]
+    }
+}
+
+/// Logarithm of how much likelier the photograph goes on than steps as the model does, if it steps by so much more than the model.
+fn odds(model: Vec3, more: Vec3) -> f32 {
+    unlikeliness(more) - unlikeliness(model + more)
+}
+
+/// The negative logarithm of the density of what is off about a step, but for a constant.
+fn unlikeliness(off: Vec3) -> f32 {
+    0.5 * (FREEDOM + 3.0) * (off.length_squared() / FREEDOM).ln_1p()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_is_not_there_is_likelier_the_farther_it_stands_out() {
+        let model = Vec3::new(2.0, 1.0, 0.5);
+        assert!(odds(model, Vec3::ZERO) < -1.0 && odds(model, -model) > 1.0);
+        assert_eq!(odds(model, -0.5 * model), 0.0);
+        assert!(odds(2.0 * model, -2.0 * model) > odds(model, -model));
+        // a model without a step says nothing
+        assert_eq!(odds(Vec3::ZERO, model), 0.0);
+    }
+}

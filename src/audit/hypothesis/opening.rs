@@ -1,0 +1,69 @@
+//! Openings of the model that the photograph does not have: over their rims it goes on as over one surface.
+//!
+//! Where the model has a hole one sees past the surface around it something that no probe tells of, or nothing at all. What a real
+//! opening shows steps at its rim, in brightness or colour, by more than a surface differs from place to place.
+
+use glam::Mat3;
+use rayon::prelude::*;
+
+use crate::audit::likelihood::step::{FEWEST, border, usual};
+use crate::audit::picture::regions::at_most;
+use crate::audit::view::Observations;
+use crate::components::members;
+use crate::statistics::median;
+
+/// What is seen past a rim is farther by more than this share of its distance.
+const BEYOND: f32 = 0.05;
+
+/// Places of a rim that are tried for its plane.
+const PLANES: usize = 100;
+
+/// What the model shows past the rim of an opening, where no probe tells of it.
+pub(crate) struct Opening {
+    pub(crate) pixels: Vec<usize>,
+    /// A pixel beside it, in the plane that most of its rim is in.
+    pub(crate) rim: usize,
+    /// The photograph's step over half of the rim, as the logarithm of what half of its places differ by within surfaces.
+    pub(crate) step: f32,
+    /// The share of what surrounds these pixels that is one plane before them.
+    pub(crate) flat: f32,
+}
+
+/// What the model shows past the rims of openings.
+pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
+    let label = observed.surfaces.shape.labels();
+    let unit = usual(observed.surfaces.width, &observed.log_photo, |i, j| {
+        label[i] == label[j] && observed.shows(i) && observed.shows(j)
+    });
+    let unseen = |i: &&usize| observed.geometry.able[**i] == 0;
+    let beyond =
+        |pixels: &Vec<usize>| pixels.len() >= least && 2 * pixels.iter().filter(unseen).count() >= pixels.len();
+    let pieces = members(&label).into_par_iter().filter(beyond);
+    pieces.filter_map(|pixels| opening(observed, &label, unit, pixels)).collect()
+}
+
+/// What is around some pixels of one label.
+fn opening(observed: &Observations, label: &[u32], unit: Mat3, pixels: Vec<usize>) -> Option<Opening> {
+    let s = &observed.surfaces;
+    let inside = |i: usize| label[i] == label[pixels[0]];
+    let all: Vec<_> = border([s.width, s.height], &pixels, &inside).collect();
+    let before = all.iter().filter(|p| s.distance[p.next] < (1.0 - BEYOND) * s.distance[p.last]);
+    let rim: Vec<[usize; 2]> = before
+        .filter_map(|p| Some([p.own?, p.other.filter(|j| label[*j] == label[p.next])?]))
+        .filter(|[own, other]| observed.shows(*own) && observed.shows(*other))
+        .collect();
+    let places: Vec<usize> = rim.iter().map(|[_, other]| *other).collect();
+    let count = |i: usize| places.iter().filter(|j| s.coplanar(i, **j)).count();
+    let plane = at_most(&places, PLANES).max_by_key(|i| count(*i))?;
+    let over = rim.iter().filter(|[_, other]| s.coplanar(plane, *other));
+    let steps: Vec<f32> = over
+        .map(|[own, other]| unit * (observed.log_photo[*own] - observed.log_photo[*other]))
+        .map(|s| s.length_squared())
+        .collect();
+    if steps.len() < FEWEST {
+        return None;
+    }
+    let flat = steps.len() as f32 / all.len() as f32;
+    let step = 0.5 * (median(steps).unwrap_or(0.0) / 1.5).max(1e-6).ln();
+    Some(Opening { pixels, rim: plane, step, flat })
+}
