@@ -3,12 +3,20 @@
 requires maya "2018";
 currentUnit -l centimeter -a degree -t film;
 createNode transform -n "clerestory_findings";
-createNode transform -n "D1_geometry_missing" -p "clerestory_findings";
+createNode transform -n "D1_texture_recoloured" -p "clerestory_findings";
+	addAttr -ci true -sn "note" -ln "note" -dt "string";
+	addAttr -ci true -sn "nts" -ln "notes" -dt "string";
+	setAttr ".t" -type "double3" 14.472301 2.513075 -0.00487 ;
+	setAttr -k on ".note" -type "string" "the structure fits but the colour does not on “painting_mandorla”, 1.6 m across; not sure, because as much is off elsewhere in these pictures";
+	setAttr ".nts" -type "string" "the structure fits but the colour does not on “painting_mandorla”, 1.6 m across; not sure, because as much is off elsewhere in these pictures";
+createNode locator -n "D1_texture_recolouredShape" -p "D1_texture_recoloured";
+	setAttr ".los" -type "double3" 0.790882 0.790882 0.790882 ;
+createNode transform -n "D2_geometry_missing" -p "clerestory_findings";
 	addAttr -ci true -sn "note" -ln "note" -dt "string";
 	addAttr -ci true -sn "nts" -ln "notes" -dt "string";
 	setAttr ".t" -type "double3" 11.909671 4.680219 3.0 ;
 	setAttr -k on ".note" -type "string" "something is there that is not modelled on “ashlar”, 49 cm across; not sure, because as much is off elsewhere in these pictures";
 	setAttr ".nts" -type "string" "something is there that is not modelled on “ashlar”, 49 cm across; not sure, because as much is off elsewhere in these pictures";
-createNode locator -n "D1_geometry_missingShape" -p "D1_geometry_missing";
+createNode locator -n "D2_geometry_missingShape" -p "D2_geometry_missing";
 	setAttr ".los" -type "double3" 0.245276 0.245276 0.245276 ;
 // End of findings.ma
