@@ -158,25 +158,24 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     // light that is far off in brightness may as well be so in colour, and what is mirrored has colours of its own
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
+    // where nothing else meets its borders they say nothing against it
+    let step = observed.colour_step(&region.pixels).unwrap_or(unexplained).min(odds::STEP);
+    let by_colours = PICTURE.weigh([
+        slope,
+        size,
+        unexplained,
+        step.min(unexplained),
+        step.min(colour),
+        (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
+        mismatch(observed, &region),
+        lacking(t, &region.pixels),
+        // is learnt when all photographs are known
+        f32::NAN,
+    ]);
+    // borders that step as the model's do speak of its brightness more than of its hue
     let no_border = observed.no_border(&region.pixels);
-    let (log_odds, evidence) = if no_border.is_nan() {
-        // where nothing else meets its borders they say nothing against it
-        let step = observed.colour_step(&region.pixels).unwrap_or(unexplained).min(odds::STEP);
-        PICTURE.weigh([
-            slope,
-            size,
-            unexplained,
-            step.min(unexplained),
-            step.min(colour),
-            (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
-            mismatch(observed, &region),
-            lacking(t, &region.pixels),
-            // is learnt when all photographs are known
-            f32::NAN,
-        ])
-    } else {
-        BORDER.weigh([no_border, slope, size])
-    };
+    let by_borders = (!no_border.is_nan()).then(|| BORDER.weigh([no_border, slope, size]));
+    let (log_odds, evidence) = by_borders.filter(|b| b.0 > by_colours.0).unwrap_or(by_colours);
     let structural = odds >= REGION_ODDS && slope < OTHER;
     // the search for another laying takes long
     let what = if log_odds < least || !odds::may_reach(log_odds, observed.settings.least_probability) {

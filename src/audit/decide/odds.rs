@@ -78,7 +78,7 @@ pub(crate) static SHAPE: Cues<10> = Cues {
     ],
 };
 
-/// A region whose structure or colours are not the model's, where its borders do not tell.
+/// A region whose structure or colours are not the model's.
 pub(crate) static PICTURE: Cues<9> = Cues {
     bias: -4.31,
     cues: [
