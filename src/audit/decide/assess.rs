@@ -171,7 +171,7 @@ pub(crate) fn note(f: &Finding) -> String {
         What::Scaled => "the texture has another scale",
         What::Recoloured => "the structure fits but the colour does not",
         What::Changed => "the photograph shows another picture than the model",
-        What::Missing => "something is there that is not modelled",
+        What::Missing => "the model lacks what is there",
         What::Extra => "the model has something that is not there",
         What::Moved => "the surface is off its place",
     };

@@ -159,7 +159,8 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
     let size = size(observed, region.pixels.len());
     // where nothing else meets its borders they say nothing against it
-    let step = observed.colour_step(&region.pixels).unwrap_or(unexplained).min(odds::STEP);
+    let borders = observed.borders(&region.pixels);
+    let step = observed.colour_step(&borders).unwrap_or(unexplained).min(odds::STEP);
     let by_colours = PICTURE.weigh([
         slope,
         size,
@@ -173,7 +174,7 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
         f32::NAN,
     ]);
     // borders that step as the model's do speak of its brightness more than of its hue
-    let no_border = observed.no_border(&region.pixels);
+    let no_border = observed.no_border(&borders);
     let by_borders = (!no_border.is_nan()).then(|| BORDER.weigh([no_border, slope, size]));
     let (log_odds, evidence) = by_borders.filter(|b| b.0 > by_colours.0).unwrap_or(by_colours);
     let structural = odds >= REGION_ODDS && slope < OTHER;

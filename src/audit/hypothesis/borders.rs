@@ -20,14 +20,16 @@ const BESIDE: f32 = 0.05;
 /// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
 const FREEDOM: f32 = 3.0;
 
+/// A pixel on either side of a border between materials, the inner one first.
+type Across = [usize; 2];
+
 impl Observations {
-    /// Logarithm of how much likelier it is that the photograph goes on over some pixels' borders with other materials than that it
-    /// shows the model's, times the share of the borders that tell: on one flat surface with a greater piece, which is what this one
+    /// Logarithm of how much likelier it is that the photograph goes on over a region's borders than that it shows the model's,
+    /// times the share of the borders that tell: on one flat surface with a greater piece, which is what this one
     /// lies in. NaN where too few do. All along a border the same may be off about paint or light, so that its places count as one.
-    pub(crate) fn no_border(&self, pixels: &[usize]) -> f32 {
+    pub(crate) fn no_border(&self, all: &[Across]) -> f32 {
         let Self { surfaces: s, texture: t, albedo, .. } = self;
         let size = |i: usize| s.segments.pixels[s.segments.of[i] as usize].len();
-        let all = self.borders(pixels);
         let telling = all.iter().filter(|[i, j]| self.tested(*i, *j) && s.coplanar(*i, *j) && size(*j) > size(*i));
         let odds: Vec<f32> = telling
             .map(|&[i, j]| odds(t.unit * (damped(albedo[i]) - damped(albedo[j])), t.unit * (t.ratio[i] - t.ratio[j])))
@@ -36,18 +38,18 @@ impl Observations {
         if odds.len() < FEWEST { f32::NAN } else { told * median(odds).unwrap_or(f32::NAN) }
     }
 
-    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at some pixels' borders with other materials, in whatever
-    /// planes; what light alone has made makes no step there. `None` where too few are known.
-    pub(crate) fn colour_step(&self, pixels: &[usize]) -> Option<f32> {
+    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at a region's borders, in whatever planes; what light
+    /// alone has made makes no step there. `None` where too few are known.
+    pub(crate) fn colour_step(&self, all: &[Across]) -> Option<f32> {
         let ratio = &self.texture.ratio;
-        let tested = self.borders(pixels).into_iter().filter(|[i, j]| self.tested(*i, *j));
-        let steps: Vec<Vec2> = tested.map(|[i, j]| chroma(ratio[i] - ratio[j])).collect();
+        let tested = all.iter().filter(|[i, j]| self.tested(*i, *j));
+        let steps: Vec<Vec2> = tested.map(|[i, j]| chroma(ratio[*i] - ratio[*j])).collect();
         let middle = |of: fn(&Vec2) -> f32| median(steps.iter().map(of)).unwrap_or(0.0);
         (steps.len() >= FEWEST).then(|| colour_of(middle(|c| c.x), middle(|c| c.y)))
     }
 
-    /// A pixel on either side of some pixels' borders with other materials that meet them, the inner one first.
-    fn borders(&self, pixels: &[usize]) -> Vec<[usize; 2]> {
+    /// Places on some pixels' borders with other materials that meet them.
+    pub(crate) fn borders(&self, pixels: &[usize]) -> Vec<Across> {
         let s = &self.surfaces;
         let mask = mask_of(pixels, self.albedo.len());
         let inside = |i: usize| mask[i];
