@@ -6,6 +6,7 @@ use std::borrow::Borrow;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
+use super::beyond::Beyond;
 use super::hits::Sunlit;
 use super::neighbours::Neighbours;
 use super::records::measured;
@@ -23,7 +24,7 @@ pub struct Light {
     pub sun: Option<Sun>,
     /// What is behind the windows where no probe tells.
     outside: Option<Outside>,
-    pub(super) beyond: OnceLock<Vec3>,
+    pub(super) beyond: OnceLock<Beyond>,
     neighbours: OnceLock<Neighbours>,
 }
 

@@ -246,7 +246,8 @@ fn the_open_top_of_a_scan_sends_what_records_ask_for() {
     let down = Mat3::from_rotation_x(-0.5 * PI);
     let hits = Hits::shoot(&scene, Vec3::new(0.0, 0.0, 2.0), down, Chart::perspective(48, 48, 1.0));
     let light = lit(&scene, hits, &even(48, 48, Vec3::splat(1.5)));
-    assert!((light.beyond(&scene) - 3.0).abs().max_element() < 0.03, "{}", light.beyond(&scene));
+    let beyond = light.beyond(&scene, Vec3::Z);
+    assert!((beyond - 3.0).abs().max_element() < 0.03, "{beyond}");
     // what the photograph does not show takes the light of what it shows
     let (aside, up) = (Vec3::new(4.0, 3.0, 0.0), Vec3::Z);
     assert!(light.observe(&scene, aside, up).is_none());
@@ -263,6 +264,43 @@ fn the_open_top_of_a_scan_sends_what_records_ask_for() {
     let relit = Relit { scene: &scene, light: &light, volume: Some(&volume), volume_only: false };
     let there = relit.lit(aside, up, &mut Nearby::default());
     assert_eq!((there.source, there.shade), (Source::Neighbour, e));
+}
+
+/// A room with a window, behind which the probe sees a sky over the ground: more of both is there than it sees.
+#[test]
+fn what_a_window_shows_to_no_probe_is_as_what_is_seen_beside_it() {
+    let (x, y, z) = (Vec3::X * 4.0, Vec3::Y * 4.0, Vec3::Z * 4.0);
+    let whole = [(Vec3::ZERO, x, y), (z, x, y), (Vec3::ZERO, x, z), (Vec3::ZERO, y, z), (y, x, z)];
+    // the wall at x = 4 has an opening of a metre
+    let wall = |low: [f32; 2], high: [f32; 2]| {
+        (Vec3::new(4.0, low[0], low[1]), Vec3::Y * (high[0] - low[0]), Vec3::Z * (high[1] - low[1]))
+    };
+    let around = [
+        wall([0.0, 0.0], [4.0, 1.5]),
+        wall([0.0, 2.5], [4.0, 4.0]),
+        wall([0.0, 1.5], [1.5, 2.5]),
+        wall([2.5, 1.5], [4.0, 2.5]),
+    ];
+    let scene = grey(parallelograms(&[&whole[..], &around].concat()), 0.5);
+    let chart = Chart::latlong(256, 128);
+    let mut picture = even(256, 128, Vec3::ONE);
+    let hits = Hits::shoot(&scene, Vec3::splat(2.0), Mat3::IDENTITY, chart.clone());
+    for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (column, row) = ((i % 256) as f32 + 0.5, (i / 256) as f32 + 0.5);
+        let elevation = PI * (0.5 - row / 128.0);
+        let ahead = (column / 256.0 - 0.5).abs() * TAU;
+        // straight ahead is along y: the window is to one side of it
+        if elevation.abs() < 0.5 && (ahead - 0.5 * PI).abs() < 0.5 {
+            *pixel = if elevation > 0.0 { Vec3::new(20.0, 30.0, 40.0) } else { Vec3::new(4.0, 3.0, 2.0) };
+        }
+    }
+    let light = lit(&scene, hits, &picture);
+    let [up, down] = [0.8, -0.8].map(|z| Vec3::new(0.6, 0.0, z));
+    assert!([up, down].iter().all(|d| light.told_sky(*d).is_none()));
+    assert!((light.beyond(&scene, up) / Vec3::new(20.0, 30.0, 40.0) - 1.0).abs().max_element() < 1e-3);
+    assert!((light.beyond(&scene, down) / Vec3::new(4.0, 3.0, 2.0) - 1.0).abs().max_element() < 1e-3);
+    // what is not told is no part of a picture
+    assert_eq!(light.sky(up), Vec3::ZERO);
 }
 
 proptest! {

@@ -95,7 +95,7 @@ impl<'a> Volume<'a> {
                 for s in &g.sky {
                     let told = light.told_sky(s.direction);
                     untold += if told.is_none() { s.weight.dot(normal) } else { 0.0 };
-                    add(s.weight, told.unwrap_or_else(|| light.beyond(scene)));
+                    add(s.weight, told.unwrap_or_else(|| light.beyond(scene, s.direction)));
                 }
                 for s in &g.seen {
                     add(s.weight, s.rho * light.of_cell(scene, s.probe, s.cell));
@@ -186,7 +186,7 @@ impl<'a> Volume<'a> {
             sum += match scene.tracer.closest(&ray, 0.0) {
                 None => light.told_sky(direction).unwrap_or_else(|| {
                     untold += 1;
-                    light.beyond(scene)
+                    light.beyond(scene, direction)
                 }),
                 Some(hit) => {
                     let s = scene.surface(&ray, &hit);

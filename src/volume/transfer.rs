@@ -56,7 +56,7 @@ impl<'a> VolumeTransfer<'a> {
                         }
                         None => match light.told_sky(s.direction) {
                             Some(radiance) => add(&mut place.fixed[0], s.weight, radiance),
-                            None => add(&mut place.fixed[1], s.weight, light.beyond(scene)),
+                            None => add(&mut place.fixed[1], s.weight, light.beyond(scene, s.direction)),
                         },
                     }
                 }

@@ -39,7 +39,7 @@ impl<'a> Gloss<'a> {
     /// Of what the probes saw; what none of them did is relit.
     pub(crate) fn new(relit: &'a Relit<'a>, surfaces: &GeometryBuffer, probes: &'a [ProbeView]) -> Self {
         // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
-        let beyond = probes.iter().map(ProbeView::brightest).fold(relit.light.beyond(relit.scene), Vec3::max);
+        let beyond = probes.iter().map(ProbeView::brightest).fold(Vec3::ZERO, Vec3::max);
         let mut this = Self { relit, probes, beyond, to_camera: Vec::new() };
         this.to_camera = this.towards(surfaces, surfaces.origin, &|_| true);
         this
@@ -98,7 +98,8 @@ impl<'a> Gloss<'a> {
         let (relit, scene) = (self.relit, self.relit.scene);
         let ray = Ray { origin: point, direction };
         let Some(hit) = scene.tracer.closest(&ray, 1e-3) else {
-            return relit.light.told_sky(direction).unwrap_or_default().max(self.beyond);
+            let told = relit.light.told_sky(direction);
+            return told.unwrap_or_else(|| relit.light.beyond(scene, direction)).max(self.beyond);
         };
         let at = point + direction * hit.t;
         // the nearest first, as few as need be
