@@ -4,13 +4,13 @@ use crate::audit::decide::judged::Judged;
 use crate::audit::decide::odds::{self, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
 use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
+use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
 use crate::audit::hypothesis::retextured::SLACK_PX;
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
-use crate::audit::likelihood::agreement::Unlike;
 use crate::audit::likelihood::structure::odds_of;
 use crate::audit::picture::regions::{Region, bounds};
 use crate::audit::view::{AuditScene, Observations};
@@ -31,6 +31,11 @@ const WHOLE: f64 = 0.6;
 /// Odds from which on a region's structure is another than the model's, and the share of the usual structure that it has less of.
 const REGION_ODDS: f32 = 6.0;
 const OTHER: f32 = 0.5;
+
+/// Regions smaller than this share of the picture are left out.
+const LEAST_SHARE: f64 = 6e-4;
+/// Nor are fewer pixels than this a region.
+const LEAST_PX: usize = 30;
 
 /// Pixels from an outline of the model within which a region is at it.
 const EDGE_PX: usize = 3;
@@ -68,6 +73,11 @@ fn shift_px(observed: &Observations, region: &Region, metres: f64) -> f32 {
         let (here, there) = (s.position[i], s.position[i] + s.normal[i] * metres as f32);
         Some(s.project(there)?.distance(s.project(here)?))
     })
+}
+
+/// Pixels of the smallest region.
+pub(crate) fn least(observed: &Observations) -> usize {
+    LEAST_PX.max((LEAST_SHARE * observed.usable.len() as f64) as usize)
 }
 
 /// The share of a region's light that it may mirror.
@@ -192,31 +202,33 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     Judged::new(Kind::Texture, what, log_odds, evidence, region)
 }
 
-/// A region that shows little of what the model makes there, if it may be a fault: of its shape or of its picture, whichever its own
-/// measures make likelier.
+/// A place that shows little of what the model makes there, if it may be a fault: of its shape or of its picture, whichever is likelier
+/// by what stands out there.
 pub(crate) fn unlike(
     prepared: &AuditScene,
     observed: &Observations,
     scores: &Scores,
     shares: &[(u32, u32)],
     inside: &[bool],
-    [_, middle, coarse]: &Unlike,
-    region: Region,
+    places: &Places,
+    place: &Region,
 ) -> Option<Judged> {
-    let over = |values: &[f32], most: f32| mean(&region, |i| Some(values[i].min(most)));
+    let [_, middle, coarse] = places.unlike;
+    let over = |values: &[f32], most: f32| mean(place, |i| Some(values[i].min(most)));
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         over(coarse, f32::MAX),
-        size(observed, region.pixels.len()),
-        thickness(&region, observed.surfaces.width).ln(),
+        size(observed, place.pixels.len()),
+        thickness(place, observed.surfaces.width).ln(),
         over(&scores.geometry, 3.0),
         over(&scores.texture, 3.0),
-        mirrored(observed, &region),
+        mirrored(observed, place),
         over(&observed.texture.structure.odds, f32::MAX),
     ]);
     if !odds::may_reach(log_odds, observed.settings.least_probability) {
         return None;
     }
+    let region = places.extent(place, least(observed));
     let of_shape = shape(prepared, observed, shares, inside, &region);
     let least = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
     let of_picture = picture(prepared, observed, region, least);

@@ -3,13 +3,14 @@
 
 use rayon::prelude::*;
 
-use crate::audit::decide::decision;
+use crate::audit::decide::decision::{self, least};
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::label;
 use crate::audit::decide::odds::{self, LAYING};
 use crate::audit::decide::scores::{LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
+use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::openings;
 use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
@@ -23,10 +24,6 @@ pub(crate) const WHITE: f32 = 8.0;
 const LIKELY: f64 = 0.5;
 /// Where photograph and model differ by so much more than they have in common, as a logarithm, the model's picture is not there.
 const UNLIKE: f32 = 1.1;
-/// Regions smaller than this share of the picture are left out.
-const LEAST_SHARE: f64 = 6e-4;
-/// Nor are fewer pixels than this a region.
-const LEAST_PX: usize = 30;
 
 impl Observations {
     /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
@@ -116,12 +113,17 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let unlike = observed.unlike(&mask_of(&likely.copied().collect::<Vec<_>>(), w * h));
     let most = |i: usize| unlike.iter().map(|band| band[i]).fold(f32::NEG_INFINITY, f32::max);
     let mask = extended(&over(&most, UNLIKE));
-    let wholes: Vec<Judged> = components(&mask, &mask, w, least, |_, _| true)
+    let places = Places::new(observed, &unlike, &mask);
+    let wholes: Vec<(Judged, Region)> = components(&mask, &mask, w, least, |_, _| true)
         .into_par_iter()
-        .filter_map(|region| decision::unlike(prepared, observed, scores, &shares, &inside, &unlike, region))
+        .filter_map(|place| {
+            let whole = decision::unlike(prepared, observed, scores, &shares, &inside, &places, &place)?;
+            Some((whole, place))
+        })
         .collect();
     let judged = pieces.into_iter().fold(judged, with_piece);
-    let judged = wholes.into_iter().chain(openings).fold(judged, with_whole);
+    let judged = wholes.into_iter().fold(judged, |judged, (whole, place)| with_place(judged, whole, &place));
+    let judged = openings.into_iter().fold(judged, with_whole);
     let judged = relaid.into_iter().fold(judged, |judged, piece| with_relaid(judged, piece, observed));
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
@@ -158,7 +160,7 @@ fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> 
 
 /// Adds a piece that is laid otherwise: it explains what lies mostly within it, but for faults of shape.
 fn with_relaid(mut judged: Vec<Judged>, piece: Judged, observed: &Observations) -> Vec<Judged> {
-    judged.retain(|j| observed.calls_misshapen(j) || !mostly_within(j, &piece));
+    judged.retain(|j| observed.calls_misshapen(j) || !mostly_within(j, &piece.region));
     judged.push(piece);
     judged
 }
@@ -167,48 +169,58 @@ fn with_relaid(mut judged: Vec<Judged>, piece: Judged, observed: &Observations) 
 fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Observations) -> Vec<Judged> {
     for part in shifted {
         let part = decision::outline(part);
-        let repainted = |j: &Judged| j.kind == Kind::Texture && j.log_odds > part.log_odds && mostly_within(j, &part);
+        let repainted =
+            |j: &Judged| j.kind == Kind::Texture && j.log_odds > part.log_odds && mostly_within(j, &part.region);
         if part.score() >= observed.settings.least_probability
             && part.region.pixels.len() >= least(observed)
             && !judged.iter().any(repainted)
         {
-            judged = absorbed(judged, part);
+            let place = part.region.clone();
+            judged = absorbed(judged, part, &place);
         }
     }
     judged
 }
 
-/// Adds a region that is judged as a whole. A surer fault of shape stays as it is, since what tells it was measured of its own
+/// Adds a region that is judged as a whole.
+fn with_whole(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
+    let place = whole.region.clone();
+    with_place(judged, whole, &place)
+}
+
+/// Adds what stands out in a place. A surer fault of shape stays as it is, since what tells it was measured of its own
 /// pixels; the region is what they leave of it, if that is half or more.
-fn with_whole(judged: Vec<Judged>, mut whole: Judged) -> Vec<Judged> {
+fn with_place(judged: Vec<Judged>, mut whole: Judged, place: &Region) -> Vec<Judged> {
     let surer = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
     let (mut judged, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(surer);
     let size = whole.pixels().len();
     whole.region.pixels.retain(|i| !judged.iter().any(|j| j.pixels().binary_search(i).is_ok()));
-    judged.extend(if 2 * whole.pixels().len() < size { others } else { absorbed(others, whole) });
+    judged.extend(if 2 * whole.pixels().len() < size { others } else { absorbed(others, whole, place) });
     judged
 }
 
 /// Adds a piece of paint; if it is unlikely to be wrong as a whole, only where nothing surer is a part of it, nor it of that.
 fn with_piece(judged: Vec<Judged>, piece: Judged) -> Vec<Judged> {
-    let surer = |j: &Judged| j.log_odds >= piece.log_odds && (mostly_within(j, &piece) || mostly_within(&piece, j));
+    let surer = |j: &Judged| {
+        j.log_odds >= piece.log_odds && (mostly_within(j, &piece.region) || mostly_within(&piece, &j.region))
+    };
     if piece.score() < LIKELY && judged.iter().any(surer) { judged } else { with_whole(judged, piece) }
 }
 
 /// Whether more than half of a region lies within another, whose pixels are in order.
-fn mostly_within(region: &Judged, whole: &Judged) -> bool {
+fn mostly_within(region: &Judged, whole: &Region) -> bool {
     let own = &region.region.pixels;
-    let inside = own.iter().filter(|i| whole.region.pixels.binary_search(i).is_ok()).count();
+    let inside = own.iter().filter(|i| whole.pixels.binary_search(i).is_ok()).count();
     2 * inside > own.len()
 }
 
-/// Adds a region that may be the whole of what others are pieces of: those that lie mostly within it are of it, and all of it is
+/// Adds a region that may be the whole of what others are pieces of: those that lie mostly within its place are of it, and all of it is
 /// as sure as the surest of them, and what that is if it is of one kind. It adds nothing where it lies mostly within a surer one.
-fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
-    if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(&whole, j)) {
+fn absorbed(judged: Vec<Judged>, whole: Judged, place: &Region) -> Vec<Judged> {
+    if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(&whole, &j.region)) {
         return judged;
     }
-    let (own, mut others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|j| mostly_within(j, &whole));
+    let (own, mut others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|j| mostly_within(j, place));
     let surer = own.into_iter().filter(|j| j.log_odds > whole.log_odds);
     let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
     others.push(match surest {
@@ -217,11 +229,6 @@ fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
         None => whole,
     });
     others
-}
-
-/// Pixels of the smallest region.
-fn least(observed: &Observations) -> usize {
-    LEAST_PX.max((LEAST_SHARE * observed.usable.len() as f64) as usize)
 }
 
 #[cfg(test)]
@@ -239,14 +246,18 @@ mod tests {
     #[test]
     fn pieces_are_of_the_whole_and_a_surer_region_says_what_it_is() {
         let pieces = || vec![judged(Kind::Texture, 3.0, 10..30), judged(Kind::Texture, -1.0, 35..50)];
+        let join = |pieces, whole: Judged| {
+            let place = whole.region.clone();
+            absorbed(pieces, whole, &place)
+        };
         // another kind: as sure, but not what the piece is
-        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 0..60));
+        let joined = join(pieces(), judged(Kind::Geometry, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 3.0, 60)]);
-        let joined = absorbed(pieces(), judged(Kind::Texture, 1.0, 0..60));
+        let joined = join(pieces(), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
         // a surer fault of shape is of a part that is off, but stays as it is in what is unlike the model; a doubt does not
         let misshapen = |log_odds| vec![judged(Kind::Geometry, log_odds, 5..25)];
-        let joined = absorbed(misshapen(2.0), judged(Kind::Geometry, 1.0, 0..60));
+        let joined = join(misshapen(2.0), judged(Kind::Geometry, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 60)]);
         let joined = with_whole(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20), (Kind::Texture, 1.0, 40)]);
@@ -255,7 +266,7 @@ mod tests {
         let joined = with_whole(misshapen(2.0), judged(Kind::Texture, 1.0, 0..30));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20)]);
         // what lies mostly beside it stays
-        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));
+        let joined = join(pieces(), judged(Kind::Geometry, 1.0, 25..50));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 20), (Kind::Geometry, 1.0, 25)]);
         // a piece of paint that is unlikely to be wrong as a whole does not take what is wrong in it along
         let joined = with_piece(pieces(), judged(Kind::Texture, -0.5, 0..60));
@@ -263,7 +274,7 @@ mod tests {
         let joined = with_piece(pieces(), judged(Kind::Texture, 0.5, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
         // within a surer one it adds nothing
-        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 12..30));
+        let joined = join(pieces(), judged(Kind::Geometry, 1.0, 12..30));
         assert_eq!(told(&joined), told(&pieces()));
     }
 }

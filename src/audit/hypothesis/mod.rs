@@ -1,6 +1,7 @@
 //! What else a region may be than right: displaced, not there, of another colour or picture, laid or standing otherwise.
 
 pub(crate) mod borders;
+pub(crate) mod extent;
 pub(crate) mod opening;
 pub(crate) mod other_picture;
 pub(crate) mod phase_correlation;

@@ -16,6 +16,11 @@ use crate::statistics::median;
 /// Structure of a size is what the first blur keeps and the second does not: standard deviations, pixels.
 const BANDS: [[f32; 2]; 3] = [[1.5, 4.0], [3.0, 8.0], [6.0, 16.0]];
 
+/// Standard deviation of the widest window, pixels.
+pub(crate) fn widest() -> f32 {
+    BANDS[BANDS.len() - 1][1]
+}
+
 /// What is darker than this share of the picture's median shows little structure.
 const DARK: f32 = 0.03;
 

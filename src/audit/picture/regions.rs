@@ -65,6 +65,17 @@ pub(crate) fn closed(mask: &[bool], width: usize, height: usize, radius: usize) 
     inverted(&dilated(&inverted(&grown), width, height, radius))
 }
 
+/// The mask with all that it encloses.
+pub(crate) fn filled(mask: &[bool], width: usize) -> Vec<bool> {
+    let outside = inverted(mask);
+    let height = mask.len() / width;
+    let border = |i: usize| i % width == 0 || i % width + 1 == width || i / width == 0 || i / width + 1 == height;
+    let seeds: Vec<bool> = (0..mask.len()).map(border).collect();
+    let open = components(&outside, &seeds, width, 1, |i, j| i % width == j % width || i / width == j / width);
+    let open: Vec<usize> = open.into_iter().flat_map(|r| r.pixels).collect();
+    inverted(&mask_of(&open, mask.len()))
+}
+
 /// Connected components (along rows, columns and diagonals) of a mask that hold at least one of `seeds` and have at
 /// least `least` pixels, in the order of their first pixel. `joined` says whether two neighbours may be connected.
 pub(crate) fn components(
@@ -161,6 +172,13 @@ mod tests {
         assert!(!o[5 * 7 + 3] && o[2 * 7 + 3]);
         let gap = mask(&[".......", ".##.##.", ".##.##.", ".##.##.", "......."]);
         assert!(closed(&gap, 7, 5, 1)[2 * 7 + 3]);
+    }
+
+    #[test]
+    fn what_a_mask_encloses_is_filled() {
+        let ring = mask(&[".......", "..###..", "..#.#..", "..###..", "...#...", "####...", "...#..."]);
+        let whole = mask(&[".......", "..###..", "..###..", "..###..", "...#...", "####...", "...#..."]);
+        assert_eq!(filled(&ring, 7), whole);
     }
 
     #[test]
