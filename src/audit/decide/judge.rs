@@ -160,7 +160,7 @@ fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> 
 
 /// Adds a piece that is laid otherwise: it explains what lies mostly within it, but for faults of shape.
 fn with_relaid(mut judged: Vec<Judged>, piece: Judged, observed: &Observations) -> Vec<Judged> {
-    judged.retain(|j| observed.calls_misshapen(j) || !mostly_within(j, &piece.region));
+    judged.retain(|j| observed.calls_misshapen(j) || !mostly_within(&j.region, &piece.region));
     judged.push(piece);
     judged
 }
@@ -169,8 +169,9 @@ fn with_relaid(mut judged: Vec<Judged>, piece: Judged, observed: &Observations) 
 fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Observations) -> Vec<Judged> {
     for part in shifted {
         let part = decision::outline(part);
-        let repainted =
-            |j: &Judged| j.kind == Kind::Texture && j.log_odds > part.log_odds && mostly_within(j, &part.region);
+        let repainted = |j: &Judged| {
+            j.kind == Kind::Texture && j.log_odds > part.log_odds && mostly_within(&j.region, &part.region)
+        };
         if part.score() >= observed.settings.least_probability
             && part.region.pixels.len() >= least(observed)
             && !judged.iter().any(repainted)
@@ -202,25 +203,26 @@ fn with_place(judged: Vec<Judged>, mut whole: Judged, place: &Region) -> Vec<Jud
 /// Adds a piece of paint; if it is unlikely to be wrong as a whole, only where nothing surer is a part of it, nor it of that.
 fn with_piece(judged: Vec<Judged>, piece: Judged) -> Vec<Judged> {
     let surer = |j: &Judged| {
-        j.log_odds >= piece.log_odds && (mostly_within(j, &piece.region) || mostly_within(&piece, &j.region))
+        j.log_odds >= piece.log_odds
+            && (mostly_within(&j.region, &piece.region) || mostly_within(&piece.region, &j.region))
     };
     if piece.score() < LIKELY && judged.iter().any(surer) { judged } else { with_whole(judged, piece) }
 }
 
 /// Whether more than half of a region lies within another, whose pixels are in order.
-fn mostly_within(region: &Judged, whole: &Region) -> bool {
-    let own = &region.region.pixels;
-    let inside = own.iter().filter(|i| whole.pixels.binary_search(i).is_ok()).count();
-    2 * inside > own.len()
+fn mostly_within(region: &Region, whole: &Region) -> bool {
+    let inside = region.pixels.iter().filter(|i| whole.pixels.binary_search(i).is_ok()).count();
+    2 * inside > region.pixels.len()
 }
 
 /// Adds a region that may be the whole of what others are pieces of: those that lie mostly within its place are of it, and all of it is
-/// as sure as the surest of them, and what that is if it is of one kind. It adds nothing where it lies mostly within a surer one.
+/// as sure as the surest of them, and what that is if it is of one kind. It adds nothing where its place lies mostly within a surer one.
 fn absorbed(judged: Vec<Judged>, whole: Judged, place: &Region) -> Vec<Judged> {
-    if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(&whole, &j.region)) {
+    if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(place, &j.region)) {
         return judged;
     }
-    let (own, mut others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|j| mostly_within(j, place));
+    let (own, mut others): (Vec<Judged>, Vec<Judged>) =
+        judged.into_iter().partition(|j| mostly_within(&j.region, place));
     let surer = own.into_iter().filter(|j| j.log_odds > whole.log_odds);
     let surest = surer.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
     others.push(match surest {

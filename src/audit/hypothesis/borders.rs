@@ -48,6 +48,23 @@ impl Observations {
         (steps.len() >= FEWEST).then(|| colour_of(middle(|c| c.x), middle(|c| c.y)))
     }
 
+    /// Whether the photograph shows an outline of some pixels that the model lacks, on a surface that goes on in the model: over half of
+    /// its places it steps by more than twice as much as the model does. What is not the model's there is a thing of its own, and no
+    /// other paint.
+    pub(crate) fn outlined(&self, pixels: &[usize]) -> bool {
+        let Self { surfaces: s, texture: t, albedo, .. } = self;
+        let mask = mask_of(pixels, albedo.len());
+        let inside = |i: usize| mask[i];
+        let across = border([s.width, s.height], pixels, &inside).filter_map(|p| Some([p.own?, p.other?]));
+        let steps = across.filter(|[i, j]| self.tested(*i, *j) && s.coplanar(*i, *j)).map(|[i, j]| {
+            let model = t.unit * (damped(albedo[i]) - damped(albedo[j]));
+            let photo = model + t.unit * (t.ratio[i] - t.ratio[j]);
+            if photo.length() > 2.0 * model.length() { 1.0 } else { 0.0 }
+        });
+        let steps: Vec<f32> = steps.collect();
+        steps.len() >= FEWEST && median(steps).is_some_and(|more| more > 0.0)
+    }
+
     /// Places on some pixels' borders with other materials that meet them.
     pub(crate) fn borders(&self, pixels: &[usize]) -> Vec<Across> {
         let s = &self.surfaces;
