@@ -15,8 +15,8 @@ createNode transform -n "D2_geometry_missing" -p "clerestory_findings";
 	addAttr -ci true -sn "note" -ln "note" -dt "string";
 	addAttr -ci true -sn "nts" -ln "notes" -dt "string";
 	setAttr ".t" -type "double3" 11.909671 4.680219 3.0 ;
-	setAttr -k on ".note" -type "string" "something is there that is not modelled on “ashlar”, 49 cm across; not sure, because as much is off elsewhere in these pictures";
-	setAttr ".nts" -type "string" "something is there that is not modelled on “ashlar”, 49 cm across; not sure, because as much is off elsewhere in these pictures";
+	setAttr -k on ".note" -type "string" "the model lacks what is there on “ashlar”, 49 cm across; not sure, because as much is off elsewhere in these pictures";
+	setAttr ".nts" -type "string" "the model lacks what is there on “ashlar”, 49 cm across; not sure, because as much is off elsewhere in these pictures";
 createNode locator -n "D2_geometry_missingShape" -p "D2_geometry_missing";
 	setAttr ".los" -type "double3" 0.245276 0.245276 0.245276 ;
 // End of findings.ma

@@ -14,6 +14,9 @@ use crate::audit::view::{AuditScene, Observations};
 /// A part larger than this share of the picture is its room.
 const LARGEST: f32 = 0.35;
 
+/// A part that stands no farther off is in its place, metres: models are a few millimetres off all over.
+const LEAST_M: f64 = 0.005;
+
 /// A part whose outline the photograph shows elsewhere.
 pub(crate) struct Shifted {
     /// Its number.
@@ -42,7 +45,8 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
         let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
         off > least && f.odds > 0.0
     };
-    fits.iter().filter(beside).map(|f| whole(&small, observed, f)).collect()
+    let parts = fits.iter().filter(beside).map(|f| whole(&small, observed, f));
+    parts.filter(|p| p.shift.words().1 >= LEAST_M).collect()
 }
 
 /// The part at the audit's size.

@@ -67,9 +67,9 @@ pub(crate) fn closed(mask: &[bool], width: usize, height: usize, radius: usize) 
 
 /// The mask with all that it encloses.
 pub(crate) fn filled(mask: &[bool], width: usize) -> Vec<bool> {
-    let outside = inverted(mask);
-    let height = mask.len() / width;
-    let border = |i: usize| i % width == 0 || i % width + 1 == width || i / width == 0 || i / width + 1 == height;
+    let (outside, height) = (inverted(mask), mask.len() / width);
+    let at_end = |i: usize, side: usize| i == 0 || i + 1 == side;
+    let border = |i: usize| at_end(i % width, width) || at_end(i / width, height);
     let seeds: Vec<bool> = (0..mask.len()).map(border).collect();
     let open = components(&outside, &seeds, width, 1, |i, j| i % width == j % width || i / width == j / width);
     let open: Vec<usize> = open.into_iter().flat_map(|r| r.pixels).collect();
