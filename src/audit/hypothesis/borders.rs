@@ -58,11 +58,9 @@ impl Observations {
         let across = border([s.width, s.height], pixels, &inside).filter_map(|p| Some([p.own?, p.other?]));
         let steps = across.filter(|[i, j]| self.tested(*i, *j) && s.coplanar(*i, *j)).map(|[i, j]| {
             let model = t.unit * (damped(albedo[i]) - damped(albedo[j]));
-            let photo = model + t.unit * (t.ratio[i] - t.ratio[j]);
-            if photo.length() > 2.0 * model.length() { 1.0 } else { 0.0 }
+            [model, model + t.unit * (t.ratio[i] - t.ratio[j])]
         });
-        let steps: Vec<f32> = steps.collect();
-        steps.len() >= FEWEST && median(steps).is_some_and(|more| more > 0.0)
+        is_own_outline(&steps.collect::<Vec<_>>())
     }
 
     /// Places on some pixels' borders with other materials that meet them.
@@ -82,6 +80,12 @@ impl Observations {
     }
 }
 
+/// Whether over half of some places, and not too few, the second step is more than twice as long as the first, which is the model's.
+fn is_own_outline(steps: &[[Vec3; 2]]) -> bool {
+    let own = |[model, photo]: &&[Vec3; 2]| photo.length() > 2.0 * model.length();
+    steps.len() >= FEWEST && 2 * steps.iter().filter(own).count() > steps.len()
+}
+
 /// Logarithm of how much likelier the photograph goes on than steps as the model does, if it steps by so much more than the model.
 fn odds(model: Vec3, more: Vec3) -> f32 {
     unlikeliness(more) - unlikeliness(model + more)
@@ -95,6 +99,18 @@ fn unlikeliness(off: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_thing_has_an_outline_that_the_model_lacks_and_paint_has_the_models() {
+        let (plaster, frame) = (Vec3::new(0.2, 0.1, 0.0), Vec3::new(3.0, 2.0, 1.0));
+        let steps = |own: usize, of_model: usize| -> Vec<[Vec3; 2]> {
+            let own = std::iter::repeat_n([plaster, frame], own);
+            own.chain(std::iter::repeat_n([frame, 1.5 * frame], of_model)).collect()
+        };
+        assert!(is_own_outline(&steps(FEWEST, 0)) && is_own_outline(&steps(31, 30)));
+        assert!(!is_own_outline(&steps(0, 60)) && !is_own_outline(&steps(30, 30)));
+        assert!(!is_own_outline(&steps(FEWEST - 1, 0)), "too few to tell");
+    }
 
     #[test]
     fn a_step_that_is_not_there_is_likelier_the_farther_it_stands_out() {
