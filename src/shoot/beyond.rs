@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
 use super::Light;
+use super::light::Beyond;
 use super::records::shaded;
 use crate::scene::{Ray, Scene};
 use crate::sphere::across;
@@ -28,14 +29,6 @@ const FEWEST: usize = 16;
 /// Directions by which light from nearby ones is guessed: a latitude/longitude grid.
 const COLUMNS: usize = 128;
 const ROWS: usize = 64;
-
-/// Light from where the model has nothing and nobody tells.
-pub(super) enum Beyond {
-    /// As much from everywhere as records ask for.
-    Even(Vec3),
-    /// What comes from each direction of a grid.
-    Directions(Vec<Vec3>),
-}
 
 impl Light {
     /// Radiance from a direction in which the model has nothing and nobody tells, such as the open top of a scan, or what a window shows

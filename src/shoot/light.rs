@@ -6,7 +6,6 @@ use std::borrow::Borrow;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
-use super::beyond::Beyond;
 use super::hits::Sunlit;
 use super::neighbours::Neighbours;
 use super::records::measured;
@@ -26,6 +25,14 @@ pub struct Light {
     outside: Option<Outside>,
     pub(super) beyond: OnceLock<Beyond>,
     neighbours: OnceLock<Neighbours>,
+}
+
+/// Light from where the model has nothing and nobody tells.
+pub(super) enum Beyond {
+    /// As much from everywhere as records ask for.
+    Even(Vec3),
+    /// What comes from each direction of a grid.
+    Directions(Vec<Vec3>),
 }
 
 /// Which of an observation's records tell the irradiance.
