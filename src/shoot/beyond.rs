@@ -6,7 +6,6 @@
 //! probes see of the sky tells of the directions beside.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
 use super::Light;
@@ -34,6 +33,7 @@ impl Light {
     /// Radiance from a direction in which the model has nothing and nobody tells, such as the open top of a scan, or what a window shows
     /// only from where no probe stands: what the light on records asks for; where too few see any of it, what is told of directions nearby.
     pub fn beyond(&self, scene: &Scene, direction: Vec3) -> Vec3 {
+        // by one thread: one that waits for others here might be given work that asks for this very light, and wait for itself
         match self.beyond.get_or_init(|| measured(scene, self).map_or_else(|| guessed(self), Beyond::Even)) {
             Beyond::Even(radiance) => *radiance,
             Beyond::Directions(all) => all[cell(direction)],
@@ -47,7 +47,7 @@ fn measured(scene: &Scene, light: &Light) -> Option<Vec3> {
     let mean = light.mean_radiance();
     let asked: Vec<(Vec3, Vec3, Vec3)> = shaded(&light.records, PLACES).collect();
     let told: Vec<Option<Vec3>> =
-        asked.par_iter().map(|&(point, normal, e)| balance(scene, light, mean, point, normal, e)).collect();
+        asked.iter().map(|&(point, normal, e)| balance(scene, light, mean, point, normal, e)).collect();
     let told: Vec<Vec3> = told.into_iter().flatten().collect();
     let channel = |c: usize| median(told.iter().map(|t| t[c])).unwrap_or(0.0).clamp(0.0, f32::MAX);
     (told.len() >= FEWEST).then(|| Vec3::new(channel(0), channel(1), channel(2)))
@@ -58,7 +58,7 @@ fn measured(scene: &Scene, light: &Light) -> Option<Vec3> {
 /// sees what is outside.
 fn guessed(light: &Light) -> Beyond {
     let all: Vec<Vec3> = (0..COLUMNS * ROWS).map(direction).collect();
-    let told: Vec<(Vec3, Vec3)> = all.par_iter().filter_map(|d| Some((*d, light.told_sky(*d)?))).collect();
+    let told: Vec<(Vec3, Vec3)> = all.iter().filter_map(|d| Some((*d, light.told_sky(*d)?))).collect();
     let (up, down): (Vec<_>, Vec<_>) = told.iter().copied().partition(|(d, _)| d.z > 0.0);
     let guess = |d: &Vec3| {
         let near = if d.z > 0.0 { &up } else { &down };
@@ -69,7 +69,7 @@ fn guessed(light: &Light) -> Beyond {
         });
         if weights > 0.0 { sum / weights } else { Vec3::ZERO }
     };
-    Beyond::Directions(all.par_iter().map(guess).collect())
+    Beyond::Directions(all.iter().map(guess).collect())
 }
 
 /// The cell of the grid that a direction lies in.
