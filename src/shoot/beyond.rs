@@ -25,7 +25,7 @@ const LEAST_SHARE: f32 = 0.1;
 /// So many have to say something.
 const FEWEST: usize = 16;
 
-/// Directions by which light from nearby ones is guessed: a latitude/longitude grid.
+/// Directions by which light from nearby ones is guessed: cells of equal solid angles, columns around and rows of equal height.
 const COLUMNS: usize = 128;
 const ROWS: usize = 64;
 
@@ -69,7 +69,7 @@ fn guessed(light: &Light) -> Beyond {
         });
         if weights > 0.0 { sum / weights } else { Vec3::ZERO }
     };
-    Beyond::Directions(all.iter().map(guess).collect())
+    Beyond::Directions(all.iter().map(|d| light.told_sky(*d).unwrap_or_else(|| guess(d))).collect())
 }
 
 /// The cell of the grid that a direction lies in.

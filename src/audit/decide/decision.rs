@@ -230,8 +230,8 @@ pub(crate) fn unlike(
     }
     let region = places.extent(place, least(observed));
     let of_shape = shape(prepared, observed, shares, inside, &region);
-    let least = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
-    let of_picture = picture(prepared, observed, region, least);
+    let to_beat = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
+    let of_picture = picture(prepared, observed, region, to_beat);
     let mut judged = of_shape.filter(|s| s.log_odds > of_picture.log_odds).unwrap_or(of_picture);
     if judged.kind == Kind::Texture && observed.outlined(judged.pixels()) {
         (judged.kind, judged.what) = (Kind::Geometry, What::Missing);

@@ -145,8 +145,10 @@ fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> 
             continue;
         }
         let moved = found.what == What::Moved;
-        let (log_odds, evidence) =
-            LAYING.weigh([found.odds, found.as_is, found.best, decision::size(observed, piece.len())]);
+        // what has moved by little still shows the model's picture about where it was
+        let as_is = if moved { f32::NAN } else { found.as_is };
+        let size = decision::size(observed, piece.len());
+        let (log_odds, evidence) = LAYING.weigh([found.odds, as_is, found.best, size]);
         let kind = if moved { Kind::Geometry } else { Kind::Texture };
         let region = Region { pixels: piece.clone() };
         pieces.push(Judged {
@@ -176,8 +178,7 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Obser
             && part.region.pixels.len() >= least(observed)
             && !judged.iter().any(repainted)
         {
-            let place = part.region.clone();
-            judged = absorbed(judged, part, &place);
+            judged = absorbed(judged, part);
         }
     }
     judged
@@ -196,7 +197,7 @@ fn with_place(judged: Vec<Judged>, mut whole: Judged, place: &Region) -> Vec<Jud
     let (mut judged, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(surer);
     let size = whole.pixels().len();
     whole.region.pixels.retain(|i| !judged.iter().any(|j| j.pixels().binary_search(i).is_ok()));
-    judged.extend(if 2 * whole.pixels().len() < size { others } else { absorbed(others, whole, place) });
+    judged.extend(if 2 * whole.pixels().len() < size { others } else { absorbed_in(others, whole, place) });
     judged
 }
 
@@ -217,7 +218,7 @@ fn mostly_within(region: &Region, whole: &Region) -> bool {
 
 /// Adds a region that may be the whole of what others are pieces of: those that lie mostly within its place are of it, and all of it is
 /// as sure as the surest of them, and what that is if it is of one kind. It adds nothing where its place lies mostly within a surer one.
-fn absorbed(judged: Vec<Judged>, whole: Judged, place: &Region) -> Vec<Judged> {
+fn absorbed_in(judged: Vec<Judged>, whole: Judged, place: &Region) -> Vec<Judged> {
     if judged.iter().any(|j| j.log_odds >= whole.log_odds && mostly_within(place, &j.region)) {
         return judged;
     }
@@ -231,6 +232,12 @@ fn absorbed(judged: Vec<Judged>, whole: Judged, place: &Region) -> Vec<Judged> {
         None => whole,
     });
     others
+}
+
+/// The same of a region that is its own place.
+fn absorbed(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
+    let place = whole.region.clone();
+    absorbed_in(judged, whole, &place)
 }
 
 #[cfg(test)]
@@ -248,18 +255,14 @@ mod tests {
     #[test]
     fn pieces_are_of_the_whole_and_a_surer_region_says_what_it_is() {
         let pieces = || vec![judged(Kind::Texture, 3.0, 10..30), judged(Kind::Texture, -1.0, 35..50)];
-        let join = |pieces, whole: Judged| {
-            let place = whole.region.clone();
-            absorbed(pieces, whole, &place)
-        };
         // another kind: as sure, but not what the piece is
-        let joined = join(pieces(), judged(Kind::Geometry, 1.0, 0..60));
+        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 3.0, 60)]);
-        let joined = join(pieces(), judged(Kind::Texture, 1.0, 0..60));
+        let joined = absorbed(pieces(), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
         // a surer fault of shape is of a part that is off, but stays as it is in what is unlike the model; a doubt does not
         let misshapen = |log_odds| vec![judged(Kind::Geometry, log_odds, 5..25)];
-        let joined = join(misshapen(2.0), judged(Kind::Geometry, 1.0, 0..60));
+        let joined = absorbed(misshapen(2.0), judged(Kind::Geometry, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 60)]);
         let joined = with_whole(misshapen(2.0), judged(Kind::Texture, 1.0, 0..60));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20), (Kind::Texture, 1.0, 40)]);
@@ -268,7 +271,7 @@ mod tests {
         let joined = with_whole(misshapen(2.0), judged(Kind::Texture, 1.0, 0..30));
         assert_eq!(told(&joined), [(Kind::Geometry, 2.0, 20)]);
         // what lies mostly beside it stays
-        let joined = join(pieces(), judged(Kind::Geometry, 1.0, 25..50));
+        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 25..50));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 20), (Kind::Geometry, 1.0, 25)]);
         // a piece of paint that is unlikely to be wrong as a whole does not take what is wrong in it along
         let joined = with_piece(pieces(), judged(Kind::Texture, -0.5, 0..60));
@@ -276,7 +279,7 @@ mod tests {
         let joined = with_piece(pieces(), judged(Kind::Texture, 0.5, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
         // within a surer one it adds nothing
-        let joined = join(pieces(), judged(Kind::Geometry, 1.0, 12..30));
+        let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 12..30));
         assert_eq!(told(&joined), told(&pieces()));
     }
 }

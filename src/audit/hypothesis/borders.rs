@@ -28,12 +28,10 @@ impl Observations {
     /// times the share of the borders that tell: on one flat surface with a greater piece, which is what this one
     /// lies in. NaN where too few do. All along a border the same may be off about paint or light, so that its places count as one.
     pub(crate) fn no_border(&self, all: &[Across]) -> f32 {
-        let Self { surfaces: s, texture: t, albedo, .. } = self;
-        let size = |i: usize| s.segments.pixels[s.segments.of[i] as usize].len();
-        let telling = all.iter().filter(|[i, j]| self.tested(*i, *j) && s.coplanar(*i, *j) && size(*j) > size(*i));
-        let odds: Vec<f32> = telling
-            .map(|&[i, j]| odds(t.unit * (damped(albedo[i]) - damped(albedo[j])), t.unit * (t.ratio[i] - t.ratio[j])))
-            .collect();
+        let segments = &self.surfaces.segments;
+        let size = |i: usize| segments.pixels[segments.of[i] as usize].len();
+        let telling = all.iter().filter(|[i, j]| self.on_one_surface(*i, *j) && size(*j) > size(*i));
+        let odds: Vec<f32> = telling.map(|across| odds(self.steps(across))).collect();
         let told = odds.len() as f32 / all.len() as f32;
         if odds.len() < FEWEST { f32::NAN } else { told * median(odds).unwrap_or(f32::NAN) }
     }
@@ -49,46 +47,57 @@ impl Observations {
     }
 
     /// Whether the photograph shows an outline of some pixels that the model lacks, on a surface that goes on in the model: over half of
-    /// its places it steps by more than twice as much as the model does. What is not the model's there is a thing of its own, and no
-    /// other paint.
+    /// its places it steps otherwise than the model does, by more than the model steps at all. What is not the model's there is a thing of
+    /// its own, and no other paint.
     pub(crate) fn outlined(&self, pixels: &[usize]) -> bool {
-        let Self { surfaces: s, texture: t, albedo, .. } = self;
-        let mask = mask_of(pixels, albedo.len());
-        let inside = |i: usize| mask[i];
-        let across = border([s.width, s.height], pixels, &inside).filter_map(|p| Some([p.own?, p.other?]));
-        let steps = across.filter(|[i, j]| self.tested(*i, *j) && s.coplanar(*i, *j)).map(|[i, j]| {
-            let model = t.unit * (damped(albedo[i]) - damped(albedo[j]));
-            [model, model + t.unit * (t.ratio[i] - t.ratio[j])]
-        });
+        let all = self.across(pixels, |_| true);
+        let steps = all.iter().filter(|[i, j]| self.on_one_surface(*i, *j)).map(|across| self.steps(across));
         is_own_outline(&steps.collect::<Vec<_>>())
     }
 
     /// Places on some pixels' borders with other materials that meet them.
     pub(crate) fn borders(&self, pixels: &[usize]) -> Vec<Across> {
         let s = &self.surfaces;
-        let mask = mask_of(pixels, self.albedo.len());
-        let inside = |i: usize| mask[i];
         let ends = |p: &Place| s.material[p.last] != s.material[p.next];
         let meet = |p: &Place| (s.distance[p.last] / s.distance[p.next] - 1.0).abs() < BESIDE;
         // a frame may lie between: whatever is beyond the border tells
-        let places = border([s.width, s.height], pixels, &inside).filter(|p| ends(p) && meet(p));
+        self.across(pixels, |p| ends(p) && meet(p))
+    }
+
+    /// Places on some pixels' borders that have what is asked for.
+    fn across(&self, pixels: &[usize], asked: impl Fn(&Place) -> bool) -> Vec<Across> {
+        let s = &self.surfaces;
+        let mask = mask_of(pixels, self.albedo.len());
+        let inside = |i: usize| mask[i];
+        let places = border([s.width, s.height], pixels, &inside).filter(asked);
         places.filter_map(|p| Some([p.own?, p.other?])).collect()
+    }
+
+    /// What the model's albedo steps by at a place, and what the photograph shows, in units of what that differs by within pieces.
+    fn steps(&self, &[i, j]: &Across) -> [Vec3; 2] {
+        let (t, albedo) = (&self.texture, &self.albedo);
+        let model = t.unit * (damped(albedo[i]) - damped(albedo[j]));
+        [model, model + t.unit * (t.ratio[i] - t.ratio[j])]
     }
 
     fn tested(&self, i: usize, j: usize) -> bool {
         self.texture.tested[i] && self.texture.tested[j]
     }
+
+    fn on_one_surface(&self, i: usize, j: usize) -> bool {
+        self.tested(i, j) && self.surfaces.coplanar(i, j)
+    }
 }
 
-/// Whether over half of some places, and not too few, the second step is more than twice as long as the first, which is the model's.
+/// Whether over half of some places, and not too few, what the photograph steps by is farther from the model's step than no step is.
 fn is_own_outline(steps: &[[Vec3; 2]]) -> bool {
-    let own = |[model, photo]: &&[Vec3; 2]| photo.length() > 2.0 * model.length();
+    let own = |[model, photo]: &&[Vec3; 2]| photo.distance(*model) > model.length();
     steps.len() >= FEWEST && 2 * steps.iter().filter(own).count() > steps.len()
 }
 
-/// Logarithm of how much likelier the photograph goes on than steps as the model does, if it steps by so much more than the model.
-fn odds(model: Vec3, more: Vec3) -> f32 {
-    unlikeliness(more) - unlikeliness(model + more)
+/// Logarithm of how much likelier the photograph goes on than steps as the model does.
+fn odds([model, photo]: [Vec3; 2]) -> f32 {
+    unlikeliness(photo - model) - unlikeliness(photo)
 }
 
 /// The negative logarithm of the density of what is off about a step, but for a constant.
@@ -115,10 +124,10 @@ mod tests {
     #[test]
     fn a_step_that_is_not_there_is_likelier_the_farther_it_stands_out() {
         let model = Vec3::new(2.0, 1.0, 0.5);
-        assert!(odds(model, Vec3::ZERO) < -1.0 && odds(model, -model) > 1.0);
-        assert_eq!(odds(model, -0.5 * model), 0.0);
-        assert!(odds(2.0 * model, -2.0 * model) > odds(model, -model));
+        assert!(odds([model, model]) < -1.0 && odds([model, Vec3::ZERO]) > 1.0);
+        assert_eq!(odds([model, 0.5 * model]), 0.0);
+        assert!(odds([2.0 * model, Vec3::ZERO]) > odds([model, Vec3::ZERO]));
         // a model without a step says nothing
-        assert_eq!(odds(Vec3::ZERO, model), 0.0);
+        assert_eq!(odds([Vec3::ZERO, model]), 0.0);
     }
 }

@@ -11,6 +11,9 @@ use crate::statistics::quantile;
 /// What stands out does so more than this share of what is around its place.
 const STANDS_OUT: f64 = 0.9;
 
+/// Where less than this share of a place stands out, all of it is meant.
+const LEAST: f32 = 0.25;
+
 /// Places that are unlike the model, and how far each pixel is from what is around them.
 pub(crate) struct Places<'a> {
     pub(crate) unlike: &'a Unlike,
@@ -33,8 +36,8 @@ impl<'a> Places<'a> {
         Self { unlike, mask, width: s.width, apart }
     }
 
-    /// What of a place stands out from what is around it, with all that it encloses; the whole place where that is less than a quarter of
-    /// it or than `least` pixels, as where only the edges of a picture are beside their places, or where nothing is known around it.
+    /// What of a place stands out from what is around it, with all that it encloses; the whole place where that is too small a share
+    /// of it or less than `least` pixels, as where only the edges of a picture are beside their places, or where nothing is known around it.
     pub(crate) fn extent(&self, place: &Region, least: usize) -> Region {
         let (w, h) = (self.width, self.apart.len() / self.width);
         let inside = mask_of(&place.pixels, self.apart.len());
@@ -45,7 +48,11 @@ impl<'a> Places<'a> {
         let out: Vec<bool> = (0..inside.len()).map(|i| inside[i] && self.apart[i] > usual).collect();
         let whole = opened(&filled(&closed(&out, w, h, 2), w), w, h, 1);
         let pixels: Vec<usize> = place.pixels.iter().copied().filter(|i| whole[*i]).collect();
-        if pixels.len() < least.max(place.pixels.len() / 4) { place.clone() } else { Region { pixels } }
+        if pixels.len() < least.max((LEAST * place.pixels.len() as f32) as usize) {
+            place.clone()
+        } else {
+            Region { pixels }
+        }
     }
 }
 
