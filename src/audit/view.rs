@@ -1,6 +1,8 @@
 //! One view: from a photograph to what both tests say of each pixel.
 
 use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::PI;
 
 use crate::audit::finding::PoseCorrection;
 use crate::audit::likelihood::agreement::{Unlike, unlike};
@@ -8,7 +10,7 @@ use crate::audit::likelihood::appearance::{self, Texture};
 use crate::audit::likelihood::photo_consistency::{self, Geometry};
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE, reduced};
-use crate::audit::observe::gloss::Gloss;
+use crate::audit::observe::gloss::{Gloss, without};
 use crate::audit::observe::photo::{Blurred, Photo, Reduced};
 use crate::audit::observe::pose;
 use crate::audit::observe::probe_view::ProbeView;
@@ -93,6 +95,7 @@ pub struct Observations {
     pub(crate) irradiance: Vec<Vec3>,
     pub(crate) radiometry: Radiometry,
     pub(crate) sights: Sights,
+    /// The photograph, as coarse as the model's own colours, with exposure, white balance and vignetting taken out; logarithm.
     pub(crate) log_photo: Vec<Vec3>,
     pub(crate) usable: Vec<f32>,
     /// The most that surfaces may mirror towards the camera, radiance.
@@ -156,7 +159,12 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
     let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, &soft, &radiometry, &gloss);
     let log_photo: Vec<Vec3> = (0..usable.len())
-        .map(|i| blurred.at(i, 0.0) + radiometry.offset + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
+        .into_par_iter()
+        .map(|i| {
+            blurred.at(i, model_blur(scene, &surfaces, i))
+                + radiometry.offset
+                + Vec3::splat(radiometry.vignetting * surfaces.radius2(i))
+        })
         .collect();
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
@@ -180,6 +188,17 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     }
 }
 
+/// Standard deviation, pixels, of the blur by which a photograph gets as coarse in a pixel as the model's own colours can be: these are means
+/// over a texel or around a scan's vertex, and linear between them. A pixel is a mean, too.
+fn model_blur(scene: &Scene, surfaces: &GeometryBuffer, i: usize) -> f32 {
+    if surfaces.triangle[i] == NONE {
+        return 0.0;
+    }
+    let face = scene.face(surfaces.triangle[i]);
+    let detail_px = scene.paint(&face, false).finest_detail(&face) / surfaces.footprint(i);
+    0.5 * (detail_px * detail_px - 1.0).max(0.0).sqrt()
+}
+
 impl Observations {
     /// Width and height.
     pub fn size(&self) -> (usize, usize) {
@@ -193,9 +212,15 @@ impl Observations {
 
     /// How unlike the photograph is to the model's albedo in smooth light, but for pixels that something explains already.
     pub(crate) fn unlike(&self, explained: &[bool]) -> Unlike {
-        let in_smooth_light: Vec<Vec3> = self.albedo.iter().zip(&self.irradiance).map(|(a, e)| *a * *e).collect();
+        let scale = self.texture.offset.map(f32::exp) / PI;
+        let in_smooth_light: Vec<Vec3> =
+            self.albedo.iter().zip(&self.irradiance).map(|(a, e)| *a * *e * scale).collect();
+        // what a surface mirrors is no structure of its own
+        let matt =
+            |i: usize| without(self.log_photo[i].map(f32::exp), self.mirrored[i], in_smooth_light[i]).map(f32::ln);
+        let matt: Vec<Vec3> = (0..self.log_photo.len()).into_par_iter().map(matt).collect();
         let usable: Vec<f32> = self.usable.iter().zip(explained).map(|(u, e)| if *e { 0.0 } else { *u }).collect();
-        unlike(self.surfaces.width, &self.log_photo, &in_smooth_light, &usable)
+        unlike(self.surfaces.width, &matt, &in_smooth_light, &usable)
     }
 
     /// The refined camera, at the audit's size, and how far it was moved.

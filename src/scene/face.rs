@@ -138,6 +138,13 @@ impl Paint<'_> {
         self.shade(barycentric, |cloth, uv| cloth.texture.near(uv, width_m * cloth.scale))
     }
 
+    /// Width in metres of the finest detail that this can show on a face: a texel, or the spacing of vertices that differ in colour; 0 for
+    /// one plain colour.
+    pub fn finest_detail(&self, face: &Face) -> f32 {
+        let vertices = self.colours.map_or(0.0, |_| face.doubled_m2.sqrt());
+        self.texture.map_or(0.0, |cloth| 1.0 / cloth.scale).max(vertices)
+    }
+
     /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: bilinear in the
     /// texture's level whose texels are about half its shorter side wide, over places so many texels apart.
     pub fn patch(&self, face: &Face, barycentric: Vec2, sides: [Vec3; 2], apart: f32) -> Vec3 {
@@ -180,5 +187,31 @@ impl Paint<'_> {
             None => self.plain,
         };
         self.texture.as_ref().map_or(plain, |cloth| plain * texel(cloth, cloth.at(at)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::{grey, parallelograms};
+
+    #[test]
+    fn detail_is_as_fine_as_texels_or_vertices_that_differ() {
+        let square = || parallelograms(&[(Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y)]);
+        let finest = |scene: &Scene| scene.paint(&scene.face(0), false).finest_detail(&scene.face(0));
+        assert_eq!(finest(&grey(square(), 0.5)), 0.0);
+        let coloured = |colours: [f32; 4]| {
+            let mut mesh = square();
+            mesh.colours = colours.map(Vec3::splat).to_vec();
+            grey(mesh, 1.0)
+        };
+        assert_eq!(finest(&coloured([0.3; 4])), 0.0);
+        assert_eq!(finest(&coloured([0.3, 0.3, 0.4, 0.4])), 2.0);
+        let mut textured = grey(square(), 1.0);
+        textured.mesh.uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].to_vec();
+        textured.materials[0].texture = Some(0);
+        textured.textures = vec![Texture::new("squares".into(), 100, 50, vec![[9, 9, 9, 255]; 5000])];
+        // texels of 2 by 4 cm
+        assert!((finest(&textured) - (0.02f32 * 0.04).sqrt()).abs() < 1e-6);
     }
 }

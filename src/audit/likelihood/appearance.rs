@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::audit::likelihood::step::usual;
 use crate::audit::likelihood::structure::{BLACK, Structure, structure};
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
-use crate::audit::picture::colour::{colour_difference, colour_of};
+use crate::audit::picture::colour::colour_difference;
 use crate::panorama::luminance;
 use crate::scene::Scene;
 use crate::shoot::Light;
@@ -37,8 +37,8 @@ pub(crate) struct Texture {
     pub(crate) colour: Vec<f32>,
     /// Brightness over the prediction, as the size of its logarithm, over a window.
     pub(crate) brightness: Vec<f32>,
-    /// ΔE00 of what was taken out of all the picture's colours together.
-    pub(crate) white_balance: f32,
+    /// What was left of exposure and white balance in all the picture together, and is taken out; logarithm.
+    pub(crate) offset: Vec3,
     /// Whether the pixel could be tested at all.
     pub(crate) tested: Vec<bool>,
 }
@@ -120,7 +120,6 @@ pub(crate) fn test(
         |c: usize| median((0..n).filter(|i| tested[*i]).map(|i| apparent[i][c] - ln(albedo[i])[c])).unwrap_or(0.0);
     let middle = Vec3::from([0, 1, 2].map(channel));
     apparent.iter_mut().for_each(|a| *a -= middle);
-    let white_balance = colour_of(middle.x - middle.y, middle.z - middle.y);
     let apparent: Vec<Vec3> = apparent.iter().map(|a| damped(a.map(f32::exp))).collect();
     let ratio: Vec<Vec3> =
         (0..n).map(|i| if tested[i] { apparent[i] - damped(albedo[i]) } else { Vec3::ZERO }).collect();
@@ -136,5 +135,5 @@ pub(crate) fn test(
         .into_par_iter()
         .map(|i| if lit[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
-    Texture { ratio, unit, structure, colour, brightness, white_balance, tested }
+    Texture { ratio, unit, structure, colour, brightness, offset: middle, tested }
 }

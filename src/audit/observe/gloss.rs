@@ -7,7 +7,6 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
-use std::f32::consts::FRAC_1_SQRT_2;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::ProbeView;
@@ -19,8 +18,12 @@ use crate::volume::Nearby;
 /// Reflectance of varnish, wax and polished stone seen straight on: refractive index 1.5.
 const STRAIGHT: f32 = 0.04;
 
-/// How wide such surfaces spread what they mirror, radians: rings of directions around the mirrored one.
-const LOBE: [f32; 2] = [0.1, 0.25];
+/// How far from the mirrored direction such surfaces may show what they mirror, radians: they spread it, and a model's normals are off by
+/// half as much, 5 mm over 20 cm.
+const LOBE: f32 = 0.05;
+
+/// A surface shows no less than this share of its light by scattering.
+const LEAST: f32 = 0.05;
 
 /// Sides of the squares of pixels that mirrored light is looked up once for: a streak on a column is not much wider.
 const STRIDE: usize = 3;
@@ -31,6 +34,8 @@ pub(crate) struct Gloss<'a> {
     probes: &'a [ProbeView],
     /// Light through openings.
     beyond: Vec3,
+    /// Per pixel, a number that is the same all over a smooth surface.
+    label: Vec<u32>,
     /// The most that they may mirror towards the camera, per pixel, radiance.
     pub(crate) to_camera: Vec<Vec3>,
 }
@@ -40,7 +45,7 @@ impl<'a> Gloss<'a> {
     pub(crate) fn new(relit: &'a Relit<'a>, surfaces: &GeometryBuffer, probes: &'a [ProbeView]) -> Self {
         // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
         let beyond = probes.iter().map(ProbeView::brightest).fold(Vec3::ZERO, Vec3::max);
-        let mut this = Self { relit, probes, beyond, to_camera: Vec::new() };
+        let mut this = Self { relit, probes, beyond, label: surfaces.shape.labels(), to_camera: Vec::new() };
         this.to_camera = this.towards(surfaces, surfaces.origin, &|_| true);
         this
     }
@@ -53,44 +58,37 @@ impl<'a> Gloss<'a> {
         wanted: &(dyn Fn(usize) -> bool + Sync),
     ) -> Vec<Vec3> {
         let (w, h) = (surfaces.width, surfaces.height);
-        let wide = w.div_ceil(STRIDE);
-        let mut cells = vec![Vec3::ZERO; wide * h.div_ceil(STRIDE)];
+        let (wide, high) = (w.div_ceil(STRIDE), h.div_ceil(STRIDE));
+        // one pixel stands for all of a square: the middle one
+        let at = |cell: usize| {
+            let side = |k: usize, most: usize| (k * STRIDE + STRIDE / 2).min(most - 1);
+            side(cell / wide, h) * w + side(cell % wide, w)
+        };
+        let mut cells = vec![Vec3::ZERO; wide * high];
         cells.par_chunks_mut(wide).enumerate().for_each(|(row, cells)| {
             let mut scratch = Nearby::default();
             for (column, cell) in cells.iter_mut().enumerate() {
-                // one pixel stands for all of a square: its middle, if that is wanted
-                let corner = row * STRIDE * w + column * STRIDE;
-                let inside = |k: &usize| column * STRIDE + k % STRIDE < w && row * STRIDE + k / STRIDE < h;
-                let middle_first = (0..STRIDE * STRIDE).map(|k| (k + STRIDE * STRIDE / 2) % (STRIDE * STRIDE));
-                let mut all = middle_first.filter(inside).map(|k| corner + k / STRIDE * w + k % STRIDE);
-                if let Some(i) = all.find(|i| surfaces.triangle[*i] != NONE && wanted(*i)) {
+                let i = at(row * wide + column);
+                if surfaces.triangle[i] != NONE && wanted(i) {
                     let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
                     *cell = self.mirrored(point, normal, (point - eye).normalize_or_zero(), &mut scratch);
                 }
             }
         });
+        let label: Vec<u32> = (0..wide * high).map(|cell| self.label[at(cell)]).collect();
+        let cells = spread(cells, &label, wide, (LOBE * surfaces.focal / STRIDE as f32) as usize);
         (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }
 
-    /// The most that a smooth dielectric mirrors along a direction of view, the brightest of what its lobe reaches.
+    /// What a smooth dielectric mirrors along a direction of view.
     fn mirrored(&self, point: Vec3, normal: Vec3, along: Vec3, scratch: &mut Nearby) -> Vec3 {
         let cos = -normal.dot(along);
         if cos.is_nan() || cos <= 0.0 {
             return Vec3::ZERO;
         }
-        let middle = along + normal * (2.0 * cos);
-        let (a, b) = middle.any_orthonormal_pair();
-        // the inner ring along two axes, the outer one between them
-        let across = [a, -a, b, -b];
-        let between = [a + b, a - b, b - a, -a - b].map(|d| d * FRAC_1_SQRT_2);
-        let rings = across.map(|d| d * LOBE[0]).into_iter().chain(between.map(|d| d * LOBE[1]));
-        let lobe = std::iter::once(Vec3::ZERO).chain(rings);
-        let lights = lobe
-            .map(|d| (middle + d).normalize())
-            .map(|d| if d.dot(normal) > 0.0 { self.radiance(point, d, scratch) } else { Vec3::ZERO });
-        let brightest = lights.fold(Vec3::ZERO, brighter);
         // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
-        brightest * (STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5))
+        let share = STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5);
+        self.radiance(point, along + normal * (2.0 * cos), scratch) * share
     }
 
     /// Radiance that arrives at a point from a direction: what the nearest probe saw there, and where none did, what is relit.
@@ -112,7 +110,7 @@ impl<'a> Gloss<'a> {
         let s = scene.surface(&ray, &hit);
         let lit = relit.lit(s.position, s.normal, scratch);
         let e = if lit.needs_shadow_ray && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
-        let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE[0] * hit.t) * e / std::f32::consts::PI;
+        let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE * hit.t) * e / std::f32::consts::PI;
         if Picture::valid(light) { light } else { Vec3::ZERO }
     }
 }
@@ -120,10 +118,30 @@ impl<'a> Gloss<'a> {
 /// By how much a photograph's logarithm may be below and above that of a probe's light, where the surface may mirror so much
 /// towards the camera and towards the probe; per channel.
 pub(crate) fn bounds(to_camera: Vec3, to_probe: Vec3, light: Vec3) -> [Vec3; 2] {
-    /// A surface shows no less than this share of its light by scattering.
-    const LEAST: f32 = 0.05;
     let light = light.max(Vec3::splat(1e-30));
     [(Vec3::ONE - to_probe / light).max(Vec3::splat(LEAST)).map(f32::ln), (Vec3::ONE + to_camera / light).map(f32::ln)]
+}
+
+/// A surface's light less as much of what it may mirror as leaves it nearest to what it would be without.
+pub(crate) fn without(light: Vec3, mirrored: Vec3, matt: Vec3) -> Vec3 {
+    let share = ((light - matt).dot(mirrored) / mirrored.length_squared()).clamp(0.0, 1.0);
+    if share > 0.0 { (light - share * mirrored).max(LEAST * light) } else { light }
+}
+
+/// The brightest of what the squares around show up to so many away, on the same surface: on a smooth one neighbours mirror directions
+/// beside.
+fn spread(mut cells: Vec<Vec3>, label: &[u32], wide: usize, far: usize) -> Vec<Vec3> {
+    let high = cells.len() / wide.max(1);
+    for _ in 0..far {
+        let of = |(i, own): (usize, &Vec3)| {
+            let (x, y) = (i % wide, i / wide);
+            let rows = y.saturating_sub(1)..(y + 2).min(high);
+            let around = rows.flat_map(|v| (x.saturating_sub(1)..(x + 2).min(wide)).map(move |u| v * wide + u));
+            around.filter(|j| label[*j] == label[i]).fold(*own, |most, j| brighter(most, cells[j]))
+        };
+        cells = cells.par_iter().enumerate().map(of).collect();
+    }
+    cells
 }
 
 /// The brighter of two lights.
@@ -134,6 +152,28 @@ fn brighter(a: Vec3, b: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_streak_may_show_beside_its_place_on_the_same_surface() {
+        const SIDE: usize = 20;
+        let cells: Vec<Vec3> =
+            (0..SIDE * SIDE).map(|i| if i == 8 * SIDE + 8 { Vec3::ONE } else { Vec3::ZERO }).collect();
+        let label: Vec<u32> = (0..SIDE * SIDE).map(|i| u32::from(i % SIDE > 9)).collect();
+        let all = spread(cells, &label, SIDE, 3);
+        let lit = |i: usize| (5..10).contains(&(i % SIDE)) && (5..12).contains(&(i / SIDE));
+        assert!((0..SIDE * SIDE).all(|i| (all[i] == Vec3::ONE) == lit(i)));
+    }
+
+    #[test]
+    fn what_is_mirrored_is_taken_from_a_surface_as_far_as_it_makes_it_another() {
+        let (matt, mirrored) = (Vec3::new(0.3, 0.2, 0.1), Vec3::new(0.1, 0.1, 0.2));
+        let left = |share: f32| without(matt + share * mirrored, mirrored, matt);
+        assert!(left(0.0) == matt && left(0.5).distance(matt) < 1e-6 && left(1.0).distance(matt) < 1e-6);
+        assert!(left(2.0).distance(matt + mirrored) < 1e-6);
+        // less light is none that is mirrored
+        assert_eq!(without(0.5 * matt, mirrored, matt), 0.5 * matt);
+        assert_eq!(without(matt, Vec3::ZERO, matt), matt);
+    }
 
     #[test]
     fn what_may_be_mirrored_widens_what_a_right_model_shows() {
