@@ -76,7 +76,7 @@ impl<'a> Gloss<'a> {
             }
         });
         let label: Vec<u32> = (0..wide * high).map(|cell| self.label[at(cell)]).collect();
-        let cells = spread(cells, &label, wide, (LOBE * surfaces.focal / STRIDE as f32) as usize);
+        let cells = spread(cells, &label, wide, (LOBE * surfaces.focal / STRIDE as f32).ceil() as usize);
         (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }
 
