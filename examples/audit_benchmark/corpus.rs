@@ -4,12 +4,13 @@
 use clerestory::audit::{Audit, Finding, Kind, Reason, Settings, Verdict, audit};
 use clerestory::scene::Scene;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::Bench;
 use crate::cases::Case;
 use crate::fit::{self, Candidate};
 use crate::measure::{average_precision, mean, median};
+use crate::pictures;
 use crate::plant::{Fault, plant};
 use crate::truth::counted;
 
@@ -43,11 +44,21 @@ struct Tallies {
     alarms: Vec<f64>,
     /// All that was weighed, if it is to be written.
     candidates: Option<Vec<Candidate>>,
+    /// Where to write pictures of what was found and what not.
+    pictures: Option<PathBuf>,
 }
 
-/// Runs the benchmark on sites; `per` faults a site, drawn by the seed. All that was weighed goes to `candidates`.
-pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bool, candidates: Option<&Path>) {
-    let mut all = Tallies { candidates: candidates.map(|_| vec![]), ..Tallies::default() };
+/// Runs the benchmark on sites; `per` faults a site, drawn by the seed. All that was weighed goes to `candidates`, pictures of
+/// what shows a fault to the folder `pictures`.
+pub fn corpus(
+    sites: &[String],
+    per: usize,
+    seed: u64,
+    only: &dyn Fn(&str) -> bool,
+    candidates: Option<&Path>,
+    pictures: Option<PathBuf>,
+) {
+    let mut all = Tallies { candidates: candidates.map(|_| vec![]), pictures, ..Tallies::default() };
     for (number, path) in sites.iter().enumerate() {
         let bench = Bench::load(Path::new(path), 4096, 64);
         let folder = Path::new(path).parent().and_then(Path::file_name);
@@ -65,7 +76,7 @@ pub fn corpus(sites: &[String], per: usize, seed: u64, only: &dyn Fn(&str) -> bo
             }
         }
     }
-    let Tallies { rows, told, alarms, candidates: weighed } = all;
+    let Tallies { rows, told, alarms, candidates: weighed, .. } = all;
     print(&rows, &told);
     let photographs = rows.get("right").map_or(0, |t| t.photographs);
     println!("\n| false alarms allowed | came, of {photographs} photographs of right models |\n|---|--:|");
@@ -172,6 +183,20 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
                 tally.displacement.push((m.metres + f64::from(d)).abs() / f64::from(d.abs()));
                 tally.sign_right += usize::from(m.metres * f64::from(d) < 0.0);
             }
+        }
+        if let Some(folder) = &all.pictures {
+            let grey = |v: &Verdict| match v {
+                Verdict::Geometry => 1.0,
+                Verdict::Texture => 0.75,
+                Verdict::Ok => 0.35,
+                _ => 0.0,
+            };
+            let drawn = truth.iter().map(|t| if *t { 1.0 } else { 0.0 }).collect();
+            let verdicts = view.verdicts.iter().map(grey).collect();
+            let tiles = [pictures::tone(&view.photograph), pictures::tone(&view.neutral), drawn, verdicts];
+            let name = format!("{site}-{title}-{}.png", view.summary.view).replace(' ', "-");
+            std::fs::create_dir_all(folder).unwrap();
+            pictures::write(&folder.join(name), w, h, &tiles);
         }
         let ok = (0..w * h).filter(|i| truth[*i] && view.verdicts[*i] == Verdict::Ok).count();
         tally.wrongly_ok.push(ok as f64 / size as f64);

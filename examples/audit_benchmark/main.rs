@@ -5,7 +5,7 @@
 //! cargo run --release --example audit_benchmark -- SITE [faults|nuisances|faultless] [--longest 256] [--seed 1]
 //!     [--per 1] [--every 3] [--cells 32] [--only wall,hole] [--under JPEG,pose] [--regions] [--pictures FOLDER]
 //! cargo run --release --example audit_benchmark -- corpus SITE… [--per 3] [--seed 1] [--only right,wall]
-//!     [--candidates FILE]
+//!     [--candidates FILE] [--pictures FOLDER]
 //! cargo run --release --example audit_benchmark -- fit FILE…
 //! ```
 //!
@@ -66,7 +66,8 @@ fn main() {
         let sites: Vec<String> = args[1..].iter().take_while(|a| !a.starts_with("--")).cloned().collect();
         let (per, seed) = (number("--per", 3) as usize, number("--seed", 1));
         let candidates = after("--candidates").map(Path::new);
-        return corpus::corpus(&sites, per, seed, &|title| named("--only", title), candidates);
+        let pictures = after("--pictures").map(PathBuf::from);
+        return corpus::corpus(&sites, per, seed, &|title| named("--only", title), candidates, pictures);
     }
     if args.first().is_some_and(|a| a == "fit") {
         return fit::fit(&args[1..]);
