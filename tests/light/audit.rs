@@ -247,6 +247,67 @@ fn paint_whose_borders_the_photograph_lacks_is_found_and_paint_that_is_there_is_
 }
 
 #[test]
+fn a_post_that_is_not_there_is_found_by_its_contours_before_a_plain_wall() {
+    let mut posted = room();
+    posted.push(Quad(v(2.8, 3.4, 0.0), v(0.5, 0.0, 0.0), v(0.0, 0.0, 2.4), 1));
+    let model = plan(posted, &[grey(0.5), grey(0.15)]);
+    let origin = model.build().scene.origin;
+    let post = |s: &Surface| (f64::from(s.position.y) + origin.y - 3.4).abs() < 0.01;
+    let plain = |s: &Surface| Vec3::splat(0.4 + 0.01 * s.position.x) * if post(s) { 0.3 } else { 1.0 };
+    let found = audited(&photographed(&plan(room(), &[grey(0.5)]), &model, plain)).findings;
+    let of_post = found.iter().filter(|f| f.material == "m1");
+    let all: Vec<_> = of_post.map(|f| (f.what, f.evidence[0].test.as_str())).collect();
+    assert_eq!(all, [(What::Extra, "odds of no contour, times the share that tells")]);
+    let right = audited(&photographed(&model, &model, plain)).findings;
+    assert!(right.iter().all(|f| f.material != "m1"), "{right:?}");
+}
+
+/// Squares of 30 cm, each of its own grey.
+fn squares(p: DVec3) -> f32 {
+    let [x, z] = [p.x, p.z].map(|side| (side / 0.3).floor() as u64);
+    0.2 + 0.6 * ((x * 7919 + z * 104_729 + 17).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f32 / (1 << 24) as f32
+}
+
+/// The room as a scan has it: its far wall has a colour every 3 cm, those of a square of 2.4 m turned by half a turn if asked for.
+fn scanned(turned: bool) -> Built {
+    const STEP: f64 = 0.03;
+    let truth = plan(room(), &[grey(0.5)]);
+    let origin = truth.build().scene.origin;
+    let painted = |s: &Surface| f64::from(s.position.y) + origin.y > 4.999;
+    let radiance = |s: &Surface| {
+        let shade = if painted(s) { squares(s.position.as_dvec3() + origin) } else { 0.5 };
+        Vec3::splat(shade + 0.02 * s.position.x)
+    };
+    let walls = room().into_iter().filter(|q| q.0.y < 4.9).collect();
+    let site = photographed(&truth, &plan(walls, &[grey(0.5)]), radiance);
+    let path = site.folder.path().join("model.obj");
+    let mut text = fs::read_to_string(&path).unwrap();
+    let first = text.lines().filter(|l| l.starts_with("v ")).count() + 1;
+    for i in 0..201 * 101 {
+        let at = v((i % 201) as f64 * STEP, 5.0, (i / 201) as f64 * STEP);
+        let middle = v(3.0, 5.0, 1.5);
+        let inside = turned && (at - middle).abs().max_element() < 1.2;
+        let shows = if inside { 2.0 * middle - at } else { at };
+        let shade = squares(shows);
+        text += &format!("v {} {} {} {shade} {shade} {shade}\n", at.x, at.y, at.z);
+    }
+    for i in (0..200 * 100).map(|k| first + k / 200 * 201 + k % 200) {
+        text += &format!("f {} {} {} {}\n", i, i + 1, i + 202, i + 201);
+    }
+    fs::write(path, text).unwrap();
+    site
+}
+
+#[test]
+fn colours_of_a_scan_that_were_turned_are_told_as_that() {
+    let audit = audited(&scanned(true));
+    let found: Vec<_> = audit.findings.iter().map(|f| (f.kind, f.what)).collect();
+    assert_eq!(found, [(Kind::Texture, What::Rotated)], "{:?} {:?}", audit.findings, audit.doubts);
+    let right = audited(&scanned(false)).findings;
+    assert!(right.is_empty(), "{right:?}");
+}
+
+#[test]
 fn a_plain_wall_cannot_be_tested_and_is_not_called_right() {
     let truth = plan(room(), &[grey(0.5)]);
     let audit = audited(&photographed(&truth, &with_far_wall(4.9), |s| Vec3::splat(0.4 + 0.01 * s.position.x)));

@@ -9,9 +9,8 @@ use crate::audit::decide::judged::Judged;
 use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
-use crate::audit::hypothesis::recoloured::chroma;
 use crate::audit::observe::photo::Photo;
-use crate::audit::picture::colour::colour_of;
+use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::{bounds, mask_of};
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
@@ -233,8 +232,7 @@ fn warnings(observed: &Observations) -> Vec<String> {
             "the camera's pose could not be refined: the photograph does not fit the model closely enough".to_owned(),
         );
     }
-    let off = chroma(observed.texture.offset);
-    let white_balance = colour_of(off.x, off.y);
+    let white_balance = colour_of(chroma(observed.texture.offset));
     if white_balance > judge::WHITE {
         all.push(format!(
             "all surfaces together differ in colour from the model by ΔE00 {white_balance:.0}: either all albedos are off, or it is a \

@@ -1,14 +1,15 @@
 //! What is wrong with a region, and what was measured of it.
 
 use crate::audit::decide::judged::Judged;
-use crate::audit::decide::odds::{self, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
-use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, Scores, lacking};
+use crate::audit::decide::odds::{self, ABSENT, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
+use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, RATIO, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
+use crate::audit::hypothesis::absent::Absent;
 use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
-use crate::audit::hypothesis::retextured::SLACK_PX;
+use crate::audit::hypothesis::retextured::{SLACK_PX, relaid};
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
 use crate::audit::likelihood::structure::odds_of;
@@ -111,7 +112,7 @@ pub(crate) fn shape(
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(region, observed.surfaces.width);
     let moved = apart >= AGREES
-        && explains > 1.0
+        && explains > RATIO
         && sure
         && swept.pixels > PIXELS_OFF
         && swept.pixels <= thickness
@@ -229,6 +230,11 @@ pub(crate) fn unlike(
         return None;
     }
     let region = places.extent(place, least(observed));
+    // the model's own picture, laid otherwise, is no thing that it lacks; but a thing that has moved looks shifted, too
+    let laid = relaid(prepared.scene, observed, &region.pixels);
+    if let Some(laid) = laid.filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
+        return Some(Judged::new(Kind::Texture, laid.what, log_odds, evidence, region));
+    }
     let of_shape = shape(prepared, observed, shares, inside, &region);
     let to_beat = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
     let of_picture = picture(prepared, observed, region, to_beat);
@@ -245,6 +251,12 @@ pub(crate) fn opening(observed: &Observations, opening: Opening) -> Judged {
     let (log_odds, evidence) = OPENING.weigh([step, flat, size(observed, pixels.len())]);
     let judged = Judged::new(Kind::Geometry, What::Missing, log_odds, evidence, Region { pixels });
     Judged { rim: Some(rim), ..judged }
+}
+
+/// A part over whose contours the photograph may go on.
+pub(crate) fn absent(observed: &Observations, part: Absent) -> Judged {
+    let (log_odds, evidence) = ABSENT.weigh([part.odds, size(observed, part.pixels.len())]);
+    Judged::new(Kind::Geometry, What::Extra, log_odds, evidence, Region { pixels: part.pixels })
 }
 
 /// A part whose outline is beside its place.

@@ -10,6 +10,7 @@ use crate::audit::decide::label;
 use crate::audit::decide::odds::{self, LAYING};
 use crate::audit::decide::scores::{LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
+use crate::audit::hypothesis::absent::absent;
 use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::openings;
 use crate::audit::hypothesis::retextured;
@@ -106,10 +107,13 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let pieces: Vec<Judged> = pieces.map(picture).filter(may_reach).collect();
     let openings = openings(observed, least).into_iter().map(|o| decision::opening(observed, o));
     let openings: Vec<Judged> = openings.filter(may_reach).collect();
+    let absent = absent(prepared, observed, least).into_iter().map(|a| decision::absent(observed, a));
+    let absent: Vec<Judged> = absent.filter(may_reach).collect();
     let relaid = relaid(prepared, observed, &judged);
     // structures that the model does not have, whole: the tests mark their edges, here and there. What is around a piece that is
     // wrong is unlike the model, too
-    let likely = pieces.iter().chain(&openings).chain(&relaid).filter(|j| j.score() >= LIKELY).flat_map(|j| j.pixels());
+    let all = pieces.iter().chain(&openings).chain(&absent).chain(&relaid);
+    let likely = all.filter(|j| j.score() >= LIKELY).flat_map(|j| j.pixels());
     let unlike = observed.unlike(&mask_of(&likely.copied().collect::<Vec<_>>(), w * h));
     let most = |i: usize| unlike.iter().map(|band| band[i]).fold(f32::NEG_INFINITY, f32::max);
     let mask = extended(&over(&most, UNLIKE));
@@ -125,6 +129,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let judged = wholes.into_iter().fold(judged, |judged, (whole, place)| with_place(judged, whole, &place));
     let judged = openings.into_iter().fold(judged, with_whole);
     let judged = relaid.into_iter().fold(judged, |judged, piece| with_relaid(judged, piece, observed));
+    let judged = absent.into_iter().fold(judged, with_part);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
     for j in &mut judged {
         j.region.pixels.retain(|i| observed.usable[*i] > 0.0);
@@ -208,6 +213,11 @@ fn with_piece(judged: Vec<Judged>, piece: Judged) -> Vec<Judged> {
             && (mostly_within(&j.region, &piece.region) || mostly_within(&piece.region, &j.region))
     };
     if piece.score() < LIKELY && judged.iter().any(surer) { judged } else { with_whole(judged, piece) }
+}
+
+/// Adds a part that may not be there: what is wrong in it is of it, if it is likely gone.
+fn with_part(judged: Vec<Judged>, part: Judged) -> Vec<Judged> {
+    if part.score() < LIKELY { with_piece(judged, part) } else { absorbed(judged, part) }
 }
 
 /// Whether more than half of a region lies within another, whose pixels are in order.

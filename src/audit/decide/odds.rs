@@ -119,6 +119,15 @@ pub(crate) static UNLIKE: Cues<8> = Cues {
     ],
 };
 
+/// A part over whose contours the photograph may go on.
+pub(crate) static ABSENT: Cues<2> = Cues {
+    bias: -2.01,
+    cues: [
+        Cue::new("odds of no contour, times the share that tells", "logarithm", [-6.0, 8.0], 3.5, 1.44),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.79),
+    ],
+};
+
 /// An opening of the model at whose rim the photograph goes on.
 pub(crate) static OPENING: Cues<3> = Cues {
     bias: -2.54,
@@ -204,8 +213,16 @@ mod tests {
     fn every_weight_is_in_the_table() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let table = std::fs::read_to_string(root.join("docs/audit.md")).unwrap();
-        let all =
-            [&SHAPE.cues[..], &PICTURE.cues, &UNLIKE.cues, &BORDER.cues, &OPENING.cues, &LAYING.cues, &OUTLINE.cues];
+        let all = [
+            &SHAPE.cues[..],
+            &PICTURE.cues,
+            &UNLIKE.cues,
+            &BORDER.cues,
+            &ABSENT.cues,
+            &OPENING.cues,
+            &LAYING.cues,
+            &OUTLINE.cues,
+        ];
         for cue in all.into_iter().flatten() {
             let row = format!("| {} | {} | {:.2} | {:+.2} |", cue.test, cue.unit, cue.even, cue.weight);
             assert!(table.contains(&row), "docs/audit.md lacks the row {row}");

@@ -6,16 +6,15 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::audit::hypothesis::recoloured::chroma;
 use crate::audit::likelihood::appearance::damped;
 use crate::audit::likelihood::step::{FEWEST, Place, border};
-use crate::audit::picture::colour::colour_of;
+use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::mask_of;
 use crate::audit::view::Observations;
 use crate::statistics::median;
 
 /// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
-const BESIDE: f32 = 0.05;
+pub(crate) const BESIDE: f32 = 0.05;
 
 /// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
 const FREEDOM: f32 = 3.0;
@@ -43,7 +42,7 @@ impl Observations {
         let tested = all.iter().filter(|[i, j]| self.tested(*i, *j));
         let steps: Vec<Vec2> = tested.map(|[i, j]| chroma(ratio[*i] - ratio[*j])).collect();
         let middle = |of: fn(&Vec2) -> f32| median(steps.iter().map(of)).unwrap_or(0.0);
-        (steps.len() >= FEWEST).then(|| colour_of(middle(|c| c.x), middle(|c| c.y)))
+        (steps.len() >= FEWEST).then(|| colour_of(Vec2::new(middle(|c| c.x), middle(|c| c.y))))
     }
 
     /// Whether the photograph shows an outline of some pixels that the model lacks, on a surface that goes on in the model: over half of
@@ -96,7 +95,7 @@ fn is_own_outline(steps: &[[Vec3; 2]]) -> bool {
 }
 
 /// Logarithm of how much likelier the photograph goes on than steps as the model does.
-fn odds([model, photo]: [Vec3; 2]) -> f32 {
+pub(crate) fn odds([model, photo]: [Vec3; 2]) -> f32 {
     unlikeliness(photo - model) - unlikeliness(photo)
 }
 

@@ -1,5 +1,6 @@
 //! What else a region may be than right: displaced, not there, of another colour or picture, laid or standing otherwise.
 
+pub(crate) mod absent;
 pub(crate) mod borders;
 pub(crate) mod extent;
 pub(crate) mod opening;

@@ -7,13 +7,16 @@ use glam::Mat3;
 use rayon::prelude::*;
 
 use crate::audit::likelihood::step::{FEWEST, border, usual};
-use crate::audit::picture::regions::at_most;
+use crate::audit::picture::regions::{at_most, bounds, components, mask_of};
 use crate::audit::view::Observations;
 use crate::components::members;
 use crate::statistics::median;
 
 /// What is seen past a rim is farther by more than this share of its distance.
 const BEYOND: f32 = 0.05;
+
+/// A surface that what it encloses is looked at of has at least this part of the picture.
+const LARGE: usize = 50;
 
 /// Places of a rim that are tried for its plane.
 const PLANES: usize = 100;
@@ -31,25 +34,43 @@ pub(crate) struct Opening {
 
 /// What the model shows past the rims of openings.
 pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
-    let label = observed.surfaces.shape.labels();
-    let unit = usual(observed.surfaces.width, &observed.log_photo, |i, j| {
-        label[i] == label[j] && observed.shows(i) && observed.shows(j)
-    });
+    let s = &observed.surfaces;
+    let unit =
+        usual(s.width, &observed.log_photo, |i, j| s.label[i] == s.label[j] && observed.shows(i) && observed.shows(j));
     let unseen = |i: &&usize| observed.geometry.able[**i] == 0;
     let beyond =
         |pixels: &Vec<usize>| pixels.len() >= least && 2 * pixels.iter().filter(unseen).count() >= pixels.len();
-    let pieces = members(&label).into_par_iter().filter(beyond);
-    pieces.filter_map(|pixels| opening(observed, &label, unit, pixels)).collect()
+    let surfaces = members(&s.label);
+    let mut pieces: Vec<Vec<usize>> = surfaces.par_iter().flat_map(|near| enclosed(observed, near, least)).collect();
+    pieces.extend(surfaces.into_iter().filter(beyond));
+    pieces.into_par_iter().filter_map(|pixels| opening(observed, unit, pixels)).collect()
 }
 
-/// What is around some pixels of one label.
-fn opening(observed: &Observations, label: &[u32], unit: Mat3, pixels: Vec<usize>) -> Option<Opening> {
+/// What a large surface encloses of several others: through an opening one may see more than one.
+fn enclosed(observed: &Observations, near: &[usize], least: usize) -> Vec<Vec<usize>> {
+    let (w, h) = observed.size();
+    let [left, top, right, bottom] = bounds(near, w);
+    if near.len() * LARGE < w * h {
+        return Vec::new();
+    }
+    let mut rest = vec![true; w * h];
+    near.iter().for_each(|i| rest[*i] = false);
+    let within = |i: &usize| (left..right).contains(&(i % w)) && (top..bottom).contains(&(i / w));
+    let label = &observed.surfaces.label;
+    let several = |pixels: &[usize]| pixels.iter().any(|i| label[*i] != label[pixels[0]]);
+    let all = components(&rest, &rest, w, least, |i, j| i % w == j % w || i / w == j / w);
+    all.into_iter().map(|r| r.pixels).filter(|p| p.len() < near.len() && p.iter().all(within) && several(p)).collect()
+}
+
+/// What is around some pixels.
+fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Opening> {
     let s = &observed.surfaces;
-    let inside = |i: usize| label[i] == label[pixels[0]];
+    let mask = mask_of(&pixels, s.label.len());
+    let inside = |i: usize| mask[i];
     let all: Vec<_> = border([s.width, s.height], &pixels, &inside).collect();
     let before = all.iter().filter(|p| s.distance[p.next] < (1.0 - BEYOND) * s.distance[p.last]);
     let rim: Vec<[usize; 2]> = before
-        .filter_map(|p| Some([p.own?, p.other.filter(|j| label[*j] == label[p.next])?]))
+        .filter_map(|p| Some([p.own?, p.other.filter(|j| s.label[*j] == s.label[p.next])?]))
         .filter(|[own, other]| observed.shows(*own) && observed.shows(*other))
         .collect();
     let places: Vec<usize> = rim.iter().map(|[_, other]| *other).collect();

@@ -1,9 +1,9 @@
 //! Another colour than the model's: what is left of a difference once gloss and the lights around have had their share.
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 use crate::audit::likelihood::appearance::Texture;
-use crate::audit::picture::colour::colour_of;
+use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::{Region, bounds};
 use crate::audit::view::Observations;
 use crate::statistics::quantile;
@@ -36,15 +36,10 @@ impl Texture {
     }
 }
 
-/// Logarithms of red and blue over green.
-pub(crate) fn chroma(log: Vec3) -> Vec2 {
-    Vec2::new(log.x - log.y, log.z - log.y)
-}
-
 /// The least ΔE00 of a change of chroma that hangs on how much of what a surface may mirror it does.
 fn least_mirrored(change: impl Fn(f32) -> Vec2) -> f32 {
     let shares = (0..=4).map(|k| k as f32 / 4.0);
-    shares.map(&change).map(|c| colour_of(c.x, c.y)).fold(f32::INFINITY, f32::min)
+    shares.map(&change).map(colour_of).fold(f32::INFINITY, f32::min)
 }
 
 /// The line along which the light's colours lie in and around a region, and how far along it light from around would change what

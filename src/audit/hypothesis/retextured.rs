@@ -80,12 +80,15 @@ pub(crate) struct Relaid {
 }
 
 /// Looks for the laying of the texture on some pixels that the photograph shows; `None` where none fits better than the
-/// model's, or no texture is there to be laid.
+/// model's, or nothing is there to be laid.
 pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -> Option<Relaid> {
-    searched(&TexturePatch::of(scene, observed, pixels)?)
+    let texture = TexturePatch::mapped(scene, observed, pixels).or_else(|| TexturePatch::in_plane(observed, pixels))?;
+    let tried = candidates(texture.aspect()).len() * texture.side * texture.side;
+    searched(&texture, (tried as f32).ln())
 }
 
-fn searched(laid: &TexturePatch) -> Option<Relaid> {
+/// The laying that the photograph shows, if its odds are better than `told`.
+fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
     let (as_is, _) = laid.climbed(UvTransform::AS_IS, 0.7, 1);
     // a texture that fits is not laid otherwise
     if as_is > FITS {
@@ -98,11 +101,11 @@ fn searched(laid: &TexturePatch) -> Option<Relaid> {
         0.5 * n * (left(from) / left(to)).ln()
     };
     // even a perfect fit may not be enough
-    if odds(as_is, 0.98) < TOLD {
+    if odds(as_is, 0.98) < told {
         return None;
     }
     // most can be left after a coarse look, which sees somewhat less than a close one
-    let worth = |coarse: f32| odds(as_is, (COARSE * coarse + COARSE_MORE).min(0.98)) > TOLD;
+    let worth = |coarse: f32| odds(as_is, (COARSE * coarse + COARSE_MORE).min(0.98)) > told;
     let turns = candidates(laid.aspect());
     let shifts: Vec<Vec<(f32, Vec2)>> = turns.par_iter().map(|(_, turn)| laid.shifts(*turn)).collect();
     let promising = |k: usize| shifts[k].iter().filter(|s| worth(s.0)).map(|s| s.1);
@@ -115,7 +118,7 @@ fn searched(laid: &TexturePatch) -> Option<Relaid> {
     for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
         // the likelier comes first, and a less likely one must explain what the likelier cannot
         let better = best.is_none_or(|(_, b)| odds(b, c) > ODDS);
-        if c > FOUND && odds(as_is, c) > TOLD && better {
+        if c > FOUND && odds(as_is, c) > told && better {
             best = Some((what, c));
         }
     }
@@ -159,7 +162,8 @@ pub(crate) fn segments(scene: &Scene, observed: &Observations, least: usize) -> 
     let segments = &observed.surfaces.segments;
     let large = |k: &usize| segments.pixels[*k].len() >= least;
     let all: Vec<usize> = (0..segments.pixels.len()).filter(large).collect();
-    all.into_par_iter().filter_map(|k| Some((k, relaid(scene, observed, &segments.pixels[k])?))).collect()
+    let relaid = |k: usize| Some((k, searched(&TexturePatch::mapped(scene, observed, &segments.pixels[k])?, TOLD)?));
+    all.into_par_iter().filter_map(relaid).collect()
 }
 
 #[cfg(test)]
@@ -170,8 +174,9 @@ mod tests {
     #[test]
     fn another_laying_is_told_and_the_model_s_is_not() {
         let texture = blotches();
-        let found =
-            |turn, shift, noise| searched(&photographed(&texture, UvTransform { turn, shift, off_m: 0.0 }, noise));
+        let found = |turn, shift, noise| {
+            searched(&photographed(&texture, UvTransform { turn, shift, off_m: 0.0 }, noise), TOLD)
+        };
         let as_it_is = |noise| found(Mat2::IDENTITY, Vec2::ZERO, noise);
         assert!(as_it_is(0.0).is_none() && as_it_is(0.3).is_none() && as_it_is(3.0).is_none());
         let cases = [
@@ -186,7 +191,8 @@ mod tests {
             assert!(told.what == what && told.odds > 2.0 * TOLD && told.best > told.as_is, "{told:?} for {what:?}");
         }
         for off_m in [0.15, -0.08] {
-            let told = searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1)).unwrap();
+            let told =
+                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), TOLD).unwrap();
             assert!(told.what == What::Moved && (told.off_m - off_m).abs() < 3.0 * told.uncertainty_m, "{told:?}");
         }
     }

@@ -12,7 +12,7 @@ use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, Small, registrati
 use crate::audit::view::{AuditScene, Observations};
 
 /// A part larger than this share of the picture is its room.
-const LARGEST: f32 = 0.35;
+pub(crate) const LARGEST: f32 = 0.35;
 
 /// A part that stands no farther off is in its place, metres: models are a few millimetres off all over.
 const LEAST_M: f64 = 0.005;

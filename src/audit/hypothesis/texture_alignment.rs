@@ -1,9 +1,11 @@
 //! How well a photograph shows a texture that is laid otherwise than the model has it: turned, mirrored, scaled or shifted.
 
-use glam::{Mat2, Vec2};
+use glam::{Mat2, Vec2, Vec3};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::audit::likelihood::structure::{ALIKE_PX, BAND};
+use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::observe::uv_islands::Gradient;
 use crate::audit::picture::coding::Coded;
 use crate::audit::picture::fourier::{Complex, Fourier};
@@ -11,6 +13,7 @@ use crate::audit::picture::log_luminance;
 use crate::audit::picture::regions::bounds;
 use crate::audit::view::Observations;
 use crate::edge_aware::EdgeAware;
+use crate::panorama::linear_to_srgb;
 use crate::scene::{Scene, Texture};
 
 /// Sides of the grids that a texture's period is divided into.
@@ -32,6 +35,12 @@ const LAGS: usize = 16;
 /// Structure of less variance than this is none.
 const LEAST_VARIANCE: f32 = 1e-6;
 
+/// A plane's picture is so many times as wide as pixels reach from their middle: what was shifted came from beside them.
+const PERIOD: f32 = 4.0;
+
+/// Surfaces lie in one plane if they are off it by less than this share of how far they reach from their middle.
+const OFF: f32 = 0.25;
+
 /// A pixel's place in a texture: its middle, and how far the pixel reaches to its right and down.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
@@ -44,7 +53,7 @@ pub(crate) struct Place {
 
 /// Pixels that show one texture, cut out of the picture.
 pub(crate) struct TexturePatch<'a> {
-    texture: &'a Texture,
+    texture: Cow<'a, Texture>,
     /// Which of the cut-out's pixels hang together.
     filter: EdgeAware,
     /// Per pixel of the cut-out, 1 where there is a place, and the same smoothed.
@@ -86,23 +95,44 @@ impl UvTransform {
 impl<'a> TexturePatch<'a> {
     /// Takes those of the pixels that could be tested and have the texture that most of them have; `None` where they are too
     /// few, or most have none.
-    pub(crate) fn of(scene: &'a Scene, observed: &Observations, pixels: &[usize]) -> Option<Self> {
+    pub(crate) fn mapped(scene: &'a Scene, observed: &Observations, pixels: &[usize]) -> Option<Self> {
         let s = &observed.surfaces;
         let texture_of = |i: usize| scene.materials[s.material[i] as usize].texture;
-        let tested: Vec<usize> = pixels.iter().copied().filter(|i| observed.texture.tested[*i]).collect();
+        let tested = tested(observed, pixels);
         let mut votes = vec![0usize; scene.textures.len()];
         tested.iter().filter_map(|i| texture_of(*i)).for_each(|t| votes[t as usize] += 1);
         let (id, _) = votes.iter().enumerate().max_by_key(|(_, v)| **v).filter(|(_, v)| 2 * **v > tested.len())?;
-        let texture = &scene.textures[id];
+        Self::at(Cow::Borrowed(&scene.textures[id]), observed, &tested, |i| {
+            let at = scene.mesh.uv(s.triangle[i], s.barycentric[i]).filter(|_| texture_of(i) == Some(id as u32))?;
+            place(observed, i, at, &Gradient::of(&scene.mesh, s.triangle[i])?)
+        })
+    }
+
+    /// The same, the texture being what the view shows of the model in the plane in which most of the pixels lie; `None` also where they
+    /// do not.
+    pub(crate) fn in_plane(observed: &Observations, pixels: &[usize]) -> Option<Self> {
+        let tested = tested(observed, pixels);
+        let plane = Plane::of(observed, &tested)?;
+        let position = &observed.surfaces.position;
+        Self::at(Cow::Owned(plane.picture(observed)), observed, &tested, |i| {
+            if plane.holds(observed, i) { place(observed, i, plane.at(position[i]), &plane.gradient) } else { None }
+        })
+    }
+
+    /// Takes a texture, and of the pixels those that have a place in it.
+    fn at(
+        texture: Cow<'a, Texture>,
+        observed: &Observations,
+        tested: &[usize],
+        place: impl Fn(usize) -> Option<Place>,
+    ) -> Option<Self> {
+        let s = &observed.surfaces;
         let stride = tested.len().div_ceil(MOST_PX);
         let w = s.width;
         let block = |i: usize| (i % w / BLOCK_PX, i / w / BLOCK_PX);
         let in_turn = |(x, y): (usize, usize)| (x + y).is_multiple_of(stride);
-        let chosen: Vec<(usize, Place)> = tested
-            .into_iter()
-            .filter(|i| in_turn(block(*i)) && texture_of(*i) == Some(id as u32))
-            .filter_map(|i| place(scene, observed, i).map(|p| (i, p)))
-            .collect();
+        let chosen: Vec<(usize, Place)> =
+            tested.iter().filter(|i| in_turn(block(**i))).filter_map(|i| place(*i).map(|p| (*i, p))).collect();
         if chosen.len() < FEWEST {
             return None;
         }
@@ -131,7 +161,7 @@ impl<'a> TexturePatch<'a> {
     /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, how they are coded, the
     /// logarithm of what the photograph shows of the texture there and how much it counts.
     fn new(
-        texture: &'a Texture,
+        texture: Cow<'a, Texture>,
         filter: EdgeAware,
         pixels: Vec<usize>,
         places: Vec<Place>,
@@ -305,11 +335,71 @@ fn cut_out(
     (EdgeAware::new(width, height, both), places)
 }
 
-/// The place of a pixel in its texture; `None` without texture coordinates.
-fn place(scene: &Scene, observed: &Observations, i: usize) -> Option<Place> {
+fn tested(observed: &Observations, pixels: &[usize]) -> Vec<usize> {
+    pixels.iter().copied().filter(|i| observed.texture.tested[*i]).collect()
+}
+
+/// A plane whose paint as the view shows it is a texture: a scan has no other.
+struct Plane {
+    origin: Vec3,
+    normal: Vec3,
+    /// How far pixels reach from the origin, metres.
+    reach: f32,
+    gradient: Gradient,
+}
+
+impl Plane {
+    /// That in which most of some pixels lie, if they do; a period is so many times as long as these reach from their middle.
+    fn of(observed: &Observations, pixels: &[usize]) -> Option<Self> {
+        let s = &observed.surfaces;
+        let normal = pixels.iter().map(|i| s.normal[*i]).sum::<Vec3>().try_normalize()?;
+        let origin = pixels.iter().map(|i| s.position[*i]).sum::<Vec3>() / pixels.len() as f32;
+        let reach = pixels.iter().map(|i| s.position[*i].distance(origin)).fold(0.0, f32::max).max(1e-3);
+        let (u, v) = normal.any_orthonormal_pair();
+        let period = PERIOD * reach;
+        let plane = Self { origin, normal, reach, gradient: Gradient::along(u / period, v / period) };
+        let held = pixels.iter().filter(|i| plane.holds(observed, **i)).count();
+        (4 * held > 3 * pixels.len()).then_some(plane)
+    }
+
+    /// Whether a pixel's surface lies in the plane.
+    fn holds(&self, observed: &Observations, i: usize) -> bool {
+        let s = &observed.surfaces;
+        let off = self.normal.dot(s.position[i] - self.origin).abs();
+        s.triangle[i] != NONE && off <= OFF * self.reach && s.normal[i].dot(self.normal) > 0.0
+    }
+
+    fn at(&self, point: Vec3) -> Vec2 {
+        self.gradient.step(point - self.origin) + Vec2::splat(0.5)
+    }
+
+    /// The model's albedo on it, where the view shows that; elsewhere its mean.
+    fn picture(&self, observed: &Observations) -> Texture {
+        let s = &observed.surfaces;
+        let side = 2 * SIDES[1];
+        let along = self.gradient.directions();
+        let albedo = |k: usize| {
+            let at = Vec2::new((k % side) as f32 + 0.5, (side - 1 - k / side) as f32 + 0.5) / side as f32 - 0.5;
+            let point = self.origin + along[0] * at.x + along[1] * at.y;
+            let seen = s.project(point).filter(|p| p.min_element() >= 0.0)?.as_usizevec2();
+            let i = (seen.x < s.width && seen.y < s.height).then(|| seen.y * s.width + seen.x)?;
+            self.holds(observed, i).then(|| observed.albedo[i])
+        };
+        let all: Vec<Option<Vec3>> = (0..side * side).map(albedo).collect();
+        let known = all.iter().flatten();
+        let mean = known.clone().sum::<Vec3>() / known.count().max(1) as f32;
+        let code = |a: Vec3| {
+            let [r, g, b] = a.to_array().map(|v| (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
+            [r, g, b, 255]
+        };
+        let texels = all.into_iter().map(|a| code(a.unwrap_or(mean))).collect();
+        Texture::new(String::new(), side, side, texels)
+    }
+}
+
+/// What a pixel shows of a texture, where that has such a place and changes so along the surface; `None` without extent.
+fn place(observed: &Observations, i: usize, at: Vec2, gradient: &Gradient) -> Option<Place> {
     let s = &observed.surfaces;
-    let at = scene.mesh.uv(s.triangle[i], s.barycentric[i])?;
-    let gradient = Gradient::of(&scene.mesh, s.triangle[i])?;
     // where a neighbour's ray meets the pixel's plane
     let step = |j: usize| {
         let height = s.normal[i].dot(s.position[i] - s.origin);
@@ -371,7 +461,7 @@ pub(crate) mod tests {
             .collect();
         let filter = EdgeAware::open(SIDE, SIDE);
         TexturePatch::new(
-            texture,
+            Cow::Borrowed(texture),
             filter,
             (0..SIDE * SIDE).collect(),
             places,

@@ -46,6 +46,8 @@ pub(crate) struct GeometryBuffer {
     pub(crate) material: Vec<u32>,
     /// Which neighbours lie on one smooth surface, whatever its material.
     pub(crate) shape: EdgeAware,
+    /// Per pixel, a number that is the same all over a smooth surface.
+    pub(crate) label: Vec<u32>,
     /// Which neighbours lie on one smooth surface of one material, mapped in one piece.
     pub(crate) paint: EdgeAware,
     /// What is mapped in one piece.
@@ -99,11 +101,13 @@ impl GeometryBuffer {
                 .map(|f| f.1.as_ref().map_or(NONE, |s| scene.mesh.materials[s.1.triangle as usize]))
                 .collect(),
             shape: EdgeAware::open(1, 1),
+            label: Vec::new(),
             paint: EdgeAware::open(1, 1),
             segments: Segments::default(),
         };
         this.smooth_normals();
         this.shape = EdgeAware::new(width, height, |i, j| this.one_surface(i, j));
+        this.label = this.shape.labels();
         let painted =
             EdgeAware::new(width, height, |i, j| this.material[i] == this.material[j] && this.shape.joined(i, j));
         let textured =

@@ -34,8 +34,6 @@ pub(crate) struct Gloss<'a> {
     probes: &'a [ProbeView],
     /// Light through openings.
     beyond: Vec3,
-    /// Per pixel, a number that is the same all over a smooth surface.
-    label: Vec<u32>,
     /// The most that they may mirror towards the camera, per pixel, radiance.
     pub(crate) to_camera: Vec<Vec3>,
 }
@@ -45,7 +43,7 @@ impl<'a> Gloss<'a> {
     pub(crate) fn new(relit: &'a Relit<'a>, surfaces: &GeometryBuffer, probes: &'a [ProbeView]) -> Self {
         // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
         let beyond = probes.iter().map(ProbeView::brightest).fold(Vec3::ZERO, Vec3::max);
-        let mut this = Self { relit, probes, beyond, label: surfaces.shape.labels(), to_camera: Vec::new() };
+        let mut this = Self { relit, probes, beyond, to_camera: Vec::new() };
         this.to_camera = this.towards(surfaces, surfaces.origin, &|_| true);
         this
     }
@@ -75,7 +73,7 @@ impl<'a> Gloss<'a> {
                 }
             }
         });
-        let label: Vec<u32> = (0..wide * high).map(|cell| self.label[at(cell)]).collect();
+        let label: Vec<u32> = (0..wide * high).map(|cell| surfaces.label[at(cell)]).collect();
         let cells = spread(cells, &label, wide, (LOBE * surfaces.focal / STRIDE as f32).ceil() as usize);
         (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }

@@ -40,6 +40,16 @@ impl Gradient {
         Some(Self { u: along_p * s.x + along_q * t.x, v: along_p * s.y + along_q * t.y })
     }
 
+    /// Coordinates that change so per metre.
+    pub(crate) fn along(u: Vec3, v: Vec3) -> Self {
+        Self { u, v }
+    }
+
+    /// The ways along which one coordinate alone changes by 1, if they change at right angles to each other.
+    pub(crate) fn directions(&self) -> [Vec3; 2] {
+        [self.u, self.v].map(|g| g / g.length_squared())
+    }
+
     /// How far texture coordinates change along a way on the triangle, in metres.
     pub(crate) fn step(&self, along: Vec3) -> Vec2 {
         Vec2::new(self.u.dot(along), self.v.dot(along))

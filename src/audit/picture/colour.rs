@@ -1,6 +1,6 @@
 //! Colour differences as people see them.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::panorama::luminance;
 
@@ -59,9 +59,14 @@ pub(crate) fn colour_difference(albedo: Vec3, red: f32, blue: f32) -> f32 {
     ciede2000(lab(albedo * scale), lab(other * scale))
 }
 
-/// ΔE00 between mid grey and the same with its red and blue over green changed by these logarithms.
-pub(crate) fn colour_of(red: f32, blue: f32) -> f32 {
-    colour_difference(Vec3::splat(0.3), red, blue)
+/// Red and blue over green of a factor that is told as a logarithm.
+pub(crate) fn chroma(log: Vec3) -> Vec2 {
+    Vec2::new(log.x - log.y, log.z - log.y)
+}
+
+/// ΔE00 between mid grey and the same with its chroma changed so.
+pub(crate) fn colour_of(chroma: Vec2) -> f32 {
+    colour_difference(Vec3::splat(0.3), chroma.x, chroma.y)
 }
 
 #[cfg(test)]

@@ -1,0 +1,61 @@
+//! Occluding contours: where a thing ends before what lies behind it, a photograph shows a step; where the photograph goes on over
+//! the contours of a part of the model, the part is not there.
+//!
+//! What a contour steps by is foretold from the albedo on its two sides, with and without the irradiance.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::audit::hypothesis::borders::{BESIDE, odds};
+use crate::audit::hypothesis::sideways::LARGEST;
+use crate::audit::likelihood::appearance::damped;
+use crate::audit::likelihood::step::{FEWEST, Place, border};
+use crate::audit::picture::regions::mask_of;
+use crate::audit::view::{AuditScene, Observations};
+use crate::components::members;
+use crate::statistics::median;
+
+/// A part of the model over whose contours the photograph may go on.
+pub(crate) struct Absent {
+    pub(crate) pixels: Vec<usize>,
+    /// Logarithm of how much likelier it is that the photograph goes on than that it shows the contours, times the share of them that
+    /// tells.
+    pub(crate) odds: f32,
+}
+
+/// All parts with contours of which enough tells, and how likely the photograph goes on over these.
+pub(crate) fn absent(prepared: &AuditScene, observed: &Observations, least: usize) -> Vec<Absent> {
+    let parts: Vec<u32> = observed.surfaces.triangle.iter().map(|t| prepared.part(*t)).collect();
+    let most = LARGEST * parts.len() as f32;
+    let things = members(&parts).into_par_iter().filter(|p| p.len() >= least && p.len() as f32 <= most);
+    things.filter_map(|pixels| Some(Absent { odds: observed.no_contour(&pixels)?, pixels })).collect()
+}
+
+impl Observations {
+    /// Logarithm of how much likelier it is that the photograph goes on over the contours of some pixels than that it shows the model's,
+    /// times the share of these that tells; `None` where too few do.
+    fn no_contour(&self, pixels: &[usize]) -> Option<f32> {
+        let s = &self.surfaces;
+        let mask = mask_of(pixels, self.albedo.len());
+        let inside = |i: usize| mask[i];
+        // what is behind may touch it
+        let behind = |i: usize, j: usize| s.distance[j] > (1.0 - BESIDE) * s.distance[i];
+        let contour: Vec<Place> =
+            border([s.width, s.height], pixels, &inside).filter(|p| behind(p.last, p.next)).collect();
+        let lit = |i: usize| self.shows(i) && self.irradiance[i].min_element() > 0.0;
+        let of = |p: &Place| {
+            let (i, j) = (p.own?, p.other.filter(|j| behind(p.last, *j))?);
+            // what lies flat on another surface is paint
+            let told = lit(i) && lit(j) && !s.coplanar(i, j);
+            let photo = self.log_photo[i] - self.log_photo[j];
+            let paint = damped(self.albedo[i]) - damped(self.albedo[j]);
+            let light = (self.irradiance[i] / self.irradiance[j]).map(f32::ln);
+            // light that is not as foretold is no thing that is absent: its paint must tell as well
+            let against = |model: Vec3| odds([model, photo].map(|step| self.texture.unit * step));
+            told.then(|| against(paint).min(against(paint + light)))
+        };
+        let all: Vec<f32> = contour.iter().filter_map(of).collect();
+        let told = all.len() as f32 / contour.len() as f32;
+        if all.len() < FEWEST { None } else { Some(told * median(all)?) }
+    }
+}
