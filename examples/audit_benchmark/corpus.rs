@@ -185,14 +185,8 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
             }
         }
         if let Some(folder) = &all.pictures {
-            let grey = |v: &Verdict| match v {
-                Verdict::Geometry => 1.0,
-                Verdict::Texture => 0.75,
-                Verdict::Ok => 0.35,
-                _ => 0.0,
-            };
             let drawn = truth.iter().map(|t| if *t { 1.0 } else { 0.0 }).collect();
-            let verdicts = view.verdicts.iter().map(grey).collect();
+            let verdicts = pictures::verdicts(&view.verdicts);
             let tiles = [pictures::tone(&view.photograph), pictures::tone(&view.neutral), drawn, verdicts];
             let name = format!("{site}-{title}-{}.png", view.summary.view).replace(' ', "-");
             std::fs::create_dir_all(folder).unwrap();

@@ -254,7 +254,7 @@ impl Bench {
         if let Some(folder) = &self.pictures {
             let name = format!("{}-{}-{}", case.fault.title(), self.site.views[case.view].name, nuisance.title());
             let path = folder.join(name.replace(' ', "-") + ".png");
-            let verdicts: Vec<f32> = verdicts.iter().map(|v| f32::from(*v as u8) / 4.0).collect();
+            let verdicts = pictures::verdicts(&verdicts);
             let shown: Vec<f32> = (0..w * h)
                 .map(|i| {
                     if wrong[i] {

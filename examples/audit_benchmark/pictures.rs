@@ -1,5 +1,6 @@
 //! Pictures of a case, to look at.
 
+use clerestory::audit::Verdict;
 use clerestory::panorama::{Picture, linear_to_srgb, luminance};
 use image::{GrayImage, Luma};
 use std::path::Path;
@@ -11,6 +12,11 @@ pub fn tone(p: &Picture) -> Vec<f32> {
     let sum: f64 = known.clone().map(|b| f64::from(b.max(1e-6).ln())).sum();
     let gain = 0.18 / (sum / known.count().max(1) as f64).exp() as f32;
     bright.iter().map(|b| linear_to_srgb((b * gain).clamp(0.0, 1.0))).collect()
+}
+
+/// A shade for each verdict.
+pub fn verdicts(all: &[Verdict]) -> Vec<f32> {
+    all.iter().map(|v| f32::from(*v as u8) / 4.0).collect()
 }
 
 /// Writes tiles (values 0..1), four to a row.

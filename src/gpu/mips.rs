@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-use crate::panorama::{LINEAR, linear_to_srgb};
+use crate::panorama::{LINEAR, linear_to_code};
 use crate::scene::Texture;
 
 /// Size and sRGB texels of a level.
@@ -45,7 +45,6 @@ fn covered(i: usize, n: usize, fewer: usize) -> impl Iterator<Item = (usize, f32
 /// A picture averaged down in linear light, every texel by the area that it has in the smaller one's.
 fn reduced([width, height]: [usize; 2], texels: &[[u8; 4]], [fewer, lower]: [usize; 2]) -> Vec<[u8; 4]> {
     let linear: &[f32; 256] = &LINEAR;
-    let code = |v: f32| (linear_to_srgb(v) * 255.0 + 0.5) as u8;
     let texel = |x: usize, y: usize| {
         let mut sum = Vec3::ZERO;
         for (v, tall) in covered(y, height, lower) {
@@ -54,7 +53,8 @@ fn reduced([width, height]: [usize; 2], texels: &[[u8; 4]], [fewer, lower]: [usi
                 sum += Vec3::new(r, g, b) * (wide * tall);
             }
         }
-        [code(sum.x), code(sum.y), code(sum.z), 255]
+        let [r, g, b] = sum.to_array().map(linear_to_code);
+        [r, g, b, 255]
     };
     (0..fewer * lower).into_par_iter().map(|i| texel(i % fewer, i / fewer)).collect()
 }

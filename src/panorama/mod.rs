@@ -42,6 +42,6 @@ pub use projection::Projection;
 pub use projection::latlong::latlong_pixel_fast;
 pub(crate) use projection::latlong::{neighbours, pixel_across};
 pub use radiometry::{Coding, Radiometry, radius2, response_rises};
-pub(crate) use srgb::LINEAR;
+pub(crate) use srgb::{LINEAR, linear_to_code};
 pub use srgb::{linear_to_srgb, srgb_to_linear};
 pub use view::Panorama;

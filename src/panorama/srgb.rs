@@ -15,3 +15,8 @@ pub fn srgb_to_linear(v: f32) -> f32 {
 pub fn linear_to_srgb(v: f32) -> f32 {
     if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
+
+/// The nearest 8-bit sRGB code of a linear value; those beyond 0..=1 have the code of the nearer end.
+pub(crate) fn linear_to_code(v: f32) -> u8 {
+    (linear_to_srgb(v) * 255.0 + 0.5) as u8
+}

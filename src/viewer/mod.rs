@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use crate::atomic_write::write_atomically;
 use crate::bake::{BakeError, Baked, Run};
-use crate::panorama::linear_to_srgb;
+use crate::panorama::linear_to_code;
 use crate::report::{SOFTWARE, escape};
 use crate::scene::{Scene, Wrap};
 use crate::site::Site;
@@ -121,11 +121,11 @@ pub fn write_viewer(
     let tinted = !scene.mesh.colours.is_empty();
     if tinted {
         let mut bytes = Vec::new();
-        let code = |v: f32| (linear_to_srgb(v) * 255.0 + 0.5) as u8;
-        pack::vertex_bytes(
-            baked.vertices.iter().map(|v| [code(v.colour.x), code(v.colour.y), code(v.colour.z), 0]),
-            &mut bytes,
-        );
+        let code = |colour: Vec3| {
+            let [r, g, b] = colour.to_array().map(linear_to_code);
+            [r, g, b, 0]
+        };
+        pack::vertex_bytes(baked.vertices.iter().map(|v| code(v.colour)), &mut bytes);
         blocks.push(deflated(&bytes));
     }
     for (l, sky) in baked.skies.iter().enumerate() {

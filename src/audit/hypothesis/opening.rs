@@ -7,7 +7,7 @@ use glam::Mat3;
 use rayon::prelude::*;
 
 use crate::audit::likelihood::step::{FEWEST, border, usual};
-use crate::audit::picture::regions::{at_most, bounds, components, mask_of};
+use crate::audit::picture::regions::{along_sides, at_most, bounds, components, mask_of};
 use crate::audit::view::Observations;
 use crate::components::members;
 use crate::statistics::median;
@@ -49,16 +49,16 @@ pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
 /// What a large surface encloses of several others: through an opening one may see more than one.
 fn enclosed(observed: &Observations, near: &[usize], least: usize) -> Vec<Vec<usize>> {
     let (w, h) = observed.size();
-    let [left, top, right, bottom] = bounds(near, w);
     if near.len() * LARGE < w * h {
         return Vec::new();
     }
+    let [left, top, right, bottom] = bounds(near, w);
     let mut rest = vec![true; w * h];
     near.iter().for_each(|i| rest[*i] = false);
     let within = |i: &usize| (left..right).contains(&(i % w)) && (top..bottom).contains(&(i / w));
     let label = &observed.surfaces.label;
     let several = |pixels: &[usize]| pixels.iter().any(|i| label[*i] != label[pixels[0]]);
-    let all = components(&rest, &rest, w, least, |i, j| i % w == j % w || i / w == j / w);
+    let all = components(&rest, &rest, w, least, along_sides(w));
     all.into_iter().map(|r| r.pixels).filter(|p| p.len() < near.len() && p.iter().all(within) && several(p)).collect()
 }
 

@@ -13,7 +13,7 @@ use crate::audit::picture::log_luminance;
 use crate::audit::picture::regions::bounds;
 use crate::audit::view::Observations;
 use crate::edge_aware::EdgeAware;
-use crate::panorama::linear_to_srgb;
+use crate::panorama::linear_to_code;
 use crate::scene::{Scene, Texture};
 
 /// Sides of the grids that a texture's period is divided into.
@@ -389,7 +389,7 @@ impl Plane {
         let known = all.iter().flatten();
         let mean = known.clone().sum::<Vec3>() / known.count().max(1) as f32;
         let code = |a: Vec3| {
-            let [r, g, b] = a.to_array().map(|v| (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
+            let [r, g, b] = a.to_array().map(linear_to_code);
             [r, g, b, 255]
         };
         let texels = all.into_iter().map(|a| code(a.unwrap_or(mean))).collect();

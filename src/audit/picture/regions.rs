@@ -65,13 +65,18 @@ pub(crate) fn closed(mask: &[bool], width: usize, height: usize, radius: usize) 
     inverted(&dilated(&inverted(&grown), width, height, radius))
 }
 
+/// Whether two neighbours share a side, and not only a corner.
+pub(crate) fn along_sides(width: usize) -> impl Fn(usize, usize) -> bool {
+    move |i, j| i % width == j % width || i / width == j / width
+}
+
 /// The mask with all that it encloses.
 pub(crate) fn filled(mask: &[bool], width: usize) -> Vec<bool> {
     let (outside, height) = (inverted(mask), mask.len() / width);
     let at_end = |i: usize, side: usize| i == 0 || i + 1 == side;
     let border = |i: usize| at_end(i % width, width) || at_end(i / width, height);
     let seeds: Vec<bool> = (0..mask.len()).map(border).collect();
-    let open = components(&outside, &seeds, width, 1, |i, j| i % width == j % width || i / width == j / width);
+    let open = components(&outside, &seeds, width, 1, along_sides(width));
     let open: Vec<usize> = open.into_iter().flat_map(|r| r.pixels).collect();
     inverted(&mask_of(&open, mask.len()))
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::memory;
-use crate::panorama::{LINEAR, linear_to_srgb, opened};
+use crate::panorama::{LINEAR, linear_to_code, opened};
 
 pub(super) mod cutout;
 mod wrap;
@@ -326,8 +326,8 @@ impl Level {
                 let (xa, ya) = (2 * x, 2 * y);
                 let (xb, yb) = ((xa + 1).min(self.width - 1), (ya + 1).min(self.height - 1));
                 let mean = (self.texel(xa, ya) + self.texel(xb, ya) + self.texel(xa, yb) + self.texel(xb, yb)) * 0.25;
-                let code = |v: f32| (linear_to_srgb(v) * 255.0 + 0.5) as u8;
-                texels.push([code(mean.x), code(mean.y), code(mean.z), 255]);
+                let [r, g, b] = mean.to_array().map(linear_to_code);
+                texels.push([r, g, b, 255]);
             }
         }
         Self { width, height, texels, wrap: self.wrap, linear: self.linear.clone() }
