@@ -194,8 +194,10 @@ impl Bench {
         let setup = prepare(&site, model, cameras, &options).unwrap();
         let light = &setup.lights[0].1;
         let volume = setup.volume(model, 0);
-        let lit: Vec<_> = site.probes.iter().zip(&pictures).collect();
-        f(&AuditScene::new(model, light, volume.as_ref(), &lit), light, volume.as_ref())
+        let prepared = AuditScene::new(model, light, volume.as_ref());
+        let prepared =
+            site.probes.iter().zip(pictures).fold(prepared, |all, (probe, picture)| all.with(probe, picture));
+        f(&prepared, light, volume.as_ref())
     }
 
     /// Audits a case under nuisances, and says which each row belongs to. What the probes give is set up once for all

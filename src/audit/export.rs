@@ -92,7 +92,7 @@ impl Audit {
             for (id, mask) in &view.masks {
                 let Some(finding) = all.iter().find(|f| f.id == *id) else { continue };
                 let Some(file) = finding.masks.get(&view.summary.view) else { continue };
-                let png = mask_png(mask, view.summary.size)
+                let png = mask_png(&view.enlarged(mask), view.summary.size)
                     .map_err(|why| AuditError::Unwritable { path: folder.join(file), why })?;
                 put(&folder.join(file), &png)?;
             }

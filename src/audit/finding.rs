@@ -244,11 +244,12 @@ pub struct ViewSummary {
     pub warnings: Vec<String>,
 }
 
-/// Everything the audit says of one view; all maps have the photograph's size.
+/// Everything the audit says of one view. All but the photograph has the audit's size: a pixel is `summary.reduced_by` squared of the
+/// photograph's.
 pub struct AuditedView {
     /// Figures, for the machine-readable output.
     pub summary: ViewSummary,
-    /// The photograph with exposure and white balance of the probes.
+    /// The photograph with exposure and white balance of the probes, of its own size.
     pub photograph: Picture,
     /// The model in the probes' light, radiance.
     pub render: Picture,

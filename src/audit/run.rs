@@ -36,7 +36,7 @@ pub fn audit(
     // read before the long work, so that a bad file is told at once
     let views = photographed(site, only, progress)?;
     let (fitting, left_out) = without_misfits(site, scene, lighting, settings)?;
-    let mut audit = audited(&fitting, scene, lighting, &views, settings, progress)?;
+    let mut audit = audited(&fitting, scene, lighting, views, settings, progress)?;
     audit.warnings.splice(0..0, left_out);
     Ok(audit)
 }
@@ -56,7 +56,7 @@ pub fn audit_as_placed(
     progress: Progress,
 ) -> Result<Audit, AuditError> {
     let views = photographed(site, only, progress)?;
-    audited(site, scene, lighting, &views, settings, progress)
+    audited(site, scene, lighting, views, settings, progress)
 }
 
 /// The views that have a photograph, and these.
@@ -79,17 +79,11 @@ fn audited(
     site: &Site,
     scene: &Scene,
     lighting: &str,
-    views: &[(&View, Photo)],
+    views: Vec<(&View, Photo)>,
     settings: &Settings,
     progress: Progress,
 ) -> Result<Audit, AuditError> {
     let steps = views.len() + 2;
-    let mut pictures = Vec::new();
-    for probe in site.probes.iter().take(settings.probes) {
-        if let Some(lit) = probe.picture(lighting) {
-            pictures.push((probe, panorama::read(&lit.path)?));
-        }
-    }
     let cameras: Vec<_> = views.iter().map(|(view, _)| view.camera).collect();
     let options = Options {
         lightings: vec![lighting.to_owned()],
@@ -102,13 +96,17 @@ fn audited(
     let setup = prepare(site, scene, &cameras, &options)?;
     let light = &setup.lights[0].1;
     let volume = setup.volume(scene, 0);
-    let lit: Vec<_> = pictures.iter().map(|(probe, picture)| (*probe, picture)).collect();
-    let prepared = AuditScene::new(scene, light, volume.as_ref(), &lit);
+    let mut prepared = AuditScene::new(scene, light, volume.as_ref());
+    for probe in site.probes.iter().take(settings.probes) {
+        if let Some(lit) = probe.picture(lighting) {
+            prepared = prepared.with(probe, panorama::read(&lit.path)?);
+        }
+    }
     let mut seen = Vec::new();
-    for (i, (view, photo)) in views.iter().enumerate() {
+    for (i, (view, photo)) in views.into_iter().enumerate() {
         progress(&view.name, i + 2, steps);
-        let observed = examine(&prepared, &view.camera, photo, settings);
-        seen.push(assess(site, &prepared, view, photo, &observed));
+        let observed = examine(&prepared, &view.camera, &photo, settings);
+        seen.push(assess(site, &prepared, view, photo, observed));
     }
     weigh(&mut seen, settings);
     progress("done", steps, steps);

@@ -65,16 +65,15 @@ pub struct AuditScene<'a> {
 }
 
 impl<'a> AuditScene<'a> {
-    /// Takes the model, the probes' light, a volume that has a value for every surface that views show, and the probes
-    /// with their pictures.
-    pub fn new(
-        scene: &'a Scene,
-        light: &'a Light,
-        volume: Option<&'a Volume<'a>>,
-        probes: &[(&Probe, &Picture)],
-    ) -> Self {
-        let probes = probes.iter().map(|(probe, picture)| ProbeView::new(scene, probe, picture)).collect();
-        Self { scene, light, volume, probes, parts: scene.mesh.components() }
+    /// Takes the model, the probes' light and a volume that has a value for every surface that views show.
+    pub fn new(scene: &'a Scene, light: &'a Light, volume: Option<&'a Volume<'a>>) -> Self {
+        Self { scene, light, volume, probes: Vec::new(), parts: scene.mesh.components() }
+    }
+
+    /// Adds a probe with its picture.
+    pub fn with(mut self, probe: &Probe, picture: Picture) -> Self {
+        self.probes.push(ProbeView::new(self.scene, probe, picture));
+        self
     }
 
     /// The part of the model that a triangle is of; `NONE` for none.
@@ -157,7 +156,6 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
     let gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
-    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, &soft, &radiometry, &gloss);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .into_par_iter()
         .map(|i| {
@@ -166,6 +164,8 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
                 + Vec3::splat(radiometry.vignetting * surfaces.radius2(i))
         })
         .collect();
+    drop(blurred);
+    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, soft, &radiometry, &gloss);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
     Observations {

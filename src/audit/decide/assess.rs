@@ -1,4 +1,4 @@
-//! What is said of a view, at the photograph's size: its findings in words, its probes, its doubts about itself.
+//! What is said of a view: its findings in words, its probes, its doubts about itself.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -11,47 +11,38 @@ use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
 use crate::audit::observe::photo::Photo;
 use crate::audit::picture::colour::{chroma, colour_of};
-use crate::audit::picture::regions::{bounds, mask_of};
+use crate::audit::picture::regions::bounds;
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::Picture;
 use crate::site::{Site, View};
 use crate::statistics::median;
 
-/// Judges a view and brings everything to the photograph's size.
+/// Judges a view.
 pub(crate) fn assess(
     site: &Site,
     prepared: &AuditScene,
     view: &View,
-    photo: &Photo,
-    observed: &Observations,
+    photo: Photo,
+    observed: Observations,
 ) -> Assessed {
-    let scores = Scores::of(observed);
-    let (judged, field) = judge::judge(prepared, observed, &scores);
-    let (small_verdicts, small_reasons) = label::verdicts(observed);
-    let (w, h) = (photo.picture.width, photo.picture.height);
-    let n = observed.reduced_by as usize;
-    let small = |i: usize| (i / w / n) * observed.surfaces.width + i % w / n;
-    let both = scores.both();
-    let suspicion = (0..w * h).into_par_iter().map(|i| both[small(i)].min(1.0)).collect();
-    let verdicts: Vec<Verdict> = (0..w * h).into_par_iter().map(|i| small_verdicts[small(i)]).collect();
-    let reasons: Vec<Reason> = (0..w * h).into_par_iter().map(|i| small_reasons[small(i)]).collect();
+    let scores = Scores::of(&observed);
+    let (judged, field) = judge::judge(prepared, &observed, &scores);
+    let (verdicts, reasons) = label::verdicts(&observed);
+    let suspicion = scores.both().into_iter().map(|s| s.min(1.0)).collect();
     let r = &observed.radiometry;
     let gain = r.offset.map(f32::exp);
-    let photograph = Picture {
-        width: w,
-        height: h,
-        pixels: (0..w * h)
-            .into_par_iter()
-            .map(|i| photo.picture.pixels[i] * gain * (r.vignetting * observed.surfaces.radius2(small(i))).exp())
-            .collect(),
-    };
-    let render: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| observed.render.pixels[small(i)]).collect();
-    let render = Picture { width: w, height: h, pixels: render };
-    let neutral: Vec<Vec3> = (0..w * h).into_par_iter().map(|i| in_neutral_light(observed, small(i))).collect();
-    let neutral = Picture { width: w, height: h, pixels: neutral };
+    let Photo { picture: mut photograph, .. } = photo;
+    let (w, h, n) = (photograph.width, photograph.height, observed.reduced_by as usize);
+    let width = observed.surfaces.width;
+    photograph.pixels.par_iter_mut().enumerate().for_each(|(i, p)| {
+        let small = i / w / n * width + i % w / n;
+        *p = *p * gain * (r.vignetting * observed.surfaces.radius2(small)).exp();
+    });
+    let pixels = (0..verdicts.len()).into_par_iter().map(|i| in_neutral_light(&observed, i)).collect();
+    let neutral = Picture { width, height: observed.surfaces.height, pixels };
     let mean = r.offset.element_sum() / 3.0;
-    let warnings = warnings(observed);
+    let warnings = warnings(&observed);
     let mut pose = observed.pose;
     let scale = f64::from(observed.reduced_by);
     (pose.mean_px, pose.max_px, pose.residual_px) =
@@ -66,7 +57,7 @@ pub(crate) fn assess(
         vignetting_ev: f64::from(r.vignetting / std::f32::consts::LN_2),
         noise: f64::from(observed.photo.noise),
         pose,
-        probes: gains(prepared, observed),
+        probes: gains(prepared, &observed),
         shares: Shares::default(),
         reasons: BTreeMap::new(),
         warnings,
@@ -74,20 +65,14 @@ pub(crate) fn assess(
     let found = judged
         .into_par_iter()
         .map(|j| {
-            let inside = mask_of(&j.region.pixels, observed.surfaces.triangle.len());
-            let mask: Vec<bool> = (0..w * h).map(|i| inside[small(i)]).collect();
-            let finding = finding(site, prepared, view, observed, &j, &mask, w);
+            let finding = finding(site, prepared, view, &observed, &j);
             let normal = j.region.pixels.iter().map(|i| observed.surfaces.normal[*i]).sum::<Vec3>().normalize_or_zero();
-            Found { finding, mask, pixels: j.region.pixels, normal, log_odds: j.log_odds, part: j.part }
+            Found { finding, pixels: j.region.pixels, normal, log_odds: j.log_odds, part: j.part }
         })
         .collect();
+    let Observations { camera, render, surfaces, .. } = observed;
     let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
-    let eye = Eye {
-        camera: observed.camera,
-        origin: prepared.scene.origin,
-        position: observed.surfaces.position.clone(),
-        distance: observed.surfaces.distance.clone(),
-    };
+    let eye = Eye { camera, origin: prepared.scene.origin, position: surfaces.position, distance: surfaces.distance };
     Assessed { view, field, eye, found }
 }
 
@@ -101,25 +86,10 @@ fn in_neutral_light(observed: &Observations, i: usize) -> Vec3 {
     if s.triangle[i] == u32::MAX || !light.is_finite() { Vec3::ZERO } else { observed.albedo[i] * light }
 }
 
-/// The box around a mask: left, top, and one past right and bottom; and how many pixels it has.
-pub(crate) fn extent(mask: &[bool], width: usize) -> ([u32; 4], u64) {
-    let pixels: Vec<usize> = (0..mask.len()).filter(|i| mask[*i]).collect();
-    (bounds(&pixels, width).map(|side| side as u32), pixels.len() as u64)
-}
-
 /// A region as a finding.
-fn finding(
-    site: &Site,
-    prepared: &AuditScene,
-    view: &View,
-    observed: &Observations,
-    j: &Judged,
-    mask: &[bool],
-    width: usize,
-) -> Finding {
+fn finding(site: &Site, prepared: &AuditScene, view: &View, observed: &Observations, j: &Judged) -> Finding {
     let s = &observed.surfaces;
     let scene = prepared.scene;
-    let (bbox, area_px) = extent(mask, width);
     let (mut centre, mut area, mut low, mut high) = (DVec3::ZERO, 0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut materials: BTreeMap<u32, f64> = BTreeMap::new();
     for &i in &j.region.pixels {
@@ -136,7 +106,7 @@ fn finding(
     let material = materials.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(m, _)| *m);
     let material = material.map_or_else(String::new, |m| scene.materials[m as usize].name.clone());
     let size_m = if area > 0.0 { (high - low).max_element() } else { 0.0 };
-    // how sure it is, and in words, is said when all views are known
+    // how sure it is, and in words, is said when all views are known, and so is how far it reaches in the photograph
     Finding {
         id: String::new(),
         view: view.name.clone(),
@@ -144,8 +114,8 @@ fn finding(
         kind: j.kind,
         what: j.what,
         score: 0.0,
-        bbox,
-        area_px,
+        bbox: bounds(&j.region.pixels, s.width).map(|side| side as u32),
+        area_px: 0,
         mask: String::new(),
         masks: BTreeMap::new(),
         false_alarms: None,
@@ -243,12 +213,35 @@ fn warnings(observed: &Observations) -> Vec<String> {
 }
 
 impl AuditedView {
-    /// Turns what was taken for a fault of shape under a mask into one of texture.
-    pub(crate) fn call_texture(&mut self, mask: &[bool]) {
-        for (verdict, _) in self.verdicts.iter_mut().zip(mask).filter(|(v, m)| **m && **v == Verdict::Geometry) {
-            *verdict = Verdict::Texture;
+    /// Turns what was taken for a fault of shape in some pixels into one of texture.
+    pub(crate) fn call_texture(&mut self, pixels: &[usize]) {
+        for &i in pixels {
+            if self.verdicts[i] == Verdict::Geometry {
+                self.verdicts[i] = Verdict::Texture;
+            }
         }
         self.count();
+    }
+
+    /// Width and height of its maps.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        [self.render.width as u32, self.render.height as u32]
+    }
+
+    /// The box around pixels in the photograph, left, top, and one past right and bottom, and of how many of the photograph's they are.
+    pub(crate) fn in_photograph(&self, pixels: &[usize]) -> ([u32; 4], u64) {
+        let (by, width, [w, h]) = (self.summary.reduced_by as usize, self.render.width, self.summary.size);
+        let (w, h) = (w as usize, h as usize);
+        let [left, top, right, bottom] = bounds(pixels, width);
+        let area = |i: &usize| by.min(w - i % width * by) * by.min(h - i / width * by);
+        let bbox = [left * by, top * by, w.min(right * by), h.min(bottom * by)];
+        (bbox.map(|side| side as u32), pixels.iter().map(area).sum::<usize>() as u64)
+    }
+
+    /// What one of the view's maps says of each pixel of the photograph.
+    pub(crate) fn enlarged<T: Copy>(&self, map: &[T]) -> Vec<T> {
+        let (by, [w, h]) = (self.summary.reduced_by as usize, self.summary.size.map(|side| side as usize));
+        (0..w * h).map(|i| map[i / w / by * self.render.width + i % w / by]).collect()
     }
 
     /// Counts verdicts and reasons anew.

@@ -19,10 +19,9 @@ pub(crate) struct Assessed {
     pub(crate) found: Vec<Found>,
 }
 
-/// A finding or doubt, its mask and its pixels at the audit's size.
+/// A finding or doubt, and its pixels.
 pub(crate) struct Found {
     pub(crate) finding: Finding,
-    pub(crate) mask: Vec<bool>,
     pub(crate) pixels: Vec<usize>,
     /// Mean of the modelled surface's normals, of length 1.
     pub(crate) normal: Vec3,

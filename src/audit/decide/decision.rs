@@ -190,7 +190,7 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     let (log_odds, evidence) = by_borders.filter(|b| b.0 > by_colours.0).unwrap_or(by_colours);
     let structural = odds >= REGION_ODDS && slope < OTHER;
     // the search for another laying takes long
-    let what = if log_odds < least || !odds::may_reach(log_odds, observed.settings.least_probability) {
+    let what = if log_odds < least || !odds::may_be_found(log_odds, observed.settings.false_alarms) {
         What::Changed
     } else {
         match explain(prepared.scene, observed, &region, as_is, colour / COLOUR) {
@@ -231,7 +231,8 @@ pub(crate) fn unlike(
     }
     let region = places.extent(place, least(observed));
     // the model's own picture, laid otherwise, is no thing that it lacks; but a thing that has moved looks shifted, too
-    let laid = relaid(prepared.scene, observed, &region.pixels);
+    let found = odds::may_be_found(log_odds, observed.settings.false_alarms);
+    let laid = if found { relaid(prepared.scene, observed, &region.pixels) } else { None };
     if let Some(laid) = laid.filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
         return Some(Judged::new(Kind::Texture, laid.what, log_odds, evidence, region));
     }

@@ -15,8 +15,6 @@ use crate::statistics::quantile;
 pub(crate) struct Field {
     width: usize,
     height: usize,
-    /// Of each pixel the modelled place.
-    position: Vec<Vec3>,
     /// NaN where nothing can be said.
     values: Vec<f32>,
     /// Sums over all pixels above and left: of values, and of how many there are.
@@ -24,9 +22,9 @@ pub(crate) struct Field {
 }
 
 impl Field {
-    /// Takes a view's values per pixel, NaN where nothing can be said, and the modelled places.
-    pub(crate) fn new(width: usize, position: Vec<Vec3>, values: Vec<f32>) -> Self {
-        let height = position.len() / width.max(1);
+    /// Takes a view's values per pixel, NaN where nothing can be said.
+    pub(crate) fn new(width: usize, values: Vec<f32>) -> Self {
+        let height = values.len() / width.max(1);
         let mut sums = vec![[0.0f64; 2]; (width + 1) * (height + 1)];
         for y in 0..height {
             let mut row = [0.0f64; 2];
@@ -39,7 +37,7 @@ impl Field {
                 sums[(y + 1) * (width + 1) + x + 1] = [above[0] + row[0], above[1] + row[1]];
             }
         }
-        Self { width, height, position, values, sums }
+        Self { width, height, values, sums }
     }
 
     /// How far a pixel is off, if anything can be said of it.
@@ -70,9 +68,9 @@ const OWN: f64 = 0.25;
 const TAIL: f64 = 0.1;
 
 /// The expected number of false alarms of a region of one of the views: of squares of its size in a photograph, where the model is
-/// right, that are as far off. `None` where nothing is left to compare it with.
-pub(crate) fn expected_squares(views: &[&Field], view: usize, pixels: &[usize]) -> Option<f64> {
-    let own = views[view];
+/// right, that are as far off; `views` are their fields and each pixel's modelled place. `None` where nothing is left to compare with.
+pub(crate) fn expected_squares(views: &[(&Field, &[Vec3])], view: usize, pixels: &[usize]) -> Option<f64> {
+    let (own, position) = views[view];
     let (mean, told) = own.mean(pixels);
     if told == 0 {
         return None;
@@ -80,16 +78,16 @@ pub(crate) fn expected_squares(views: &[&Field], view: usize, pixels: &[usize]) 
     // the region's own place, in other views, too
     let (low, high) = pixels
         .iter()
-        .map(|i| own.position[*i])
+        .map(|i| position[*i])
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
     let cell = (high - low).max_element().max(0.05) / 8.0;
     let key = |p: Vec3| (p / cell).floor().as_ivec3().to_array();
-    let place: BTreeSet<[i32; 3]> = pixels.iter().map(|i| key(own.position[*i])).collect();
+    let place: BTreeSet<[i32; 3]> = pixels.iter().map(|i| key(position[*i])).collect();
     let largest = (own.width * own.height) as f64 / 16.0;
     let side = (told as f64).min(largest).sqrt().round().max(4.0) as usize;
     let step = side.div_ceil(2);
     let mut means = Vec::new();
-    for field in views {
+    for (field, position) in views {
         if field.width < side || field.height < side {
             continue;
         }
@@ -99,7 +97,7 @@ pub(crate) fn expected_squares(views: &[&Field], view: usize, pixels: &[usize]) 
                 // a grid of places in the square is enough to know whose it is
                 let places = (0..36)
                     .map(|k| (y + (2 * (k / 6) + 1) * side / 12) * field.width + x + (2 * (k % 6) + 1) * side / 12);
-                let own = places.filter(|i| place.contains(&key(field.position[*i]))).count();
+                let own = places.filter(|i| place.contains(&key(position[*i]))).count();
                 if own as f64 <= OWN * 36.0 {
                     means.push(m as f32);
                 }

@@ -39,8 +39,7 @@ impl Observations {
         let (judged, _) = judge(prepared, self, &Scores::of(self));
         let (mut verdicts, mut reasons) = label::verdicts(self);
         for j in &judged {
-            let mask = mask_of(j.pixels(), verdicts.len());
-            label::mark(&mut verdicts, &mut reasons, &mask, j.kind, j.reason(self.settings.false_alarms));
+            label::mark(&mut verdicts, &mut reasons, j.pixels(), j.kind, j.reason(self.settings.false_alarms));
         }
         (judged, verdicts)
     }
@@ -75,7 +74,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let least = least(observed);
     let s = &observed.surfaces;
     let told = |i: usize| if observed.texture.tested[i] { scores.texture[i] } else { f32::NAN };
-    let field = Field::new(w, s.position.clone(), (0..w * h).map(told).collect());
+    let field = Field::new(w, (0..w * h).map(told).collect());
     // what the photograph does not show is nobody's fault
     let over = |scores: &dyn Fn(usize) -> f32, least: f32| -> Vec<bool> {
         (0..w * h).map(|i| observed.usable[i] > 0.0 && scores(i) >= least).collect()

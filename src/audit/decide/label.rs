@@ -46,13 +46,13 @@ pub(crate) fn verdicts(observed: &Observations) -> (Vec<Verdict>, Vec<Reason>) {
 }
 
 /// Marks a region: as a fault, or, where there is a reason to, as a doubt.
-pub(crate) fn mark(verdicts: &mut [Verdict], reasons: &mut [Reason], mask: &[bool], kind: Kind, reason: Reason) {
+pub(crate) fn mark(verdicts: &mut [Verdict], reasons: &mut [Reason], pixels: &[usize], kind: Kind, reason: Reason) {
     let verdict = match (reason, kind) {
         (Reason::None, Kind::Texture) => Verdict::Texture,
         (Reason::None, Kind::Geometry) => Verdict::Geometry,
         _ => Verdict::Ambiguous,
     };
-    for i in (0..mask.len()).filter(|i| mask[*i]) {
+    for &i in pixels {
         (verdicts[i], reasons[i]) = (verdict, reason);
     }
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::audit::decide::assess::{extent, note};
+use crate::audit::decide::assess::note;
 use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
@@ -13,6 +13,7 @@ use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
+use crate::audit::picture::regions::mask_of;
 use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
@@ -23,7 +24,7 @@ const FEWEST: usize = 20;
 /// Says of each region how likely it is a fault and how often a right model would give one like it; what it would give more often
 /// than asked for is a doubt, and what is less likely than asked for is left out.
 pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
-    let fields: Vec<&Field> = assessed.iter().map(|a| &a.field).collect();
+    let fields: Vec<(&Field, &[Vec3])> = assessed.iter().map(|a| (&a.field, &a.eye.position[..])).collect();
     let squares = |v: usize, f: &Found| {
         let squares = (f.finding.kind == Kind::Texture).then(|| expected_squares(&fields, v, &f.pixels));
         squares.flatten().map(|n| n.max(1e-9).ln() as f32)
@@ -54,7 +55,7 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
         a.found.retain(|f| f.finding.score >= settings.least_probability);
         let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.reason == Reason::None);
         for f in doubts.into_iter().chain(findings) {
-            label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.mask, f.finding.kind, f.finding.reason);
+            label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.pixels, f.finding.kind, f.finding.reason);
         }
         a.view.count();
     }
@@ -74,11 +75,11 @@ struct Fault {
     /// The view that shows it best.
     view: usize,
     finding: Finding,
-    /// Its pixels in that view, at the audit's size.
+    /// Its pixels in that view as that view alone tells them.
     pixels: Vec<usize>,
     normal: Vec3,
-    /// Its mask in each view that shows it.
-    masks: BTreeMap<usize, Vec<bool>>,
+    /// Its pixels in each view that shows it, in order.
+    shown: BTreeMap<usize, Vec<usize>>,
 }
 
 impl Fault {
@@ -107,42 +108,41 @@ impl Fault {
 
     /// Whether a doubt of its kind lies mostly within it.
     fn explains(&self, doubt: &Self) -> bool {
-        let (Some(own), Some(theirs)) = (self.masks.get(&doubt.view), doubt.masks.get(&doubt.view)) else {
+        let (Some(own), Some(theirs)) = (self.shown.get(&doubt.view), doubt.shown.get(&doubt.view)) else {
             return false;
         };
-        let all = theirs.iter().filter(|m| **m).count();
-        let within = own.iter().zip(theirs).filter(|(o, t)| **o && **t).count();
-        self.finding.kind == doubt.finding.kind && 2 * within > all
+        let within = theirs.iter().filter(|i| own.binary_search(i).is_ok()).count();
+        self.finding.kind == doubt.finding.kind && 2 * within > theirs.len()
     }
 
     /// Adds what a view shows of it.
-    fn show(&mut self, v: usize, view: &str, mask: Vec<bool>) {
+    fn show(&mut self, v: usize, view: &str, pixels: Vec<usize>) {
         if view != self.finding.view && !self.finding.also_in.iter().any(|v| v == view) {
             self.finding.also_in.push(view.to_owned());
         }
-        let all = self.masks.entry(v).or_insert_with(|| vec![false; mask.len()]);
-        all.iter_mut().zip(mask).for_each(|(all, here)| *all |= here);
+        let all = self.shown.entry(v).or_default();
+        all.extend(pixels);
+        all.sort_unstable();
+        all.dedup();
     }
 
     /// The same, in the view's verdicts, too.
-    fn mark(&mut self, v: usize, view: &mut AuditedView, mask: Vec<bool>) {
-        label::mark(&mut view.verdicts, &mut view.reasons, &mask, self.finding.kind, Reason::None);
+    fn mark(&mut self, v: usize, view: &mut AuditedView, pixels: Vec<usize>) {
+        label::mark(&mut view.verdicts, &mut view.reasons, &pixels, self.finding.kind, Reason::None);
         view.count();
-        self.show(v, &view.summary.view, mask);
+        self.show(v, &view.summary.view, pixels);
     }
 
     /// Marks it in the views that show its surfaces and found nothing there by themselves.
     fn mark_elsewhere(&mut self, assessed: &mut [Assessed]) {
-        let others: Vec<usize> = (0..assessed.len()).filter(|w| !self.masks.contains_key(w)).collect();
+        let others: Vec<usize> = (0..assessed.len()).filter(|w| !self.shown.contains_key(w)).collect();
         for w in others {
             let shown = assessed[w].eye.showing(&assessed[self.view].eye, &self.pixels);
-            let Assessed { view, eye, .. } = &mut assessed[w];
-            let (width, by) = (view.photograph.width, view.summary.reduced_by as usize);
+            let view = &mut assessed[w].view;
             let usable = |i: usize| !matches!(view.reasons[i], Reason::Clipped | Reason::Dark | Reason::Masked);
-            let at = |i: usize| shown[i / width / by * eye.camera.width as usize + i % width / by];
-            let mask: Vec<bool> = (0..view.verdicts.len()).map(|i| usable(i) && at(i)).collect();
-            if mask.iter().filter(|m| **m).count() >= FEWEST * by * by {
-                self.mark(w, view, mask);
+            let pixels: Vec<usize> = (0..shown.len()).filter(|i| usable(*i) && shown[*i]).collect();
+            if pixels.len() >= FEWEST {
+                self.mark(w, view, pixels);
             }
         }
     }
@@ -174,15 +174,15 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
             Some(fault) => {
                 let k = &mut fault.finding;
                 if k.kind != f.finding.kind {
-                    assessed[v].view.call_texture(&f.mask);
+                    assessed[v].view.call_texture(&f.pixels);
                 }
                 k.area_cm2 = k.area_cm2.max(f.finding.area_cm2);
                 k.false_alarms = k.false_alarms.zip(f.finding.false_alarms).map(|(a, b)| a.min(b));
-                fault.show(v, &f.finding.view, f.mask);
+                fault.show(v, &f.finding.view, f.pixels);
             }
             None => {
-                let masks = BTreeMap::from([(v, f.mask)]);
-                faults.push(Fault { view: v, finding: f.finding, pixels: f.pixels, normal: f.normal, masks });
+                let shown = BTreeMap::from([(v, f.pixels.clone())]);
+                faults.push(Fault { view: v, finding: f.finding, pixels: f.pixels, normal: f.normal, shown });
             }
         }
     }
@@ -191,23 +191,23 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
     let mut left = Vec::new();
     for doubt in doubts {
         match faults.iter_mut().find(|f| f.explains(&doubt)) {
-            Some(fault) => doubt.masks.into_iter().for_each(|(v, mask)| fault.mark(v, &mut assessed[v].view, mask)),
+            Some(fault) => doubt.shown.into_iter().for_each(|(v, pixels)| fault.mark(v, &mut assessed[v].view, pixels)),
             None => left.push(doubt),
         }
     }
     faults.append(&mut left);
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
-    for Fault { view: best, finding: mut f, masks, .. } in faults {
-        (f.bbox, f.area_px) = extent(&masks[&best], assessed[best].view.photograph.width);
+    for Fault { view: best, finding: mut f, shown, .. } in faults {
+        (f.bbox, f.area_px) = assessed[best].view.in_photograph(&shown[&best]);
         let sure = f.reason == Reason::None;
         let list = if sure { &mut findings } else { &mut doubts };
         f.id = format!("{}{}", if sure { "F" } else { "D" }, list.len() + 1);
-        for (v, mask) in masks {
+        for (v, pixels) in shown {
             let view = &mut assessed[v].view;
             let file = format!("mask-{}-{}.png", view.summary.view, f.id);
             f.masks.insert(view.summary.view.clone(), file);
-            view.masks.push((f.id.clone(), mask));
+            view.masks.push((f.id.clone(), mask_of(&pixels, view.verdicts.len())));
         }
         f.mask = f.masks[&f.view].clone();
         list.push(f);

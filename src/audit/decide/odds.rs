@@ -180,11 +180,21 @@ pub(crate) fn times(finding: &mut Finding, log_odds: &mut f32, times: f32) {
     *log_odds += says;
 }
 
-/// Whether a region may turn out at least as likely a fault as this, whatever the other photographs show.
-pub(crate) fn may_reach(log_odds: f32, least: f64) -> bool {
+/// The most that the odds of a region may turn out as, whatever the other photographs show.
+fn at_most(log_odds: f32) -> f32 {
     let (_, cue) = elsewhere();
     let most = cue.limits.map(|l| cue.says(l).0).into_iter().fold(0.0, f32::max);
-    probability(log_odds + most + MOST_TIMES.ln()) >= least
+    log_odds + most + MOST_TIMES.ln()
+}
+
+/// Whether a region may turn out at least as likely a fault as this.
+pub(crate) fn may_reach(log_odds: f32, least: f64) -> bool {
+    probability(at_most(log_odds)) >= least
+}
+
+/// Whether it may turn out a finding, where so many false alarms are allowed.
+pub(crate) fn may_be_found(log_odds: f32, allowed: f64) -> bool {
+    reason(at_most(log_odds), allowed) == Reason::None
 }
 
 /// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds: counted on the same rooms.

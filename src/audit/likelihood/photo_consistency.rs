@@ -11,7 +11,7 @@ use std::cmp::Ordering;
 use crate::audit::likelihood::noise::{Noise, Parts, Sample};
 use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::gloss::{Gloss, bounds};
-use crate::audit::observe::probe_view::ProbeView;
+use crate::audit::observe::probe_view::{ProbeView, Sight};
 use crate::audit::observe::radiometry::{Radiometry, Sights};
 
 /// How far a surface may be off its place on either side, metres: each step a quarter of the way, since pictures part in
@@ -74,8 +74,9 @@ pub(crate) struct Geometry {
     pub(crate) able: Vec<u8>,
     /// By how many pixels, of the probe that tells best, the pictures part when the surface moves by a metre.
     pub(crate) parallax: Vec<f32>,
-    /// What each probe needs to compare places with.
-    of: Vec<OfProbe>,
+    /// Per pixel, the first of its looks; one more than there are pixels.
+    first: Vec<u32>,
+    looks: Vec<Look>,
     noise: Noise,
 }
 
@@ -86,51 +87,53 @@ impl Geometry {
     pub(crate) fn cost(&self, surfaces: &GeometryBuffer, probes: &[ProbeView], i: usize, metres: f32) -> f32 {
         let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
         let point = surfaces.position[i] + ray * (metres / normal.dot(ray).min(-0.1));
-        self.of.iter().zip(probes).map(|(of, probe)| of.cost(&self.noise, probe, i, point)).sum()
+        self.looks(i).iter().map(|look| look.cost(&self.noise, probes, point)).sum()
     }
 
-    /// The probes that see a pixel well and with parallax.
-    fn telling(&self, i: usize) -> impl Iterator<Item = usize> {
-        (0..self.of.len()).filter(move |k| self.of[*k].weight[i] > 0.0)
+    /// How the probes that can tell a pixel's place see it, in the probes' order.
+    fn looks(&self, i: usize) -> &[Look] {
+        &self.looks[self.first[i] as usize..self.first[i + 1] as usize]
     }
 
     /// Logarithm of how much brighter the photograph is than what the probe saw that agrees best.
     pub(crate) fn brighter(&self, surfaces: &GeometryBuffer, probes: &[ProbeView], i: usize) -> Option<f32> {
-        let best = self.telling(i).min_by(|a, b| self.of[*a].mismatch[i].total_cmp(&self.of[*b].mismatch[i]))?;
-        let of = &self.of[best];
-        let probe = probes[best].log_radiance(surfaces.position[i], usize::from(of.level[i]));
-        Some((of.soft[i] - probe).element_sum() / 3.0).filter(|d| d.is_finite())
+        let best = self.looks(i).iter().min_by(|a, b| a.mismatch.total_cmp(&b.mismatch))?;
+        let difference = best.photo - best.of(probes, surfaces.position[i]);
+        Some(difference.element_sum() / 3.0).filter(|d| d.is_finite())
     }
 
     /// Whether some probe sees enough in a pixel for its place to be told.
     pub(crate) fn tells(&self, i: usize) -> bool {
-        self.of.iter().any(|of| of.weight[i] > 0.0 && of.plain[i].is_none())
+        self.looks(i).iter().any(|look| look.plain.is_none())
     }
 }
 
-struct OfProbe {
-    /// The photograph as soft as the probe and in its light.
-    soft: Vec<Vec3>,
-    level: Vec<u8>,
+/// How a probe sees a pixel's surface, well and with parallax.
+struct Look {
+    /// Its number, and the level of its picture that is no sharper than the photograph.
+    probe: u16,
+    level: u8,
+    /// The photograph as soft as the probe and in its light; logarithm.
+    photo: Vec3,
     /// Variance of the difference where the model is right.
-    variance: Vec<f32>,
+    variance: f32,
     /// Cost at the model's own place, where nothing else can be told.
-    plain: Vec<Option<f32>>,
-    weight: Vec<f32>,
-    mismatch: Vec<f32>,
-    seen: Vec<bool>,
-    parallax: Vec<f32>,
+    plain: Option<f32>,
+    /// Mean squared difference over the window.
+    mismatch: f32,
+    /// By how many pixels the pictures part when the surface moves 10 cm.
+    parallax: f32,
 }
 
-impl OfProbe {
-    fn cost(&self, noise: &Noise, probe: &ProbeView, i: usize, point: Vec3) -> f32 {
-        if self.weight[i] == 0.0 {
-            return 0.0;
-        }
-        self.plain[i].unwrap_or_else(|| {
-            let difference = self.soft[i] - probe.log_radiance(point, usize::from(self.level[i]));
-            limited(noise.squared(difference, self.variance[i]))
-        })
+impl Look {
+    /// Logarithm of what the probe saw at a place.
+    fn of(&self, probes: &[ProbeView], point: Vec3) -> Vec3 {
+        probes[usize::from(self.probe)].log_radiance(point, usize::from(self.level))
+    }
+
+    fn cost(&self, noise: &Noise, probes: &[ProbeView], point: Vec3) -> f32 {
+        let here = || limited(noise.squared(self.photo - self.of(probes, point), self.variance));
+        self.plain.unwrap_or_else(here)
     }
 }
 
@@ -138,35 +141,31 @@ fn limited(squared: f32) -> f32 {
     if squared.is_finite() { squared.min(MOST) } else { MOST }
 }
 
-/// What a probe shows of each pixel's surface at the model's place, beside the photograph.
+/// What a probe shows of a pixel's surface at the model's place, beside the photograph.
 struct Carried {
-    soft: Vec<Vec3>,
-    here: Vec<Vec3>,
-    level: Vec<u8>,
+    pixel: u32,
+    level: u8,
+    /// Logarithms; the photograph as soft as the probe and in its light.
+    photo: Vec3,
+    here: Vec3,
     /// What the parts of the variance are to be multiplied by.
-    by: Vec<Parts>,
-    seen: Vec<bool>,
+    by: Parts,
 }
 
-/// Carries a probe's light over the model into the view. `soft` is the photograph as soft as the probe and in its light.
-fn carried(
-    surfaces: &GeometryBuffer,
-    sights: &[Option<crate::audit::observe::probe_view::Sight>],
-    probe: &ProbeView,
-    soft: Vec<Vec3>,
-) -> Carried {
+/// Carries a probe's light over the model into the view: all pixels that it sees, in order. `soft` is the photograph as soft as the
+/// probe and in its light.
+fn carried(surfaces: &GeometryBuffer, sights: &[Option<Sight>], probe: &ProbeView, soft: &[Vec3]) -> Vec<Carried> {
     let n = soft.len();
     let w = surfaces.width;
-    let level: Vec<u8> =
-        (0..n).map(|i| sights[i].as_ref().map_or(0, |x| Sights::level(surfaces, i, x) as u8)).collect();
+    let level = |i: usize| sights[i].as_ref().map_or(0, |x| Sights::level(surfaces, i, x));
     let here: Vec<Vec3> = (0..n)
         .into_par_iter()
         .map(|i| match &sights[i] {
-            Some(_) => probe.log_radiance(surfaces.position[i], usize::from(level[i])),
+            Some(_) => probe.log_radiance(surfaces.position[i], level(i)),
             None => Vec3::NAN,
         })
         .collect();
-    let seen: Vec<bool> = (0..n).map(|i| soft[i].is_finite() && here[i].is_finite()).collect();
+    let seen = |i: usize| soft[i].is_finite() && here[i].is_finite();
     // mean squared slope to the four neighbours
     let slope = |values: &[Vec3], i: usize| -> f32 {
         let d = |j: usize| {
@@ -176,7 +175,7 @@ fn carried(
         let (x, y) = (i % w, i / w);
         if x > 0 && x + 1 < w && y > 0 && i + w < n { 0.5 * (d(i - 1) + d(i + 1) + d(i - w) + d(i + w)) } else { 0.0 }
     };
-    let weight: Vec<f32> = seen.iter().map(|s| if *s { 1.0 } else { 0.0 }).collect();
+    let weight: Vec<f32> = (0..n).map(|i| if seen(i) { 1.0 } else { 0.0 }).collect();
     let smoothed = surfaces.shape.smoothed(&weight, WINDOW);
     let contrast = |values: &[Vec3]| -> Vec<f32> {
         let bright: Vec<f32> =
@@ -186,18 +185,16 @@ fn carried(
         let square = surfaces.shape.mean_with(&square, &weight, &smoothed, WINDOW);
         square.iter().zip(&mean).map(|(s, m)| (s - m * m).max(0.0)).collect()
     };
-    let (in_photo, in_probe) = (contrast(&soft), contrast(&here));
-    let by = (0..n)
-        .into_par_iter()
-        .map(|i| {
-            let Some(sight) = &sights[i] else { return [1.0, 0.0, 0.0] };
-            // registration is off by as much in pixels of either picture
-            let ratio = (sight.footprint / surfaces.footprint(i)).max(1.0);
-            let slopes = 0.5 * (slope(&soft, i) + slope(&here, i)) * (1.0 + ratio * ratio);
-            [1.0, slopes, 0.5 * (in_photo[i] + in_probe[i])]
-        })
-        .collect();
-    Carried { soft, here, level, by, seen }
+    let (in_photo, in_probe) = (contrast(soft), contrast(&here));
+    let carry = |i: usize| {
+        let sight = sights[i].as_ref().filter(|_| seen(i))?;
+        // registration is off by as much in pixels of either picture
+        let ratio = (sight.footprint / surfaces.footprint(i)).max(1.0);
+        let slopes = 0.5 * (slope(soft, i) + slope(&here, i)) * (1.0 + ratio * ratio);
+        let by = [1.0, slopes, 0.5 * (in_photo[i] + in_probe[i])];
+        Some(Carried { pixel: i as u32, level: level(i) as u8, photo: soft[i], here: here[i], by })
+    };
+    (0..n).into_par_iter().filter_map(carry).collect()
 }
 
 /// Every how many pixels the variance is fitted to.
@@ -208,63 +205,64 @@ pub(crate) fn test(
     surfaces: &GeometryBuffer,
     sights: &Sights,
     probes: &[ProbeView],
-    soft: &[Vec<Vec3>],
+    soft: Vec<Vec<Vec3>>,
     radiometry: &Radiometry,
     gloss: &Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
-    let all: Vec<Carried> = probes
-        .iter()
+    let all: Vec<Vec<Carried>> = soft
+        .into_iter()
         .enumerate()
-        .map(|(k, probe)| {
+        .map(|(k, mut soft)| {
             let shift = radiometry.offset - radiometry.gains[k];
             // in the probe's light
-            let lit = |i: usize| soft[k][i] + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
-            carried(surfaces, &sights.of[k], probe, (0..n).map(lit).collect())
+            let lit =
+                |(i, p): (usize, &mut Vec3)| *p = *p + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
+            soft.par_iter_mut().enumerate().for_each(lit);
+            carried(surfaces, &sights.of[k], &probes[k], &soft)
         })
         .collect();
     let samples: Vec<Vec<Sample>> = all
         .iter()
-        .map(|c| {
-            let chosen = (0..n).step_by(EVERY).filter(|i| c.seen[*i]);
-            chosen.map(|i| Sample { difference: c.soft[i] - c.here[i], by: c.by[i] }).collect()
+        .map(|all| {
+            let chosen = all.iter().filter(|c| c.pixel as usize % EVERY == 0);
+            chosen.map(|c| Sample { difference: c.photo - c.here, by: c.by }).collect()
         })
         .collect();
     let noise = Noise::fit(&samples);
-    let each: Vec<OfProbe> = all
-        .into_iter()
-        .enumerate()
-        .map(|(k, c)| of_probe(surfaces, &sights.of[k], &probes[k], c, k, &noise, gloss))
-        .collect();
     let mut seen = vec![0u8; n];
-    let mut able = vec![0u8; n];
-    let mut mismatch = vec![f32::INFINITY; n];
-    let mut most = vec![0.0f32; n];
-    for p in &each {
-        for i in 0..n {
-            seen[i] += u8::from(p.seen[i]);
-            able[i] += u8::from(p.weight[i] > 0.0);
-            if p.weight[i] > 0.0 {
-                mismatch[i] = mismatch[i].min(p.mismatch[i]);
-                most[i] = most[i].max(10.0 * p.parallax[i]);
-            }
-        }
+    all.iter().flatten().for_each(|c| seen[c.pixel as usize] += 1);
+    let mut each: Vec<std::iter::Peekable<_>> = Vec::new();
+    for (k, carried) in all.into_iter().enumerate() {
+        each.push(looks(surfaces, &sights.of[k], &probes[k], carried, k, &noise, gloss).into_iter().peekable());
     }
-    for m in &mut mismatch {
-        *m = if m.is_finite() { *m } else { 0.0 };
+    let mut first = Vec::with_capacity(n + 1);
+    let mut all = Vec::new();
+    for i in 0..n {
+        first.push(all.len() as u32);
+        all.extend(each.iter_mut().filter_map(|looks| looks.next_if(|l| l.0 as usize == i)).map(|(_, look)| look));
     }
+    first.push(all.len() as u32);
     let mut geometry = Geometry {
-        mismatch,
+        mismatch: vec![0.0; n],
         gain: vec![],
         ratio: vec![],
-        best_m: vec![0.0; n],
+        best_m: vec![],
         sensitivity: vec![],
         seen,
-        able,
-        parallax: most,
-        of: each,
+        able: vec![0; n],
+        parallax: vec![0.0; n],
+        first,
+        looks: all,
         noise,
     };
+    for i in 0..n {
+        let looks = geometry.looks(i);
+        let mismatch = looks.iter().map(|l| l.mismatch).fold(f32::INFINITY, f32::min);
+        let parallax = looks.iter().map(|l| 10.0 * l.parallax).fold(0.0, f32::max);
+        (geometry.able[i], geometry.parallax[i]) = (looks.len() as u8, parallax);
+        geometry.mismatch[i] = if mismatch.is_finite() { mismatch } else { 0.0 };
+    }
     // so wide a window needs no more than every other row and column
     let sampled = |i: usize| [i % surfaces.width, i / surfaces.width].iter().all(|k| k.is_multiple_of(2));
     let windowed = |k: usize| {
@@ -300,56 +298,64 @@ pub(crate) fn test(
     geometry
 }
 
-/// One probe's part.
-fn of_probe(
+/// How a probe sees what it can tell the place of, by pixel, in order.
+fn looks(
     surfaces: &GeometryBuffer,
-    sights: &[Option<crate::audit::observe::probe_view::Sight>],
+    sights: &[Option<Sight>],
     probe: &ProbeView,
-    carried: Carried,
+    carried: Vec<Carried>,
     k: usize,
     noise: &Noise,
     gloss: &Gloss,
-) -> OfProbe {
-    let Carried { soft, here, level, by, seen } = carried;
-    let n = soft.len();
-    let variance: Vec<f32> = by.iter().map(|by| noise.variance(k, *by)).collect();
-    let parallax: Vec<f32> = (0..n).into_par_iter().map(|i| parallax(surfaces, probe, sights[i].as_ref(), i)).collect();
-    let able = |i: usize| seen[i] && parallax[i] >= LEAST_PARALLAX;
-    let weight: Vec<f32> = (0..n).map(|i| if able(i) { 1.0 } else { 0.0 }).collect();
-    let squared: Vec<f32> = (0..n).into_par_iter().map(|i| noise.squared(soft[i] - here[i], variance[i])).collect();
-    // what noise explains needs no gloss, and what is brighter in the photograph none of the probe's
-    let darker = |i: usize| (soft[i] - here[i]).min_element() < 0.0;
-    let to_probe = gloss.towards(surfaces, probe.origin, &|i| weight[i] > 0.0 && squared[i] > 1.0 && darker(i));
-    let dull: Vec<f32> = (0..n)
-        .into_par_iter()
-        .map(|i| {
-            if weight[i] == 0.0 {
-                return 0.0;
-            }
-            if squared[i] <= 1.0 {
-                return squared[i];
-            }
-            let [below, above] = bounds(gloss.to_camera[i], to_probe[i], here[i].map(f32::exp));
-            let difference = soft[i] - here[i];
-            limited(noise.squared(difference - difference.clamp(below, above), variance[i]))
-        })
-        .collect();
-    let capped: Vec<f32> = dull.iter().map(|d| d.min(MOST_IN_WINDOW)).collect();
+) -> Vec<(u32, Look)> {
+    let n = sights.len();
+    let parallax = |c: Carried| {
+        let parallax = parallax(surfaces, probe, sights[c.pixel as usize].as_ref(), c.pixel as usize);
+        (parallax >= LEAST_PARALLAX).then_some((c, parallax))
+    };
+    let able: Vec<(Carried, f32)> = carried.into_par_iter().filter_map(parallax).collect();
+    let variance = |c: &Carried| noise.variance(k, c.by);
+    let squared = |c: &Carried| noise.squared(c.photo - c.here, variance(c));
+    let (mut weight, mut glossy) = (vec![0.0; n], vec![false; n]);
+    for (c, _) in &able {
+        weight[c.pixel as usize] = 1.0;
+        // what noise explains needs no gloss, and what is brighter in the photograph none of the probe's
+        glossy[c.pixel as usize] = squared(c) > 1.0 && (c.photo - c.here).min_element() < 0.0;
+    }
+    let to_probe = gloss.towards(surfaces, probe.origin, &|i| glossy[i]);
+    let mut capped = vec![0.0; n];
+    for (c, _) in &able {
+        let (i, squared) = (c.pixel as usize, squared(c));
+        let dull = if squared <= 1.0 {
+            squared
+        } else {
+            let [below, above] = bounds(gloss.to_camera[i], to_probe[i], c.here.map(f32::exp));
+            let difference = c.photo - c.here;
+            limited(noise.squared(difference - difference.clamp(below, above), variance(c)))
+        };
+        capped[i] = dull.min(MOST_IN_WINDOW);
+    }
     let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
     // contrast that the noise alone would give says nothing of a surface's place
     let telling = (TELLING * noise.floor(k)).powi(2);
-    let plain = (0..n).map(|i| (2.0 * by[i][2] < telling && seen[i]).then(|| limited(squared[i]))).collect();
-    OfProbe { soft, level, variance, plain, weight, mismatch, seen, parallax }
+    let look = |(c, parallax): (Carried, f32)| {
+        let look = Look {
+            probe: k as u16,
+            level: c.level,
+            photo: c.photo,
+            variance: variance(&c),
+            plain: (2.0 * c.by[2] < telling).then(|| limited(squared(&c))),
+            mismatch: mismatch[c.pixel as usize],
+            parallax,
+        };
+        (c.pixel, look)
+    };
+    able.into_iter().map(look).collect()
 }
 
 /// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part
 /// when it moves 10 cm along its normal.
-fn parallax(
-    surfaces: &GeometryBuffer,
-    probe: &ProbeView,
-    sight: Option<&crate::audit::observe::probe_view::Sight>,
-    i: usize,
-) -> f32 {
+fn parallax(surfaces: &GeometryBuffer, probe: &ProbeView, sight: Option<&Sight>, i: usize) -> f32 {
     const STEP_M: f32 = 0.1;
     let Some(sight) = sight else { return 0.0 };
     let (position, ray) = (surfaces.position[i], surfaces.ray[i]);

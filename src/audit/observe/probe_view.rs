@@ -42,19 +42,16 @@ struct Shown<T> {
 /// How a probe sees a point of the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sight {
-    /// Distance, metres.
-    pub(crate) distance: f32,
     /// Width of a pixel on the surface, metres: the root of its area.
     pub(crate) footprint: f32,
 }
 
 impl ProbeView {
     /// Takes a probe's picture and casts a ray through each of its pixels that shows something.
-    pub(crate) fn new(scene: &Scene, probe: &Probe, picture: &Picture) -> Self {
-        let mut light = picture.clone();
+    pub(crate) fn new(scene: &Scene, probe: &Probe, mut picture: Picture) -> Self {
         // clipped values are taken as they stand
-        probe.radiometry(Coding::Linear).develop(&mut light);
-        let picture = latlong(light, probe.projection);
+        probe.radiometry(Coding::Linear).develop(&mut picture);
+        let picture = latlong(picture, probe.projection);
         let (mut sum, mut count) = (0.0f64, 0u32);
         for p in picture.pixels.iter().filter(|p| Picture::valid(**p)) {
             sum += f64::from(p.element_sum() / 3.0);
@@ -172,7 +169,7 @@ impl ProbeView {
                 }
             }
         }
-        Some(Sight { distance, footprint })
+        Some(Sight { footprint })
     }
 }
 

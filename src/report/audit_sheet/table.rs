@@ -117,21 +117,23 @@ fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3])
         Kind::Texture => (&view.neutral, "model, in neutral light", &in_neutral_light),
     };
     for (i, (picture, says, show)) in [(&view.photograph, "photograph", &relit as _), model].into_iter().enumerate() {
-        let Some(png) = png(&reduced(&cut(picture, f.bbox), 200), show) else { continue };
+        let Some(png) = png(&reduced(&cut(picture, view.summary.size, f.bbox), 200), show) else { continue };
         let at = [x + i as f64 * (side + 1.0), y, side, side];
         svg.png(at, &png, &format!("{} in the {says}", f.id));
         svg.rectangle(at, &Style::line(BLACK, 0.15));
     }
 }
 
-/// A square around a finding, with some of what surrounds it.
-fn cut(picture: &Picture, [x0, y0, x1, y1]: [u32; 4]) -> Picture {
-    let (w, h) = (picture.width, picture.height);
+/// A square around a finding in a photograph of this size, with some of what surrounds it, in a picture that may be smaller.
+fn cut(picture: &Picture, size: [u32; 2], [x0, y0, x1, y1]: [u32; 4]) -> Picture {
+    let [w, h] = size.map(|side| side as usize);
+    let by = w.div_ceil(picture.width);
     let wanted = (f64::from((x1 - x0).max(y1 - y0)) * 1.3).max(24.0) as usize;
     let side = wanted.min(w).min(h);
     let from = |a: u32, b: u32, room: usize| ((a + b) as usize / 2).saturating_sub(side / 2).min(room - side);
     let (left, top) = (from(x0, x1, w), from(y0, y1, h));
-    let pixels = (0..side * side).map(|i| picture.pixels[(top + i / side) * w + left + i % side]).collect();
+    let (left, top, side) = (left / by, top / by, side / by);
+    let pixels = (0..side * side).map(|i| picture.pixels[(top + i / side) * picture.width + left + i % side]).collect();
     Picture { width: side, height: side, pixels }
 }
 
