@@ -22,6 +22,9 @@ pub(crate) struct EdgeAware {
 /// Passes of the recursive filter; two leave a kernel that is close enough to a Gaussian.
 const PASSES: u32 = 2;
 
+/// Rows that are smoothed side by side: along one, each pixel waits for the one before.
+const ABREAST: usize = 8;
+
 impl EdgeAware {
     /// Asks for each pair of neighbours, by their indices, whether they are joined.
     pub(crate) fn new(width: usize, height: usize, joined: impl Fn(usize, usize) -> bool) -> Self {
@@ -73,14 +76,18 @@ impl EdgeAware {
         for pass in 0..PASSES {
             let scale = 3f32.sqrt() * 2f32.powi((PASSES - pass - 1) as i32) / (4f32.powi(PASSES as i32) - 1.0).sqrt();
             let a = (-(2f32.sqrt()) / (sigma * scale)).exp();
-            for (row, joined) in plane.chunks_exact_mut(w).zip(self.right.chunks_exact(w)) {
+            for (rows, joined) in plane.chunks_mut(ABREAST * w).zip(self.right.chunks(ABREAST * w)) {
                 for x in 1..w {
-                    let a = if joined[x - 1] { a } else { 0.0 };
-                    row[x] += a * (row[x - 1] - row[x]);
+                    for i in (x..rows.len()).step_by(w) {
+                        let a = if joined[i - 1] { a } else { 0.0 };
+                        rows[i] += a * (rows[i - 1] - rows[i]);
+                    }
                 }
                 for x in (0..w - 1).rev() {
-                    let a = if joined[x] { a } else { 0.0 };
-                    row[x] += a * (row[x + 1] - row[x]);
+                    for i in (x..rows.len()).step_by(w) {
+                        let a = if joined[i] { a } else { 0.0 };
+                        rows[i] += a * (rows[i + 1] - rows[i]);
+                    }
                 }
             }
             for y in 1..h {
