@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::pictures::{in_neutral_light, png, reduced};
 use super::subject::{AuditSheet, listed, look_of};
 use super::words;
-use crate::audit::{Finding, Kind};
+use crate::audit::{Finding, Kind, What};
 use crate::panorama::{Exposure, Picture};
 use crate::report::draw::png::capital;
 use crate::report::style::{BLACK, GREY, LIGHT, Style};
@@ -106,15 +106,16 @@ fn crop_of(row: f64) -> f64 {
     row.min(17.0) - 1.6
 }
 
-/// The finding in the photograph and in the model, relit as the photograph is; a wrong picture in neutral light, since relit from
-/// what the probes saw of the real one it hardly shows.
+/// The finding in the photograph and in the model, relit as the photograph is; a wrong picture and a thing that is not there in neutral
+/// light, since relit from what the probes saw of the real room they hardly show.
 fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3]) {
     let view = about.view();
     let exposure = Exposure::of(&view.photograph);
     let relit = |p: Vec3| exposure.show(p);
-    let model: (_, _, &dyn Fn(Vec3) -> Vec3) = match f.kind {
-        Kind::Geometry => (&view.render, "model", &relit),
-        Kind::Texture => (&view.neutral, "model, in neutral light", &in_neutral_light),
+    let model: (_, _, &dyn Fn(Vec3) -> Vec3) = if f.kind == Kind::Texture || f.what == What::Extra {
+        (&view.neutral, "model, in neutral light", &in_neutral_light)
+    } else {
+        (&view.render, "model", &relit)
     };
     for (i, (picture, says, show)) in [(&view.photograph, "photograph", &relit as _), model].into_iter().enumerate() {
         let Some(png) = png(&reduced(&cut(picture, view.summary.size, f.bbox), 200), show) else { continue };

@@ -193,8 +193,9 @@ fn more_findings_than_rows_are_counted() {
 }
 
 #[test]
-fn a_wrong_picture_is_shown_in_neutral_light_and_a_wrong_shape_relit() {
-    let mut audit = audit(2, 0);
+fn a_wrong_picture_and_what_is_not_there_are_shown_in_neutral_light_and_a_wrong_shape_relit() {
+    let mut audit = audit(3, 0);
+    audit.findings[2].what = What::Extra;
     let [relit, own] = [0.0, 1.0];
     audit.views[0].render.pixels.fill(Vec3::splat(relit));
     audit.views[0].neutral.pixels.fill(Vec3::splat(own));
@@ -211,6 +212,7 @@ fn a_wrong_picture_is_shown_in_neutral_light_and_a_wrong_shape_relit() {
     };
     assert_eq!(brightness("F1 in the model"), 0);
     assert_eq!(brightness("F2 in the model, in neutral light"), 255);
+    assert_eq!(brightness("F3 in the model, in neutral light"), 255);
 }
 
 #[test]
