@@ -355,7 +355,10 @@ impl Plane {
         let normal = pixels.iter().map(|i| s.normal[*i]).sum::<Vec3>().try_normalize()?;
         let origin = pixels.iter().map(|i| s.position[*i]).sum::<Vec3>() / pixels.len() as f32;
         let reach = pixels.iter().map(|i| s.position[*i].distance(origin)).fold(0.0, f32::max).max(1e-3);
-        let (u, v) = normal.any_orthonormal_pair();
+        // pictures are mirrored along the level lines of walls, and along the building's axes on floors
+        let axis = if normal.z.abs() < std::f32::consts::FRAC_1_SQRT_2 { Vec3::Z } else { Vec3::Y };
+        let u = axis.cross(normal).normalize();
+        let v = normal.cross(u);
         let period = PERIOD * reach;
         let plane = Self { origin, normal, reach, gradient: Gradient::along(u / period, v / period) };
         let held = pixels.iter().filter(|i| plane.holds(observed, **i)).count();
