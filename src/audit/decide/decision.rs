@@ -9,7 +9,7 @@ use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
-use crate::audit::hypothesis::retextured::{SLACK_PX, relaid};
+use crate::audit::hypothesis::retextured::{Relaid, SLACK_PX, relaid};
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
 use crate::audit::likelihood::structure::odds_of;
@@ -159,8 +159,19 @@ pub(crate) fn inside(observed: &Observations) -> Vec<bool> {
     observed.surfaces.shape.inside(EDGE_PX)
 }
 
-/// A region whose picture is not the model's; what it may be besides is looked for only if its log odds are at least `least`.
-pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Region, least: f32) -> Judged {
+/// A region whose picture is not the model's.
+pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Region) -> Judged {
+    let laid = |region: &Region| relaid(prepared.scene, observed, &region.pixels);
+    picture_or_laid(observed, region, f32::NEG_INFINITY, laid)
+}
+
+/// The same; how else it may be laid is asked for only if its log odds are at least `least`.
+fn picture_or_laid(
+    observed: &Observations,
+    region: Region,
+    least: f32,
+    laid: impl FnOnce(&Region) -> Option<Relaid>,
+) -> Judged {
     let t = &observed.texture;
     let (odds, slope) = odds_of(&t.structure, observed.surfaces.width, &region.pixels);
     let colour = t.mean_colour(observed, &region);
@@ -189,16 +200,13 @@ pub(crate) fn picture(prepared: &AuditScene, observed: &Observations, region: Re
     let by_borders = (!no_border.is_nan()).then(|| BORDER.weigh([no_border, slope, size]));
     let (log_odds, evidence) = by_borders.filter(|b| b.0 > by_colours.0).unwrap_or(by_colours);
     let structural = odds >= REGION_ODDS && slope < OTHER;
-    // the search for another laying takes long
-    let what = if log_odds < least || !odds::may_be_found(log_odds, observed.settings.false_alarms) {
-        What::Changed
-    } else {
-        match explain(prepared.scene, observed, &region, as_is, colour / COLOUR) {
-            _ if odds <= -REGION_ODDS => What::Recoloured,
-            What::Recoloured if structural => What::Changed,
-            What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
-            what => what,
-        }
+    // the search takes long
+    let worth = log_odds >= least && odds::may_be_found(log_odds, observed.settings.false_alarms);
+    let what = match explain(as_is, colour / COLOUR, || if worth { laid(&region) } else { None }) {
+        _ if odds <= -REGION_ODDS => What::Recoloured,
+        What::Recoloured if structural => What::Changed,
+        What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
+        what => what,
     };
     Judged::new(Kind::Texture, what, log_odds, evidence, region)
 }
@@ -231,14 +239,14 @@ pub(crate) fn unlike(
     }
     let region = places.extent(place, least(observed));
     // the model's own picture, laid otherwise, is no thing that it lacks; but a thing that has moved looks shifted, too
-    let found = odds::may_be_found(log_odds, observed.settings.false_alarms);
-    let laid = if found { relaid(prepared.scene, observed, &region.pixels) } else { None };
-    if let Some(laid) = laid.filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
+    let search = |region: &Region| relaid(prepared.scene, observed, &region.pixels);
+    let searched = odds::may_be_found(log_odds, observed.settings.false_alarms).then(|| search(&region));
+    if let Some(laid) = searched.flatten().filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
         return Some(Judged::new(Kind::Texture, laid.what, log_odds, evidence, region));
     }
     let of_shape = shape(prepared, observed, shares, inside, &region);
     let to_beat = of_shape.as_ref().map_or(f32::NEG_INFINITY, |s| s.log_odds);
-    let of_picture = picture(prepared, observed, region, to_beat);
+    let of_picture = picture_or_laid(observed, region, to_beat, |region| searched.unwrap_or_else(|| search(region)));
     let mut judged = of_shape.filter(|s| s.log_odds > of_picture.log_odds).unwrap_or(of_picture);
     if judged.kind == Kind::Texture && observed.outlined(judged.pixels()) {
         (judged.kind, judged.what) = (Kind::Geometry, What::Missing);

@@ -97,7 +97,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let (low, high) = marked(&|i| if taken[i] { 0.0 } else { scores.texture[i] });
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
     let pictures = components(&low, &high, w, least, same);
-    let picture = |region| decision::picture(prepared, observed, region, f32::NEG_INFINITY);
+    let picture = |region| decision::picture(prepared, observed, region);
     judged.extend(pictures.into_iter().map(picture).filter(may_reach));
     // however little of it looks wrong, all that is mapped in one piece may tell together
     let told = |i: &&usize| observed.texture.tested[**i] && !taken[**i];

@@ -1,12 +1,11 @@
 //! What became of a region's texture: another laying of it, other colours, or another picture.
 
 use crate::audit::finding::What;
-use crate::audit::hypothesis::retextured::relaid;
+use crate::audit::hypothesis::retextured::Relaid;
 use crate::audit::picture::correlation;
 use crate::audit::picture::regions::Region;
 use crate::audit::view::Observations;
 use crate::panorama::luminance;
-use crate::scene::Scene;
 
 /// Brightness of less variance than this is even.
 const LEAST_VARIANCE: f64 = 1e-8;
@@ -19,10 +18,10 @@ pub(crate) fn as_is(observed: &Observations, region: &Region) -> f32 {
     correlation(tested.map(|&i| (ln(i, 1.0), ln(i, 0.0))), LEAST_VARIANCE).0
 }
 
-/// Says what became of a region's texture that follows the model's so closely, and whose colour is off by so many times the threshold.
-pub(crate) fn explain(scene: &Scene, observed: &Observations, region: &Region, as_is: f32, colour: f32) -> What {
+/// Says what became of a region's texture that follows the model's so closely, and whose colour is off by so many times the threshold;
+/// `relaid` is asked for another laying that it may have.
+pub(crate) fn explain(as_is: f32, colour: f32, relaid: impl FnOnce() -> Option<Relaid>) -> What {
     let other = if as_is > 0.6 || colour > 1.5 { What::Recoloured } else { What::Changed };
-    let relaid =
-        if as_is > 0.75 { None } else { relaid(scene, observed, &region.pixels).filter(|r| r.what != What::Moved) };
+    let relaid = if as_is > 0.75 { None } else { relaid().filter(|r| r.what != What::Moved) };
     relaid.map_or(other, |r| r.what)
 }
