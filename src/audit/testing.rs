@@ -56,15 +56,19 @@ pub(crate) fn summary(view: &str, size: [u32; 2]) -> ViewSummary {
 
 /// A view whose pictures are of one grey and whose pixels are all right.
 pub(crate) fn view(summary: ViewSummary) -> AuditedView {
-    let [width, height] = summary.size.map(|side| side as usize);
-    let grey = Picture { width, height, pixels: vec![Vec3::splat(0.3); width * height] };
+    let grey = |[width, height]: [u32; 2]| {
+        let (width, height) = (width as usize, height as usize);
+        Picture { width, height, pixels: vec![Vec3::splat(0.3); width * height] }
+    };
+    let map = grey(summary.size.map(|side| side.div_ceil(summary.reduced_by)));
+    let pixels = map.pixels.len();
     AuditedView {
+        photograph: grey(summary.size),
         summary,
-        photograph: grey.clone(),
-        render: grey.clone(),
-        neutral: grey,
-        verdicts: vec![Verdict::Ok; width * height],
-        reasons: vec![Reason::None; width * height],
+        render: map.clone(),
+        neutral: map,
+        verdicts: vec![Verdict::Ok; pixels],
+        reasons: vec![Reason::None; pixels],
         suspicion: vec![],
         masks: vec![],
     }

@@ -140,6 +140,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
                 break;
             }
             surfaces = GeometryBuffer::look(scene, &camera);
+            drop(frame);
             frame = render(scene, &relit, &camera, 4, &|_, _| {});
             if (pose.mean_px - before).abs() < 0.2 {
                 break;

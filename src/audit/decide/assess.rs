@@ -255,3 +255,20 @@ impl AuditedView {
         self.summary.reasons = counts.iter().map(|(r, n)| (r.name().to_owned(), *n as f64 / all)).collect();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::audit::testing;
+    use crate::audit::{AuditedView, ViewSummary};
+
+    #[test]
+    fn what_is_told_of_averaged_pixels_is_told_of_those_of_the_photograph() {
+        let summary = ViewSummary { reduced_by: 2, ..testing::summary("v", [5, 3]) };
+        let view: AuditedView = testing::view(summary);
+        assert_eq!((view.size(), view.verdicts.len()), ([3, 2], 6));
+        // the last column and row hold half as many
+        assert_eq!(view.in_photograph(&[0]), ([0, 0, 2, 2], 4));
+        assert_eq!(view.in_photograph(&[1, 2, 5]), ([2, 0, 5, 3], 4 + 2 + 1));
+        assert_eq!(view.enlarged(&[0, 1, 2, 3, 4, 5]), [0, 0, 1, 1, 2, 0, 0, 1, 1, 2, 3, 3, 4, 4, 5]);
+    }
+}

@@ -110,7 +110,8 @@ impl Geometry {
 
 /// How a probe sees a pixel's surface, well and with parallax.
 struct Look {
-    /// Its number, and the level of its picture that is no sharper than the photograph.
+    pixel: u32,
+    /// The probe's number, and the level of its picture that is no sharper than the photograph.
     probe: u16,
     level: u8,
     /// The photograph as soft as the probe and in its light; logarithm.
@@ -225,24 +226,22 @@ pub(crate) fn test(
     let samples: Vec<Vec<Sample>> = all
         .iter()
         .map(|all| {
-            let chosen = all.iter().filter(|c| c.pixel as usize % EVERY == 0);
+            let chosen = all.iter().filter(|c| (c.pixel as usize).is_multiple_of(EVERY));
             chosen.map(|c| Sample { difference: c.photo - c.here, by: c.by }).collect()
         })
         .collect();
     let noise = Noise::fit(&samples);
     let mut seen = vec![0u8; n];
     all.iter().flatten().for_each(|c| seen[c.pixel as usize] += 1);
-    let mut each: Vec<std::iter::Peekable<_>> = Vec::new();
+    let mut looks: Vec<Look> = Vec::with_capacity(all.iter().map(Vec::len).sum());
     for (k, carried) in all.into_iter().enumerate() {
-        each.push(looks(surfaces, &sights.of[k], &probes[k], carried, k, &noise, gloss).into_iter().peekable());
+        looks.extend(looks_of(k, &probes[k], carried, surfaces, &sights.of[k], &noise, gloss));
     }
-    let mut first = Vec::with_capacity(n + 1);
-    let mut all = Vec::new();
-    for i in 0..n {
-        first.push(all.len() as u32);
-        all.extend(each.iter_mut().filter_map(|looks| looks.next_if(|l| l.0 as usize == i)).map(|(_, look)| look));
-    }
-    first.push(all.len() as u32);
+    // those of one pixel stay in the probes' order
+    looks.sort_by_key(|look| look.pixel);
+    let mut first = vec![0u32; n + 1];
+    looks.iter().for_each(|look| first[look.pixel as usize + 1] += 1);
+    (0..n).for_each(|i| first[i + 1] += first[i]);
     let mut geometry = Geometry {
         mismatch: vec![0.0; n],
         gain: vec![],
@@ -253,7 +252,7 @@ pub(crate) fn test(
         able: vec![0; n],
         parallax: vec![0.0; n],
         first,
-        looks: all,
+        looks,
         noise,
     };
     for i in 0..n {
@@ -298,16 +297,16 @@ pub(crate) fn test(
     geometry
 }
 
-/// How a probe sees what it can tell the place of, by pixel, in order.
-fn looks(
-    surfaces: &GeometryBuffer,
-    sights: &[Option<Sight>],
+/// How the `k`th probe sees what it can tell the place of, by pixel, in order.
+fn looks_of(
+    k: usize,
     probe: &ProbeView,
     carried: Vec<Carried>,
-    k: usize,
+    surfaces: &GeometryBuffer,
+    sights: &[Option<Sight>],
     noise: &Noise,
     gloss: &Gloss,
-) -> Vec<(u32, Look)> {
+) -> impl Iterator<Item = Look> {
     let n = sights.len();
     let parallax = |c: Carried| {
         let parallax = parallax(surfaces, probe, sights[c.pixel as usize].as_ref(), c.pixel as usize);
@@ -338,19 +337,19 @@ fn looks(
     let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
     // contrast that the noise alone would give says nothing of a surface's place
     let telling = (TELLING * noise.floor(k)).powi(2);
-    let look = |(c, parallax): (Carried, f32)| {
-        let look = Look {
+    able.into_iter().map(move |(c, parallax)| {
+        let variance = noise.variance(k, c.by);
+        Look {
+            pixel: c.pixel,
             probe: k as u16,
             level: c.level,
             photo: c.photo,
-            variance: variance(&c),
-            plain: (2.0 * c.by[2] < telling).then(|| limited(squared(&c))),
+            variance,
+            plain: (2.0 * c.by[2] < telling).then(|| limited(noise.squared(c.photo - c.here, variance))),
             mismatch: mismatch[c.pixel as usize],
             parallax,
-        };
-        (c.pixel, look)
-    };
-    able.into_iter().map(look).collect()
+        }
+    })
 }
 
 /// By how many pixels (of the probe or the photograph, whichever are the coarser) the two pictures of a surface part
