@@ -120,7 +120,8 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
     }
     let lighting = bench.site.lightings()[0].clone();
     let least = if all.candidates.is_some() { fit::LEAST } else { Settings::default().least_probability };
-    let settings = Settings { least_probability: least, ..Settings::default() };
+    // what is said of pixels is compared with the truth of the photograph's
+    let settings = Settings { least_probability: least, longest_px: u32::MAX, ..Settings::default() };
     let begun = std::time::Instant::now();
     let audited = match audit(&bench.site, model, &lighting, &[], &settings, &|_, _, _| {}) {
         Ok(a) => a,
