@@ -69,7 +69,7 @@ pub(crate) struct Geometry {
     pub(crate) best_m: Vec<f32>,
     /// How much more it would be 10 cm off on either side, the lesser: whether a moved surface would be noticed.
     pub(crate) sensitivity: Vec<f32>,
-    /// Number of probes that see the pixel well, and those of them with parallax.
+    /// Number of probes that see the pixel well, and those of them with parallax; 255 for more.
     pub(crate) seen: Vec<u8>,
     pub(crate) able: Vec<u8>,
     /// By how many pixels, of the probe that tells best, the pictures part when the surface moves by a metre.
@@ -232,7 +232,10 @@ pub(crate) fn test(
         .collect();
     let noise = Noise::fit(&samples);
     let mut seen = vec![0u8; n];
-    all.iter().flatten().for_each(|c| seen[c.pixel as usize] += 1);
+    for c in all.iter().flatten() {
+        let seen = &mut seen[c.pixel as usize];
+        *seen = seen.saturating_add(1);
+    }
     let mut looks: Vec<Look> = Vec::with_capacity(all.iter().map(Vec::len).sum());
     for (k, carried) in all.into_iter().enumerate() {
         looks.extend(looks_of(k, &probes[k], carried, surfaces, &sights.of[k], &noise, gloss));
@@ -259,7 +262,7 @@ pub(crate) fn test(
         let looks = geometry.looks(i);
         let mismatch = looks.iter().map(|l| l.mismatch).fold(f32::INFINITY, f32::min);
         let parallax = looks.iter().map(|l| 10.0 * l.parallax).fold(0.0, f32::max);
-        (geometry.able[i], geometry.parallax[i]) = (looks.len() as u8, parallax);
+        (geometry.able[i], geometry.parallax[i]) = (looks.len().min(u8::MAX.into()) as u8, parallax);
         geometry.mismatch[i] = if mismatch.is_finite() { mismatch } else { 0.0 };
     }
     // so wide a window needs no more than every other row and column
