@@ -9,6 +9,7 @@ use crate::audit::decide::judged::Judged;
 use crate::audit::decide::scores::Scores;
 use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
+use crate::audit::observe::geometry_buffer::averaged_in;
 use crate::audit::observe::photo::Photo;
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::bounds;
@@ -34,13 +35,11 @@ pub(crate) fn assess(
     let gain = r.offset.map(f32::exp);
     let Photo { picture: mut photograph, .. } = photo;
     let (w, h, n) = (photograph.width, photograph.height, observed.reduced_by as usize);
-    let width = observed.surfaces.width;
     photograph.pixels.par_iter_mut().enumerate().for_each(|(i, p)| {
-        let small = i / w / n * width + i % w / n;
-        *p = *p * gain * (r.vignetting * observed.surfaces.radius2(small)).exp();
+        *p = *p * gain * (r.vignetting * observed.surfaces.radius2(averaged_in(i, w, n))).exp();
     });
     let pixels = (0..verdicts.len()).into_par_iter().map(|i| in_neutral_light(&observed, i)).collect();
-    let neutral = Picture { width, height: observed.surfaces.height, pixels };
+    let neutral = Picture { width: observed.surfaces.width, height: observed.surfaces.height, pixels };
     let mean = r.offset.element_sum() / 3.0;
     let warnings = warnings(&observed);
     let mut pose = observed.pose;
@@ -241,7 +240,7 @@ impl AuditedView {
     /// What one of the view's maps says of each pixel of the photograph.
     pub(crate) fn enlarged<T: Copy>(&self, map: &[T]) -> Vec<T> {
         let (by, [w, h]) = (self.summary.reduced_by as usize, self.summary.size.map(|side| side as usize));
-        (0..w * h).map(|i| map[i / w / by * self.render.width + i % w / by]).collect()
+        (0..w * h).map(|i| map[averaged_in(i, w, by)]).collect()
     }
 
     /// Counts verdicts and reasons anew.

@@ -316,8 +316,8 @@ fn looks_of(
         (parallax >= LEAST_PARALLAX).then_some((c, parallax))
     };
     let able: Vec<(Carried, f32)> = carried.into_par_iter().filter_map(parallax).collect();
-    let variance = |c: &Carried| noise.variance(k, c.by);
-    let squared = |c: &Carried| noise.squared(c.photo - c.here, variance(c));
+    let variance = move |c: &Carried| noise.variance(k, c.by);
+    let squared = move |c: &Carried| noise.squared(c.photo - c.here, variance(c));
     let (mut weight, mut glossy) = (vec![0.0; n], vec![false; n]);
     for (c, _) in &able {
         weight[c.pixel as usize] = 1.0;
@@ -340,18 +340,15 @@ fn looks_of(
     let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
     // contrast that the noise alone would give says nothing of a surface's place
     let telling = (TELLING * noise.floor(k)).powi(2);
-    able.into_iter().map(move |(c, parallax)| {
-        let variance = noise.variance(k, c.by);
-        Look {
-            pixel: c.pixel,
-            probe: k as u16,
-            level: c.level,
-            photo: c.photo,
-            variance,
-            plain: (2.0 * c.by[2] < telling).then(|| limited(noise.squared(c.photo - c.here, variance))),
-            mismatch: mismatch[c.pixel as usize],
-            parallax,
-        }
+    able.into_iter().map(move |(c, parallax)| Look {
+        pixel: c.pixel,
+        probe: k as u16,
+        level: c.level,
+        photo: c.photo,
+        variance: variance(&c),
+        plain: (2.0 * c.by[2] < telling).then(|| limited(squared(&c))),
+        mismatch: mismatch[c.pixel as usize],
+        parallax,
     })
 }
 

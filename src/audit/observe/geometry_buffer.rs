@@ -66,6 +66,11 @@ pub(crate) fn reduced(camera: &Camera, n: u32) -> Camera {
     }
 }
 
+/// The pixel of such averages that a pixel of a picture so wide goes into.
+pub(crate) fn averaged_in(i: usize, width: usize, n: usize) -> usize {
+    i / width / n * width.div_ceil(n) + i % width / n
+}
+
 impl GeometryBuffer {
     /// Casts a ray through the middle of each pixel.
     pub(crate) fn look(scene: &Scene, camera: &Camera) -> Self {

@@ -32,7 +32,6 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
     let (w, h) = (pw * scale, ph * scale);
     let exposure = Exposure::of(&view.photograph);
     let shown = shown(about.audit, view);
-    let size = view.size();
     let frames = [0.0, 1.0, 2.0, 3.0].map(|i| [at[0] + i * (w + gap), at[1], w, h]);
     // relit from what the probes saw of the real room, the model's own wrong colours hardly show
     let titles = ["Photograph", "Model in the probes' light", "Model in neutral light", "What the audit says"];
@@ -55,7 +54,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, at: Point, most: [f64; 2],
         });
         for verdict in [Verdict::Untestable, Verdict::Ambiguous, Verdict::Texture, Verdict::Geometry] {
             svg.group(verdict.name(), &format!("classified-{}", verdict.name()), |svg| {
-                let cells = Cells::of(size, CELLS, |i| view.verdicts[i] == verdict);
+                let cells = Cells::of(view.size(), CELLS, |i| view.verdicts[i] == verdict);
                 region(svg, &cells, frames[3], verdict, 1.0);
             });
         }
@@ -149,10 +148,9 @@ struct Shown<'a> {
 
 /// The findings and doubts whose masks a view holds, the surest last, on top.
 fn shown<'a>(audit: &'a Audit, view: &AuditedView) -> Vec<Shown<'a>> {
-    let size = view.size();
     let of = |(id, mask): &(String, Vec<bool>)| {
         let finding = audit.findings.iter().chain(&audit.doubts).find(|f| f.id == *id)?;
-        Some(Shown { finding, cells: Cells::of(size, CELLS, |i| mask[i]) })
+        Some(Shown { finding, cells: Cells::of(view.size(), CELLS, |i| mask[i]) })
     };
     view.masks.iter().rev().filter_map(of).collect()
 }

@@ -112,28 +112,29 @@ fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3])
     let view = about.view();
     let exposure = Exposure::of(&view.photograph);
     let relit = |p: Vec3| exposure.show(p);
-    let model: (_, _, &dyn Fn(Vec3) -> Vec3) = if f.kind == Kind::Texture || f.what == What::Extra {
-        (&view.neutral, "model, in neutral light", &in_neutral_light)
+    let model: (_, _, _, &dyn Fn(Vec3) -> Vec3) = if f.kind == Kind::Texture || f.what == What::Extra {
+        (&view.neutral, view.summary.reduced_by, "model, in neutral light", &in_neutral_light)
     } else {
-        (&view.render, "model", &relit)
+        (&view.render, view.summary.reduced_by, "model", &relit)
     };
-    for (i, (picture, says, show)) in [(&view.photograph, "photograph", &relit as _), model].into_iter().enumerate() {
-        let Some(png) = png(&reduced(&cut(picture, view.summary.size, f.bbox), 200), show) else { continue };
+    let photograph = (&view.photograph, 1, "photograph", &relit as _);
+    for (i, (picture, by, says, show)) in [photograph, model].into_iter().enumerate() {
+        let Some(png) = png(&reduced(&cut(picture, by, view.summary.size, f.bbox), 200), show) else { continue };
         let at = [x + i as f64 * (side + 1.0), y, side, side];
         svg.png(at, &png, &format!("{} in the {says}", f.id));
         svg.rectangle(at, &Style::line(BLACK, 0.15));
     }
 }
 
-/// A square around a finding in a photograph of this size, with some of what surrounds it, in a picture that may be smaller.
-fn cut(picture: &Picture, size: [u32; 2], [x0, y0, x1, y1]: [u32; 4]) -> Picture {
-    let [w, h] = size.map(|side| side as usize);
-    let by = w.div_ceil(picture.width);
+/// A square around a finding in a photograph of this size, with some of what surrounds it, in a picture that has one pixel for `by` along
+/// each side of the photograph.
+fn cut(picture: &Picture, by: u32, size: [u32; 2], [x0, y0, x1, y1]: [u32; 4]) -> Picture {
+    let ([w, h], by) = (size.map(|side| side as usize), by as usize);
     let wanted = (f64::from((x1 - x0).max(y1 - y0)) * 1.3).max(24.0) as usize;
     let side = wanted.min(w).min(h);
     let from = |a: u32, b: u32, room: usize| ((a + b) as usize / 2).saturating_sub(side / 2).min(room - side);
     let (left, top) = (from(x0, x1, w), from(y0, y1, h));
-    let (left, top, side) = (left / by, top / by, side / by);
+    let (left, top, side) = (left / by, top / by, (side / by).max(1));
     let pixels = (0..side * side).map(|i| picture.pixels[(top + i / side) * picture.width + left + i % side]).collect();
     Picture { width: side, height: side, pixels }
 }
@@ -145,5 +146,22 @@ fn displacement(f: &Finding) -> Vec<String> {
     match &f.displacement {
         Some(d) => vec![words::centimetres(d), if d.metres >= 0.0 { "nearer" } else { "farther" }.to_owned()],
         None => vec!["–".to_owned()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finding_is_cut_out_of_averages_however_narrow_the_photograph_is() {
+        for size in [[5u32, 4001], [4001, 3], [3, 3], [4000, 3000]] {
+            let [w, h] = size;
+            let averages = Picture::new(w.div_ceil(4) as usize, h.div_ceil(4) as usize);
+            for bbox in [[0, 0, 1, 1], [w - 1, h - 1, w, h], [0, 0, w, h]] {
+                let square = cut(&averages, 4, size, bbox);
+                assert!(square.width >= 1 && square.pixels.len() == square.width * square.height, "{size:?} {bbox:?}");
+            }
+        }
     }
 }
