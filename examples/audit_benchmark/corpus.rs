@@ -1,7 +1,7 @@
 //! Whole audits of sites whose pictures were made from another model than the one that is audited: several faults a
 //! site, all its photographs, and the model as it is. What is counted is what a person would see: findings and their masks.
 
-use clerestory::audit::{Audit, Finding, Kind, Reason, Settings, Verdict, audit};
+use clerestory::audit::{Audit, AuditedView, Finding, Kind, Reason, Settings, Verdict, audit};
 use clerestory::scene::Scene;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -210,8 +210,9 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         let doubted = |f: &&Finding| view.masks.iter().any(|m| m.0 == f.id && touches(&m.1, &grown));
         for f in audited.doubts.iter().filter(|_| !found).filter(doubted) {
             line += &format!(
-                "\n#     doubted in {}: {} {:.2} {}, {}",
+                "\n#     doubted in {}, IoU {:.2}: {} {:.2} {}, {}",
                 f.view,
+                overlap(f, view, truth),
                 f.what.name(),
                 f.score,
                 f.reason as u8,
@@ -235,6 +236,13 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         }
     }
     println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
+}
+
+/// Intersection over union of what a view shows of a finding and the truth.
+fn overlap(f: &Finding, view: &AuditedView, truth: &[bool]) -> f64 {
+    let Some((_, mask)) = view.masks.iter().find(|m| m.0 == f.id) else { return 0.0 };
+    let count = |of: &dyn Fn(bool, bool) -> bool| mask.iter().zip(truth).filter(|(m, t)| of(**m, **t)).count();
+    count(&|m, t| m && t) as f64 / count(&|m, t| m || t).max(1) as f64
 }
 
 /// What speaks for a finding, behind its line.

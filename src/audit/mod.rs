@@ -53,7 +53,7 @@ mod tests {
             let Some((name, rest)) = rest.split_once(':') else { continue };
             let Some((kind, rest)) = rest.split_once('=') else { continue };
             let Some((value, _)) = rest.split_once(";\n") else { continue };
-            let number = !kind.contains(['{', '>']) && !kind.contains("str");
+            let number = !kind.contains(['{', '>']) && !kind.contains("str") && !kind.contains("Self");
             if number && name.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_') {
                 found.push((name.to_owned(), value.split_whitespace().collect::<Vec<_>>().join(" ")));
             }

@@ -224,6 +224,7 @@ pub(crate) fn unlike(
 ) -> Option<Judged> {
     let [_, middle, coarse] = places.unlike;
     let over = |values: &[f32], most: f32| mean(place, |i| Some(values[i].min(most)));
+    let (region, outline) = places.extent(place, least(observed), |pixels| observed.own_outline(pixels));
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         over(coarse, f32::MAX),
@@ -233,11 +234,11 @@ pub(crate) fn unlike(
         over(&scores.texture, 3.0),
         mirrored(observed, place),
         over(&observed.texture.structure.odds, f32::MAX),
+        outline,
     ]);
     if !odds::may_reach(log_odds, observed.settings.least_probability) {
         return None;
     }
-    let region = places.extent(place, least(observed));
     // the model's own picture, laid otherwise, is no thing that it lacks; but a thing that has moved looks shifted, too
     let search = |region: &Region| relaid(prepared.scene, observed, &region.pixels);
     let searched = odds::may_be_found(log_odds, observed.settings.false_alarms).then(|| search(&region));

@@ -21,8 +21,6 @@ use crate::audit::view::{AuditScene, Observations};
 
 /// ΔE00 of all the picture together that makes one doubt the white balance.
 pub(crate) const WHITE: f32 = 8.0;
-/// Where a fault of shape is at least so likely, none of the picture is looked for.
-const LIKELY: f64 = 0.5;
 /// Where photograph and model differ by so much more than they have in common, as a logarithm, the model's picture is not there.
 const UNLIKE: f32 = 1.1;
 
@@ -92,7 +90,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
         .filter(may_reach)
         .collect();
     let mut taken = vec![false; w * h];
-    let likely = judged.iter().filter(|j| j.score() >= LIKELY);
+    let likely = judged.iter().filter(|j| j.is_likely());
     likely.flat_map(|j| &j.region.pixels).for_each(|&i| taken[i] = true);
     let (low, high) = marked(&|i| if taken[i] { 0.0 } else { scores.texture[i] });
     let same = |i: usize, j: usize| s.material[i] == s.material[j];
@@ -112,7 +110,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     // structures that the model does not have, whole: the tests mark their edges, here and there. What is around a piece that is
     // wrong is unlike the model, too
     let all = pieces.iter().chain(&openings).chain(&absent).chain(&relaid);
-    let likely = all.filter(|j| j.score() >= LIKELY).flat_map(|j| j.pixels());
+    let likely = all.filter(|j| j.is_likely()).flat_map(|j| j.pixels());
     let unlike = observed.unlike(&mask_of(&likely.copied().collect::<Vec<_>>(), w * h));
     let most = |i: usize| unlike.iter().map(|band| band[i]).fold(f32::NEG_INFINITY, f32::max);
     let mask = extended(&over(&most, UNLIKE));
@@ -197,7 +195,7 @@ fn with_whole(judged: Vec<Judged>, whole: Judged) -> Vec<Judged> {
 /// Adds what stands out in a place. A surer fault of shape stays as it is, since what tells it was measured of its own
 /// pixels; the region is what they leave of it, if that is half or more.
 fn with_place(judged: Vec<Judged>, mut whole: Judged, place: &Region) -> Vec<Judged> {
-    let surer = |j: &Judged| j.kind == Kind::Geometry && j.score() >= LIKELY && j.log_odds > whole.log_odds;
+    let surer = |j: &Judged| j.kind == Kind::Geometry && j.is_likely() && j.log_odds > whole.log_odds;
     let (mut judged, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(surer);
     let size = whole.pixels().len();
     whole.region.pixels.retain(|i| !judged.iter().any(|j| j.pixels().binary_search(i).is_ok()));
@@ -211,12 +209,12 @@ fn with_piece(judged: Vec<Judged>, piece: Judged) -> Vec<Judged> {
         j.log_odds >= piece.log_odds
             && (mostly_within(&j.region, &piece.region) || mostly_within(&piece.region, &j.region))
     };
-    if piece.score() < LIKELY && judged.iter().any(surer) { judged } else { with_whole(judged, piece) }
+    if !piece.is_likely() && judged.iter().any(surer) { judged } else { with_whole(judged, piece) }
 }
 
 /// Adds a part that may not be there: what is wrong in it is of it, if it is likely gone.
 fn with_part(judged: Vec<Judged>, part: Judged) -> Vec<Judged> {
-    if part.score() < LIKELY { with_piece(judged, part) } else { absorbed(judged, part) }
+    if !part.is_likely() { with_piece(judged, part) } else { absorbed(judged, part) }
 }
 
 /// Whether more than half of a region lies within another, whose pixels are in order.

@@ -36,6 +36,11 @@ impl Judged {
         odds::probability(self.log_odds)
     }
 
+    /// Whether a fault is likelier than none.
+    pub(crate) fn is_likely(&self) -> bool {
+        self.log_odds >= 0.0
+    }
+
     /// Why it is a doubt, as far as its view tells, if so many false alarms are allowed in a photograph; [`Reason::None`] for a finding.
     pub fn reason(&self, false_alarms: f64) -> Reason {
         odds::reason(self.log_odds, false_alarms)

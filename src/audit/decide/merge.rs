@@ -13,13 +13,11 @@ use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
+use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::mask_of;
 use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
-
-/// Photographs that show fewer pixels of a region than this say nothing of it.
-const FEWEST: usize = 20;
 
 /// Says of each region how likely it is a fault and how often a right model would give one like it; what it would give more often
 /// than asked for is a doubt, and what is less likely than asked for is left out.

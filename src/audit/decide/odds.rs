@@ -105,7 +105,7 @@ pub(crate) static BORDER: Cues<3> = Cues {
 };
 
 /// A region that shows little of what the model makes there.
-pub(crate) static UNLIKE: Cues<8> = Cues {
+pub(crate) static UNLIKE: Cues<9> = Cues {
     bias: -4.69,
     cues: [
         Cue::new("unlike the model, 8 pixels", "logarithm", [-3.0, 4.0], 0.81, 0.52),
@@ -116,6 +116,7 @@ pub(crate) static UNLIKE: Cues<8> = Cues {
         Cue::new("texture test", "× threshold", [0.0, 3.0], 0.54, 0.46),
         Cue::new("light that it may mirror", "share", [0.0, 1.0], 0.31, -1.10),
         Cue::new("odds of another structure", "logarithm", [-10.0, 10.0], -0.93, 0.41),
+        Cue::new("step at its outline that is not the model's", "logarithm", [0.0, 20.0], 3.8, 0.20),
     ],
 };
 

@@ -6,10 +6,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::audit::hypothesis::borders::{BESIDE, odds};
+use crate::audit::hypothesis::borders::odds;
 use crate::audit::hypothesis::sideways::LARGEST;
 use crate::audit::likelihood::appearance::damped;
-use crate::audit::likelihood::step::{FEWEST, Place, border};
+use crate::audit::likelihood::step::{BESIDE, Place, border};
+use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::mask_of;
 use crate::audit::view::{AuditScene, Observations};
 use crate::components::members;

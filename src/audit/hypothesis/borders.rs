@@ -6,15 +6,14 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::audit::likelihood::agreement::USUAL;
 use crate::audit::likelihood::appearance::damped;
-use crate::audit::likelihood::step::{FEWEST, Place, border};
+use crate::audit::likelihood::step::{BESIDE, Place, border};
+use crate::audit::picture::FEWEST;
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::mask_of;
 use crate::audit::view::Observations;
 use crate::statistics::median;
-
-/// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
-pub(crate) const BESIDE: f32 = 0.05;
 
 /// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
 const FREEDOM: f32 = 3.0;
@@ -29,7 +28,7 @@ impl Observations {
     pub(crate) fn no_border(&self, all: &[Across]) -> f32 {
         let segments = &self.surfaces.segments;
         let size = |i: usize| segments.pixels[segments.of[i] as usize].len();
-        let telling = all.iter().filter(|[i, j]| self.on_one_surface(*i, *j) && size(*j) > size(*i));
+        let telling = all.iter().filter(|a| self.are_on_one_surface(a) && size(a[1]) > size(a[0]));
         let odds: Vec<f32> = telling.map(|across| odds(self.steps(across))).collect();
         let told = odds.len() as f32 / all.len() as f32;
         if odds.len() < FEWEST { f32::NAN } else { told * median(odds).unwrap_or(f32::NAN) }
@@ -50,8 +49,19 @@ impl Observations {
     /// its own, and no other paint.
     pub(crate) fn outlined(&self, pixels: &[usize]) -> bool {
         let all = self.across(pixels, |_| true);
-        let steps = all.iter().filter(|[i, j]| self.on_one_surface(*i, *j)).map(|across| self.steps(across));
-        is_own_outline(&steps.collect::<Vec<_>>())
+        is_own_outline(&self.on_one_surface(&all).collect::<Vec<_>>())
+    }
+
+    /// How unlikely it is that what the photograph steps by at the outline of some pixels is what the model steps by, on surfaces that go on
+    /// in the model: the negative logarithm over half of what tells, above what it is within pieces, times the share of the outline that tells;
+    /// 0 where too little does.
+    pub(crate) fn own_outline(&self, pixels: &[usize]) -> f32 {
+        let all = self.across(pixels, |_| true);
+        let told: Vec<f32> =
+            self.on_one_surface(&all).map(|[model, photo]| unlikeliness((photo - model).length_squared())).collect();
+        let share = told.len() as f32 / all.len() as f32;
+        let usual = unlikeliness(USUAL);
+        if told.len() < FEWEST { 0.0 } else { share * (median(told).unwrap_or(usual) - usual) }
     }
 
     /// Places on some pixels' borders with other materials that meet them.
@@ -83,8 +93,13 @@ impl Observations {
         self.texture.tested[i] && self.texture.tested[j]
     }
 
-    fn on_one_surface(&self, i: usize, j: usize) -> bool {
+    fn are_on_one_surface(&self, &[i, j]: &Across) -> bool {
         self.tested(i, j) && self.surfaces.coplanar(i, j)
+    }
+
+    /// The steps at those places where one surface goes on.
+    fn on_one_surface<'a>(&'a self, all: &'a [Across]) -> impl Iterator<Item = [Vec3; 2]> + 'a {
+        all.iter().filter(|across| self.are_on_one_surface(across)).map(|across| self.steps(across))
     }
 }
 
@@ -96,12 +111,12 @@ fn is_own_outline(steps: &[[Vec3; 2]]) -> bool {
 
 /// Logarithm of how much likelier the photograph goes on than steps as the model does.
 pub(crate) fn odds([model, photo]: [Vec3; 2]) -> f32 {
-    unlikeliness(photo - model) - unlikeliness(photo)
+    unlikeliness((photo - model).length_squared()) - unlikeliness(photo.length_squared())
 }
 
-/// The negative logarithm of the density of what is off about a step, but for a constant.
-fn unlikeliness(off: Vec3) -> f32 {
-    0.5 * (FREEDOM + 3.0) * (off.length_squared() / FREEDOM).ln_1p()
+/// The negative logarithm of the density of what is off about a step, given its squared length, but for a constant.
+fn unlikeliness(squared: f32) -> f32 {
+    0.5 * (FREEDOM + 3.0) * (squared / FREEDOM).ln_1p()
 }
 
 #[cfg(test)]

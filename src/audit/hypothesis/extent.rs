@@ -4,12 +4,18 @@
 //! is wrong in it. What is wrong ends where the albedo that the photograph shows goes on as it is around the place.
 
 use crate::audit::likelihood::agreement::{Unlike, widest};
-use crate::audit::picture::regions::{Region, closed, dilated, filled, mask_of, opened};
+use crate::audit::picture::regions::{Region, bounds, closed, filled, opened};
 use crate::audit::view::Observations;
 use crate::statistics::quantile;
 
-/// What stands out does so more than this share of what is around its place.
-const STANDS_OUT: f64 = 0.9;
+/// Level lines that are looked at.
+const LEVELS: u8 = 8;
+
+/// The share of the steepest outline's step from which on a wider one is preferred.
+const STEEP: f32 = 0.7;
+
+/// Pixels around a place that are cut out with it: more than gaps are wide.
+const MARGIN: usize = 4;
 
 /// Where less than this share of a place stands out, all of it is meant.
 const LEAST: f32 = 0.25;
@@ -17,7 +23,6 @@ const LEAST: f32 = 0.25;
 /// Places that are unlike the model, and how far each pixel is from what is around them.
 pub(crate) struct Places<'a> {
     pub(crate) unlike: &'a Unlike,
-    mask: &'a [bool],
     width: usize,
     /// How far the albedo that the photograph shows, over the model's, is from what it is around the places on the same surface: squared
     /// lengths in units of what it differs by within pieces. NaN where it cannot be told.
@@ -26,39 +31,77 @@ pub(crate) struct Places<'a> {
 
 impl<'a> Places<'a> {
     /// Those of a mask.
-    pub(crate) fn new(observed: &Observations, unlike: &'a Unlike, mask: &'a [bool]) -> Self {
+    pub(crate) fn new(observed: &Observations, unlike: &'a Unlike, mask: &[bool]) -> Self {
         let (s, t) = (&observed.surfaces, &observed.texture);
         let around: Vec<f32> = (0..mask.len()).map(|i| if t.tested[i] && !mask[i] { 1.0 } else { 0.0 }).collect();
         let known = s.shape.smoothed(&around, widest());
         let usual = s.shape.mean_colour_with(&t.ratio, &around, &known, widest());
         let apart = |i: usize| (t.unit * (t.ratio[i] - usual[i])).length_squared();
         let apart = (0..mask.len()).map(|i| if t.tested[i] { apart(i) } else { f32::NAN }).collect();
-        Self { unlike, mask, width: s.width, apart }
+        Self { unlike, width: s.width, apart }
     }
 
-    /// What of a place stands out from what is around it, with all that it encloses; the whole place where that is too small a share
-    /// of it or less than `least` pixels, as where only the edges of a picture are beside their places, or where nothing is known around it.
-    pub(crate) fn extent(&self, place: &Region, least: usize) -> Region {
-        let (w, h) = (self.width, self.apart.len() / self.width);
-        let inside = mask_of(&place.pixels, self.apart.len());
-        let ring = dilated(&inside, w, h, widest() as usize);
-        let beside = (0..inside.len()).filter(|i| ring[*i] && !self.mask[*i]).map(|i| self.apart[i]);
-        let mut beside: Vec<f32> = beside.filter(|a| a.is_finite()).collect();
-        let usual = quantile(&mut beside, STANDS_OUT).unwrap_or(f32::INFINITY);
-        let out: Vec<bool> = (0..inside.len()).map(|i| inside[i] && self.apart[i] > usual).collect();
-        let whole = opened(&filled(&closed(&out, w, h, 2), w), w, h, 1);
-        let pixels: Vec<usize> = place.pixels.iter().copied().filter(|i| whole[*i]).collect();
-        if pixels.len() < least.max((LEAST * place.pixels.len() as f32) as usize) {
-            place.clone()
-        } else {
-            Region { pixels }
+    /// What of a place stands out from what is around it, with all that it encloses, and how much the steepest outline steps. It ends at a
+    /// level line of how far it stands out, as what people take for one thing does (Desolneux, Moisan and Morel, *Edge detection by Helmholtz
+    /// principle*, 2001): at the widest, the place's own included, that steps nearly as much as the steepest. None holds less than `least` pixels or
+    /// too small a share of the place. `outline` tells how much the photograph steps along the outline of some pixels.
+    pub(crate) fn extent(&self, place: &Region, least: usize, outline: impl Fn(&[usize]) -> f32) -> (Region, f32) {
+        let cut = Cut::around(&place.pixels, self.width, self.apart.len() / self.width);
+        let mut apart: Vec<f32> = place.pixels.iter().map(|i| self.apart[*i]).filter(|a| a.is_finite()).collect();
+        let least = least.max((LEAST * place.pixels.len() as f32) as usize);
+        let mut all = vec![(outline(&place.pixels), place.clone())];
+        for level in 1..LEVELS {
+            let Some(level) = quantile(&mut apart, f64::from(level) / f64::from(LEVELS)) else { break };
+            let out = cut.mask(place.pixels.iter().copied().filter(|i| self.apart[*i] > level));
+            let whole = opened(&filled(&closed(&out, cut.width, cut.height, 2), cut.width), cut.width, cut.height, 1);
+            let pixels: Vec<usize> = place.pixels.iter().copied().filter(|i| whole[cut.at(*i)]).collect();
+            if pixels.len() < least {
+                break;
+            }
+            all.push((outline(&pixels), Region { pixels }));
         }
+        let most = all.iter().map(|(step, _)| *step).fold(0.0, f32::max);
+        let at = all.iter().position(|(step, _)| *step >= STEEP * most).unwrap_or(0);
+        (all.swap_remove(at).1, most)
+    }
+}
+
+/// A piece cut out of a picture.
+struct Cut {
+    left: usize,
+    top: usize,
+    width: usize,
+    height: usize,
+    /// Width of the picture.
+    of: usize,
+}
+
+impl Cut {
+    /// What is around some pixels of a picture, with a margin.
+    fn around(pixels: &[usize], width: usize, height: usize) -> Self {
+        let [left, top, right, bottom] = bounds(pixels, width);
+        let [left, top] = [left, top].map(|side| side.saturating_sub(MARGIN));
+        let [right, bottom] = [(right + MARGIN).min(width), (bottom + MARGIN).min(height)];
+        Self { left, top, width: right - left, height: bottom - top, of: width }
+    }
+
+    /// Where one of the picture's pixels is in it.
+    fn at(&self, i: usize) -> usize {
+        (i / self.of - self.top) * self.width + i % self.of - self.left
+    }
+
+    fn mask(&self, pixels: impl Iterator<Item = usize>) -> Vec<bool> {
+        let mut mask = vec![false; self.width * self.height];
+        pixels.for_each(|i| mask[self.at(i)] = true);
+        mask
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::audit::likelihood::step::{Place, border};
+    use crate::audit::picture::regions::mask_of;
 
     const SIDE: usize = 80;
 
@@ -72,24 +115,32 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_reaches_as_far_as_it_stands_out_and_holds_what_it_encloses() {
+    fn a_thing_reaches_as_far_as_its_outline_and_holds_what_it_encloses() {
         let (place, thing, within) = (square(20, 60), square(28, 50), square(35, 43));
         let unlike = Unlike::default();
         let usual = |i: usize| (i * 7919 % 997) as f32 / 997.0;
         let of = |thing: &dyn Fn(usize) -> bool| -> Vec<f32> {
-            (0..SIDE * SIDE).map(|i| if thing(i) { 50.0 } else { usual(i) }).collect()
+            (0..SIDE * SIDE).map(|i| if thing(i) { 50.0 + usual(i) } else { usual(i) }).collect()
+        };
+        // the share of an outline that is the thing's
+        let outline = |pixels: &[usize]| {
+            let mask = mask_of(pixels, SIDE * SIDE);
+            let inside = |i: usize| mask[i];
+            let own = |p: Place| thing[p.last] != thing[p.next];
+            let all: Vec<bool> = border([SIDE, SIDE], pixels, &inside).map(own).collect();
+            all.iter().filter(|own| **own).count() as f32 / all.len() as f32
         };
         // a frame, within which the wall is as it is around
-        let places = Places { unlike: &unlike, mask: &place, width: SIDE, apart: of(&|i| thing[i] && !within[i]) };
-        let extent = places.extent(&region(&place), 30).pixels;
-        let both = extent.iter().filter(|i| thing[**i]).count();
-        // some of what is usual stands out, too
-        assert!(both == region(&thing).pixels.len() && extent.len() * 3 < both * 4, "{} of {both}", extent.len());
-        // too little stands out
-        let places = Places { apart: of(&|_| false), ..places };
-        assert_eq!(places.extent(&region(&place), 200), region(&place));
-        // nothing is known around it
+        let places = Places { unlike: &unlike, width: SIDE, apart: of(&|i| thing[i] && !within[i]) };
+        let (extent, step) = places.extent(&region(&place), 30, outline);
+        // all of it but for its corners
+        let both = extent.pixels.iter().filter(|i| thing[**i]).count();
+        let whole = region(&thing).pixels.len();
+        assert!(both == extent.pixels.len() && both * 20 > whole * 19 && step > 0.7, "{both} of {whole}, {step}");
+        // it is too small a share of the place for being all that is meant
+        assert_eq!(places.extent(&region(&place), 1000, outline).0, region(&place));
+        // nothing is known of what is around it
         let places = Places { apart: vec![f32::NAN; SIDE * SIDE], ..places };
-        assert_eq!(places.extent(&region(&place), 30), region(&place));
+        assert_eq!(places.extent(&region(&place), 30, outline).0, region(&place));
     }
 }

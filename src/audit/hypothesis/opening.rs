@@ -6,14 +6,13 @@
 use glam::Mat3;
 use rayon::prelude::*;
 
-use crate::audit::likelihood::step::{FEWEST, border, usual};
+use crate::audit::likelihood::agreement::USUAL;
+use crate::audit::likelihood::step::{BESIDE, border, usual};
+use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::{along_sides, at_most, bounds, components, mask_of};
 use crate::audit::view::Observations;
 use crate::components::members;
 use crate::statistics::median;
-
-/// What is seen past a rim is farther by more than this share of its distance.
-const BEYOND: f32 = 0.05;
 
 /// A surface that what it encloses is looked at of has at least this part of the picture.
 const LARGE: usize = 50;
@@ -68,7 +67,7 @@ fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Op
     let mask = mask_of(&pixels, s.label.len());
     let inside = |i: usize| mask[i];
     let all: Vec<_> = border([s.width, s.height], &pixels, &inside).collect();
-    let before = all.iter().filter(|p| s.distance[p.next] < (1.0 - BEYOND) * s.distance[p.last]);
+    let before = all.iter().filter(|p| s.distance[p.next] < (1.0 - BESIDE) * s.distance[p.last]);
     let rim: Vec<[usize; 2]> = before
         .filter_map(|p| Some([p.own?, p.other.filter(|j| s.label[*j] == s.label[p.next])?]))
         .filter(|[own, other]| observed.shows(*own) && observed.shows(*other))
@@ -85,6 +84,6 @@ fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Op
         return None;
     }
     let flat = steps.len() as f32 / all.len() as f32;
-    let step = 0.5 * (median(steps).unwrap_or(0.0) / 1.5).max(1e-6).ln();
+    let step = 0.5 * (median(steps).unwrap_or(0.0) / USUAL).max(1e-6).ln();
     Some(Opening { pixels, rim: plane, step, flat })
 }

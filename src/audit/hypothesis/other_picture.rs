@@ -7,15 +7,12 @@ use crate::audit::picture::regions::Region;
 use crate::audit::view::Observations;
 use crate::panorama::luminance;
 
-/// Brightness of less variance than this is even.
-const LEAST_VARIANCE: f64 = 1e-8;
-
 /// Correlation of brightness over a region between the photograph and the model as it is.
 pub(crate) fn as_is(observed: &Observations, region: &Region) -> f32 {
     let t = &observed.texture;
     let tested = region.pixels.iter().filter(|i| t.tested[**i]);
     let ln = |i: usize, ratio: f32| luminance(observed.albedo[i] * (t.ratio[i] * ratio).map(f32::exp)).max(1e-6).ln();
-    correlation(tested.map(|&i| (ln(i, 1.0), ln(i, 0.0))), LEAST_VARIANCE).0
+    correlation(tested.map(|&i| (ln(i, 1.0), ln(i, 0.0)))).0
 }
 
 /// Says what became of a region's texture that follows the model's so closely, and whose colour is off by so many times the threshold;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::audit::likelihood::photo_consistency::{HERE, PLACES, place};
-use crate::audit::picture::regions::{Region, at_most, dilated, mask_of};
+use crate::audit::picture::regions::{MOST_PX, Region, at_most, dilated, mask_of};
 use crate::audit::view::{AuditScene, Observations};
 
 /// A region's cost over the sweep.
@@ -20,9 +20,6 @@ pub(crate) struct Swept {
     pub(crate) twin: bool,
 }
 
-/// More pixels than this tell no more of a region's place.
-const SAMPLES: usize = 6000;
-
 /// If at least this share of a region's pixels tells something of its place, the others are not asked.
 const TELLING_SHARE: f32 = 0.25;
 
@@ -35,7 +32,7 @@ pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Reg
     // what shows nothing fits no place better than another, and would only hide that the rest does
     let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();
     let pixels = if telling.len() as f32 >= TELLING_SHARE * pixels.len() as f32 { telling } else { pixels };
-    let chosen: Vec<usize> = at_most(&pixels, SAMPLES).collect();
+    let chosen: Vec<usize> = at_most(&pixels, MOST_PX).collect();
     let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
     let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;
     // per probe and pixel

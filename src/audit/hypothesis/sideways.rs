@@ -8,7 +8,8 @@
 use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
-use crate::audit::hypothesis::silhouette::{FEWEST, FOUND, Fit, Small, registration};
+use crate::audit::hypothesis::silhouette::{FOUND, Fit, Small, registration};
+use crate::audit::picture::FEWEST;
 use crate::audit::view::{AuditScene, Observations};
 
 /// A part larger than this share of the picture is its room.

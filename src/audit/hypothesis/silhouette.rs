@@ -3,8 +3,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::audit::picture::correlation;
 use crate::audit::picture::regions::dilated;
+use crate::audit::picture::{FEWEST, correlation};
 use crate::audit::view::{AuditScene, Observations};
 use crate::components::members;
 use crate::edge_aware::EdgeAware;
@@ -31,14 +31,8 @@ const BAND: [f32; 2] = [0.7, 6.0];
 /// An outline steps back by at least this share of its distance.
 const STEP: f32 = 0.03;
 
-/// Fewer pixels along an outline tell nothing.
-pub(crate) const FEWEST: usize = 24;
-
 /// Neighbouring pixels along an outline are alike: so many tell as much as one.
 const ALIKE_PX: f32 = 8.0;
-
-/// Structure of less variance than this is none.
-const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Correlation from which on an outline counts as found.
 pub(crate) const FOUND: f32 = 0.6;
@@ -200,7 +194,7 @@ impl Small {
             let j = inside.then(|| (y * w + x) as usize)?;
             (self.usable[j] != 0.0).then(|| (model[i], self.photo[j]))
         });
-        let (c, n) = correlation(pairs, LEAST_VARIANCE);
+        let (c, n) = correlation(pairs);
         // what is mostly shifted out of the picture is not compared
         if n < 0.7 * band.len() as f64 { (f32::NEG_INFINITY, 0.0) } else { (c, n as f32) }
     }

@@ -9,8 +9,8 @@ use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::observe::uv_islands::Gradient;
 use crate::audit::picture::coding::Coded;
 use crate::audit::picture::fourier::{Complex, Fourier};
-use crate::audit::picture::log_luminance;
-use crate::audit::picture::regions::bounds;
+use crate::audit::picture::regions::{MOST_PX, bounds};
+use crate::audit::picture::{EVEN, FEWEST, log_luminance};
 use crate::audit::view::Observations;
 use crate::edge_aware::EdgeAware;
 use crate::panorama::linear_to_code;
@@ -19,21 +19,14 @@ use crate::scene::{Scene, Texture};
 /// Sides of the grids that a texture's period is divided into.
 const SIDES: [usize; 2] = [32, 128];
 
-/// With more pixels than this, only blocks of them are looked at.
-const MOST_PX: usize = 6000;
+/// Sides of the blocks of pixels that are looked at where there are more than [`MOST_PX`].
 const BLOCK_PX: usize = 32;
 
 /// A box around pixels that is larger than this is not looked at whole, either.
 const BOX_PX: usize = 8 * MOST_PX;
 
-/// Fewer pixels tell nothing.
-const FEWEST: usize = 40;
-
 /// Structure is compared with itself up to so many pixels beside and below.
 const LAGS: usize = 16;
-
-/// Structure of less variance than this is none.
-const LEAST_VARIANCE: f32 = 1e-6;
 
 /// A plane's picture is so many times as wide as pixels reach from their middle: what was shifted came from beside them.
 const PERIOD: f32 = 4.0;
@@ -294,7 +287,7 @@ impl<'a> TexturePatch<'a> {
             bb += w * b * b;
             ab += w * a * b;
         }
-        if aa.min(bb) < LEAST_VARIANCE * sum { 0.0 } else { ab / (aa * bb).sqrt() }
+        if aa.min(bb) < EVEN * sum { 0.0 } else { ab / (aa * bb).sqrt() }
     }
 
     /// Goes from a shift to where the fit is best near by, in ever shorter steps, the first of them this long (pixels).

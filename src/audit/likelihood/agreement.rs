@@ -9,7 +9,7 @@
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
-use crate::audit::likelihood::noise::whitening;
+use crate::audit::likelihood::noise::{EVERY, whitening};
 use crate::edge_aware::EdgeAware;
 use crate::statistics::median;
 
@@ -23,9 +23,6 @@ pub(crate) fn widest() -> f32 {
 
 /// What is darker than this share of the picture's median shows little structure.
 const DARK: f32 = 0.03;
-
-/// Every how many pixels the covariance is estimated from.
-const EVERY: usize = 7;
 
 /// Per size of structure and pixel, the logarithm of how much more photograph and model differ than they have in common, over a
 /// window as wide as the structure: 0 where neither is more than noise.
@@ -72,11 +69,14 @@ fn levels(values: &[Vec3], known: &[f32]) -> Vec<Vec3> {
     values.iter().zip(known).map(|(v, k)| if *k > 0.0 { level(*v) } else { Vec3::ZERO }).collect()
 }
 
+/// Squared length that half of all differences are shorter than, in units that [`unit`] makes: half a unit a channel.
+pub(crate) const USUAL: f32 = 1.5;
+
 /// Makes the channels of differences independent and alike, and half of them shorter than half a unit a channel, squared.
 pub(crate) fn unit(differences: Vec<Vec3>) -> Mat3 {
     let white = whitening(differences.iter().copied());
     let middle = median(differences.iter().map(|d| (white * *d).length_squared())).unwrap_or(0.0);
-    white * (1.5 / middle.max(1e-9)).sqrt()
+    white * (USUAL / middle.max(1e-9)).sqrt()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 use glam::{Mat3, Vec3};
 
+use crate::audit::observe::radiometry::FEWEST_SEEN;
 use crate::statistics::median;
 
 /// What a difference's variance is made of: floor, per squared slope, per squared contrast.
@@ -20,8 +21,8 @@ const KEPT: f32 = 0.89;
 /// No photograph and probe agree closer than this, as a relative standard deviation: gains, lenses, hours.
 const CLOSEST: f32 = 0.03;
 
-/// With fewer samples a probe's own variance cannot be fitted.
-const FEWEST: usize = 200;
+/// Every how many pixels samples of a picture are taken that something is fitted to.
+pub(crate) const EVERY: usize = 5;
 
 /// A probe's differences in a view.
 pub(crate) struct Sample {
@@ -52,7 +53,7 @@ impl Noise {
                     .flat_map(|(s, parts)| s.iter().map(|s| s.difference / variance(*parts, s.by).sqrt())),
             );
             for (parts, samples) in this.of.iter_mut().zip(samples) {
-                if samples.len() >= FEWEST {
+                if samples.len() >= FEWEST_SEEN {
                     *parts = fitted(*parts, samples, this.white);
                 }
             }

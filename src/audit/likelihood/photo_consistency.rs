@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 
-use crate::audit::likelihood::noise::{Noise, Parts, Sample};
+use crate::audit::likelihood::noise::{EVERY, Noise, Parts, Sample};
 use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::gloss::{Gloss, bounds};
 use crate::audit::observe::probe_view::{ProbeView, Sight};
@@ -197,9 +197,6 @@ fn carried(surfaces: &GeometryBuffer, sights: &[Option<Sight>], probe: &ProbeVie
     };
     (0..n).into_par_iter().filter_map(carry).collect()
 }
-
-/// Every how many pixels the variance is fitted to.
-const EVERY: usize = 5;
 
 /// Runs the test.
 pub(crate) fn test(

@@ -7,8 +7,8 @@ use crate::audit::likelihood::agreement::unit;
 /// Pixels from a border that both its sides are looked at.
 const ASIDE: usize = 4;
 
-/// Of fewer places on a border nothing is said.
-pub(crate) const FEWEST: usize = 20;
+/// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
+pub(crate) const BESIDE: f32 = 0.05;
 
 /// A place on a region's border.
 pub(crate) struct Place {

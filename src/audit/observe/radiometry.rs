@@ -50,8 +50,8 @@ pub(crate) struct Radiometry {
     pub(crate) spread: Vec<Option<f32>>,
 }
 
-/// So many pixels must be seen for a probe's gain to be told.
-const FEWEST: usize = 200;
+/// So many pixels must be seen for a probe's gain, or variance, to be told.
+pub(crate) const FEWEST_SEEN: usize = 200;
 
 /// Fits per-probe, per-channel offsets and a common vignetting by medians, which half the picture may contradict.
 /// `soft` is the photograph as soft as each probe.
@@ -77,7 +77,7 @@ pub(crate) fn fit(surfaces: &GeometryBuffer, sights: &Sights, probes: &[ProbeVie
     let mut offsets = vec![None; probes.len()];
     for _ in 0..8 {
         for (offset, samples) in offsets.iter_mut().zip(&differences) {
-            *offset = (samples.len() >= FEWEST).then(|| {
+            *offset = (samples.len() >= FEWEST_SEEN).then(|| {
                 let channel = |c: usize| median(samples.iter().map(|(r, d)| d[c] - vignetting * r)).unwrap_or(0.0);
                 Vec3::new(channel(0), channel(1), channel(2))
             });

@@ -9,6 +9,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::audit::picture::FEWEST;
 use crate::panorama::{linear_to_srgb, luminance};
 
 /// Pixels along each side of a block, and in all.
@@ -23,9 +24,6 @@ const LONGEST: usize = 64;
 
 /// Shorter steps, in whole numbers of pixels' values, hide nothing that matters.
 const SHORTEST: usize = 3;
-
-/// Fewer coefficients tell no step.
-const FEWEST: usize = 20;
 
 /// Mean cosine of coefficients in units of a step, a turn for each, from which on they come in such steps: 1 if all do.
 const IN_STEPS: f32 = 0.6;

@@ -10,13 +10,19 @@ use glam::Vec3;
 
 use crate::panorama::luminance;
 
+/// Of fewer samples than this nothing is told.
+pub(crate) const FEWEST: usize = 20;
+
+/// Pictures of less variance than this are even.
+pub(crate) const EVEN: f32 = 1e-6;
+
 /// Logarithm of a brightness; black counts as 10⁻⁴.
 pub(crate) fn log_luminance(rgb: Vec3) -> f32 {
     luminance(rgb).max(1e-4).ln()
 }
 
-/// Pearson's correlation of pairs, and how many there are; 0 where either side varies by less than `least`.
-pub(crate) fn correlation(pairs: impl Iterator<Item = (f32, f32)>, least: f64) -> (f32, f64) {
+/// Pearson's correlation of pairs, and how many there are; 0 where either side is even.
+pub(crate) fn correlation(pairs: impl Iterator<Item = (f32, f32)>) -> (f32, f64) {
     let [mut n, mut a, mut b, mut aa, mut bb, mut ab] = [0.0f64; 6];
     for (p, q) in pairs {
         let (p, q) = (f64::from(p), f64::from(q));
@@ -29,6 +35,6 @@ pub(crate) fn correlation(pairs: impl Iterator<Item = (f32, f32)>, least: f64) -
     }
     let m = n.max(1.0);
     let (va, vb) = (aa / m - (a / m).powi(2), bb / m - (b / m).powi(2));
-    let c = if va < least || vb < least { 0.0 } else { (ab / m - a * b / m / m) / (va * vb).sqrt() };
+    let c = if va.min(vb) < f64::from(EVEN) { 0.0 } else { (ab / m - a * b / m / m) / (va * vb).sqrt() };
     (c as f32, n)
 }

@@ -19,6 +19,9 @@ pub(crate) fn bounds(pixels: &[usize], width: usize) -> [usize; 4] {
     })
 }
 
+/// More pixels than this say no more of a region than some of them.
+pub(crate) const MOST_PX: usize = 6000;
+
 /// Some of a set of pixels, spread evenly over it: at most so many.
 pub(crate) fn at_most(pixels: &[usize], most: usize) -> impl Iterator<Item = usize> {
     pixels.iter().copied().step_by(pixels.len().div_ceil(most).max(1))
