@@ -118,7 +118,11 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let mut camera = first;
     let mut pose = PoseCorrection::default();
     let mut surfaces = GeometryBuffer::look(scene, &camera);
-    if settings.refine_pose {
+    let mut frame = render(scene, &relit, &camera, 4, &|_, _| {});
+    // a model without colours shows nothing to lay over a photograph
+    let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
+    let seen = surfaces.triangle.iter().filter(|t| **t != NONE).count();
+    if settings.refine_pose && 2 * coloured > seen {
         // a clipped pixel is still as bright as that: its edges tell of the pose
         let to_align: Vec<f32> = photo
             .unusable
@@ -128,15 +132,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
             .collect();
         let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
         for _ in 0..2 {
-            // blurred before it is compared: one ray a pixel is enough
-            let shown = render(scene, &relit, &camera, 1, &|_, _| {});
-            // a model without colours shows nothing to lay over a photograph
-            let coloured = shown.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
-            let seen = surfaces.triangle.iter().filter(|t| **t != NONE).count();
-            if 2 * coloured <= seen {
-                break;
-            }
-            let shown: Vec<f32> = shown.radiance.pixels.iter().map(|p| luminance(*p)).collect();
+            let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
             let aligned = pose::align(scene, &surfaces, &camera, &first, &shown, &brightness, &to_align);
             let before = pose.mean_px;
             (camera, pose) = (aligned.camera, aligned.correction);
@@ -144,12 +140,13 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
                 break;
             }
             surfaces = GeometryBuffer::look(scene, &camera);
+            drop(frame);
+            frame = render(scene, &relit, &camera, 4, &|_, _| {});
             if (pose.mean_px - before).abs() < 0.2 {
                 break;
             }
         }
     }
-    let frame = render(scene, &relit, &camera, 4, &|_, _| {});
     let blurred = Blurred::new(&photo.pixels, &usable, &surfaces.shape);
     let sights = Sights::look(&surfaces, &prepared.probes, &usable);
     let soft: Vec<Vec<Vec3>> = prepared
