@@ -4,9 +4,12 @@
 //! is wrong in it. What is wrong ends where the albedo that the photograph shows goes on as it is around the place.
 
 use crate::audit::likelihood::agreement::{Unlike, widest};
-use crate::audit::picture::regions::{Region, bounds, closed, filled, opened};
+use crate::audit::picture::regions::{Region, bounds, closed, dilated, filled, opened};
 use crate::audit::view::Observations;
 use crate::statistics::quantile;
+
+/// What stands out does so more than this share of what is around its place.
+const STANDS_OUT: f64 = 0.9;
 
 /// Level lines that are looked at.
 const LEVELS: u8 = 8;
@@ -14,15 +17,13 @@ const LEVELS: u8 = 8;
 /// The share of the steepest outline's step from which on a wider one is preferred.
 const STEEP: f32 = 0.7;
 
-/// Pixels around a place that are cut out with it: more than gaps are wide.
-const MARGIN: usize = 4;
-
 /// Where less than this share of a place stands out, all of it is meant.
 const LEAST: f32 = 0.25;
 
 /// Places that are unlike the model, and how far each pixel is from what is around them.
 pub(crate) struct Places<'a> {
     pub(crate) unlike: &'a Unlike,
+    mask: &'a [bool],
     width: usize,
     /// How far the albedo that the photograph shows, over the model's, is from what it is around the places on the same surface: squared
     /// lengths in units of what it differs by within pieces. NaN where it cannot be told.
@@ -31,35 +32,41 @@ pub(crate) struct Places<'a> {
 
 impl<'a> Places<'a> {
     /// Those of a mask.
-    pub(crate) fn new(observed: &Observations, unlike: &'a Unlike, mask: &[bool]) -> Self {
+    pub(crate) fn new(observed: &Observations, unlike: &'a Unlike, mask: &'a [bool]) -> Self {
         let (s, t) = (&observed.surfaces, &observed.texture);
         let around: Vec<f32> = (0..mask.len()).map(|i| if t.tested[i] && !mask[i] { 1.0 } else { 0.0 }).collect();
         let known = s.shape.smoothed(&around, widest());
         let usual = s.shape.mean_colour_with(&t.ratio, &around, &known, widest());
         let apart = |i: usize| (t.unit * (t.ratio[i] - usual[i])).length_squared();
         let apart = (0..mask.len()).map(|i| if t.tested[i] { apart(i) } else { f32::NAN }).collect();
-        Self { unlike, width: s.width, apart }
+        Self { unlike, mask, width: s.width, apart }
     }
 
-    /// What of a place stands out from what is around it, with all that it encloses, and how much the steepest outline steps. It ends at a
-    /// level line of how far it stands out, as what people take for one thing does (Desolneux, Moisan and Morel, *Edge detection by Helmholtz
-    /// principle*, 2001): at the widest, the place's own included, that steps nearly as much as the steepest. None holds less than `least` pixels or
-    /// too small a share of the place. `outline` tells how much the photograph steps along the outline of some pixels.
+    /// What of a place stands out from what is around it, with all that it encloses, and how much the steepest outline steps: what stands out
+    /// more than nearly all that is around, or where another level line of how far it stands out is much steeper, the widest that is
+    /// nearly as steep as the steepest: people see things as bounded by such lines (Desolneux, Moisan and Morel, *Edge detection by Helmholtz principle*, 2001).
+    /// The whole place where too small a share of it or less than `least` pixels stand out, as where only the edges of a picture are beside their places,
+    /// or where nothing is known around it. `outline` tells how much the photograph steps along the outline of some pixels.
     pub(crate) fn extent(&self, place: &Region, least: usize, outline: impl Fn(&[usize]) -> f32) -> (Region, f32) {
         let cut = Cut::around(&place.pixels, self.width, self.apart.len() / self.width);
-        let mut apart: Vec<f32> = place.pixels.iter().map(|i| self.apart[*i]).filter(|a| a.is_finite()).collect();
         let least = least.max((LEAST * place.pixels.len() as f32) as usize);
-        let mut all = vec![(outline(&place.pixels), place.clone())];
-        for level in 1..LEVELS {
-            let Some(level) = quantile(&mut apart, f64::from(level) / f64::from(LEVELS)) else { break };
+        let over = |level: f32| {
             let out = cut.mask(place.pixels.iter().copied().filter(|i| self.apart[*i] > level));
             let whole = opened(&filled(&closed(&out, cut.width, cut.height, 2), cut.width), cut.width, cut.height, 1);
             let pixels: Vec<usize> = place.pixels.iter().copied().filter(|i| whole[cut.at(*i)]).collect();
-            if pixels.len() < least {
-                break;
-            }
-            all.push((outline(&pixels), Region { pixels }));
-        }
+            (pixels.len() >= least).then(|| (outline(&pixels), Region { pixels }))
+        };
+        let inside = cut.mask(place.pixels.iter().copied());
+        let ring = dilated(&inside, cut.width, cut.height, widest() as usize);
+        let beside = (0..ring.len()).filter(|k| ring[*k]).map(|k| cut.of(k)).filter(|i| !self.mask[*i]);
+        let known = |pixels: &mut dyn Iterator<Item = usize>| -> Vec<f32> {
+            pixels.map(|i| self.apart[i]).filter(|a| a.is_finite()).collect()
+        };
+        let usual = quantile(&mut known(&mut { beside }), STANDS_OUT).unwrap_or(f32::INFINITY);
+        let first = over(usual).unwrap_or_else(|| (outline(&place.pixels), place.clone()));
+        let mut apart = known(&mut place.pixels.iter().copied());
+        let levels = (1..LEVELS).filter_map(|k| quantile(&mut apart, f64::from(k) / f64::from(LEVELS)));
+        let mut all: Vec<(f32, Region)> = std::iter::once(first).chain(levels.map_while(over)).collect();
         let most = all.iter().map(|(step, _)| *step).fold(0.0, f32::max);
         let at = all.iter().position(|(step, _)| *step >= STEEP * most).unwrap_or(0);
         (all.swap_remove(at).1, most)
@@ -73,21 +80,27 @@ struct Cut {
     width: usize,
     height: usize,
     /// Width of the picture.
-    of: usize,
+    picture: usize,
 }
 
 impl Cut {
-    /// What is around some pixels of a picture, with a margin.
+    /// Some pixels of a picture and what is around them, as far as they were told over windows.
     fn around(pixels: &[usize], width: usize, height: usize) -> Self {
         let [left, top, right, bottom] = bounds(pixels, width);
-        let [left, top] = [left, top].map(|side| side.saturating_sub(MARGIN));
-        let [right, bottom] = [(right + MARGIN).min(width), (bottom + MARGIN).min(height)];
-        Self { left, top, width: right - left, height: bottom - top, of: width }
+        let margin = widest() as usize + 1;
+        let [left, top] = [left, top].map(|side| side.saturating_sub(margin));
+        let [right, bottom] = [(right + margin).min(width), (bottom + margin).min(height)];
+        Self { left, top, width: right - left, height: bottom - top, picture: width }
     }
 
     /// Where one of the picture's pixels is in it.
     fn at(&self, i: usize) -> usize {
-        (i / self.of - self.top) * self.width + i % self.of - self.left
+        (i / self.picture - self.top) * self.width + i % self.picture - self.left
+    }
+
+    /// Which of the picture's pixels one of its own is.
+    fn of(&self, k: usize) -> usize {
+        (k / self.width + self.top) * self.picture + k % self.width + self.left
     }
 
     fn mask(&self, pixels: impl Iterator<Item = usize>) -> Vec<bool> {
@@ -131,7 +144,7 @@ mod tests {
             all.iter().filter(|own| **own).count() as f32 / all.len() as f32
         };
         // a frame, within which the wall is as it is around
-        let places = Places { unlike: &unlike, width: SIDE, apart: of(&|i| thing[i] && !within[i]) };
+        let places = Places { unlike: &unlike, mask: &place, width: SIDE, apart: of(&|i| thing[i] && !within[i]) };
         let (extent, step) = places.extent(&region(&place), 30, outline);
         // all of it but for its corners
         let both = extent.pixels.iter().filter(|i| thing[**i]).count();
