@@ -42,11 +42,11 @@ impl<'a> Places<'a> {
         Self { unlike, mask, width: s.width, apart }
     }
 
-    /// What of a place stands out from what is around it, with all that it encloses, and how much the steepest outline steps: what stands out
-    /// more than nearly all that is around, or where another level line of how far it stands out is much steeper, the widest that is
-    /// nearly as steep as the steepest: people see things as bounded by such lines (Desolneux, Moisan and Morel, *Edge detection by Helmholtz principle*, 2001).
-    /// The whole place where too small a share of it or less than `least` pixels stand out, as where only the edges of a picture are beside their places,
-    /// or where nothing is known around it. `outline` tells how much the photograph steps along the outline of some pixels.
+    /// What of a place stands out from what is around it, with all that it encloses, and how much its steepest outline steps; `outline` tells
+    /// that of some pixels. It is what stands out more than nearly all that is around. But where another level line of how far it
+    /// stands out is much steeper, it is the widest nearly as steep as the steepest: people see things as bounded by such lines
+    /// (Desolneux, Moisan and Morel, *Edge detection by Helmholtz principle*, 2001). It is the whole place where too small a share of it, or
+    /// less than `least` pixels, stand out, as where only the edges of a picture are beside their places, or where nothing is known around it.
     pub(crate) fn extent(&self, place: &Region, least: usize, outline: impl Fn(&[usize]) -> f32) -> (Region, f32) {
         let cut = Cut::around(&place.pixels, self.width, self.apart.len() / self.width);
         let least = least.max((LEAST * place.pixels.len() as f32) as usize);
@@ -59,17 +59,19 @@ impl<'a> Places<'a> {
         let inside = cut.mask(place.pixels.iter().copied());
         let ring = dilated(&inside, cut.width, cut.height, widest() as usize);
         let beside = (0..ring.len()).filter(|k| ring[*k]).map(|k| cut.of(k)).filter(|i| !self.mask[*i]);
-        let known = |pixels: &mut dyn Iterator<Item = usize>| -> Vec<f32> {
-            pixels.map(|i| self.apart[i]).filter(|a| a.is_finite()).collect()
-        };
-        let usual = quantile(&mut known(&mut { beside }), STANDS_OUT).unwrap_or(f32::INFINITY);
+        let usual = quantile(&mut self.known(beside), STANDS_OUT).unwrap_or(f32::INFINITY);
         let first = over(usual).unwrap_or_else(|| (outline(&place.pixels), place.clone()));
-        let mut apart = known(&mut place.pixels.iter().copied());
+        let mut apart = self.known(place.pixels.iter().copied());
         let levels = (1..LEVELS).filter_map(|k| quantile(&mut apart, f64::from(k) / f64::from(LEVELS)));
         let mut all: Vec<(f32, Region)> = std::iter::once(first).chain(levels.map_while(over)).collect();
         let most = all.iter().map(|(step, _)| *step).fold(0.0, f32::max);
         let at = all.iter().position(|(step, _)| *step >= STEEP * most).unwrap_or(0);
         (all.swap_remove(at).1, most)
+    }
+
+    /// How far those of some pixels stand out of which it is known.
+    fn known(&self, pixels: impl Iterator<Item = usize>) -> Vec<f32> {
+        pixels.map(|i| self.apart[i]).filter(|a| a.is_finite()).collect()
     }
 }
 

@@ -69,7 +69,7 @@ fn levels(values: &[Vec3], known: &[f32]) -> Vec<Vec3> {
     values.iter().zip(known).map(|(v, k)| if *k > 0.0 { level(*v) } else { Vec3::ZERO }).collect()
 }
 
-/// Squared length that half of all differences are shorter than, in units that [`unit`] makes: half a unit a channel.
+/// Squared length that half of all differences are shorter than, in units that [`unit()`] makes: half a unit a channel.
 pub(crate) const USUAL: f32 = 1.5;
 
 /// Makes the channels of differences independent and alike, and half of them shorter than half a unit a channel, squared.
