@@ -11,7 +11,7 @@ use crate::statistics::quantile;
 /// What stands out does so more than this share of what is around its place.
 const STANDS_OUT: f64 = 0.9;
 
-/// Level lines that are looked at.
+/// Level lines cut the pixels of a place into so many parts of one size.
 const LEVELS: u8 = 8;
 
 /// The share of the steepest outline's step from which on a wider one is preferred.
