@@ -6,6 +6,7 @@
 //!     [--per 1] [--every 3] [--cells 32] [--only wall,hole] [--under JPEG,pose] [--regions] [--pictures FOLDER]
 //! cargo run --release --example audit_benchmark -- corpus SITE… [--per 3] [--seed 1] [--only right,wall]
 //!     [--candidates FILE] [--pictures FOLDER]
+//! cargo run --release --example audit_benchmark -- held-out SITE [--every 3]
 //! cargo run --release --example audit_benchmark -- fit FILE…
 //! ```
 //!
@@ -19,6 +20,7 @@ mod cases;
 mod corpus;
 mod faultless;
 mod fit;
+mod held_out;
 mod measure;
 mod nuisance;
 mod pictures;
@@ -68,6 +70,9 @@ fn main() {
         let candidates = after("--candidates").map(Path::new);
         let pictures = after("--pictures").map(PathBuf::from);
         return corpus::corpus(&sites, per, seed, &|title| named("--only", title), candidates, pictures);
+    }
+    if args.first().is_some_and(|a| a == "held-out") {
+        return held_out::held_out(&args[1], number("--every", 3) as usize);
     }
     if args.first().is_some_and(|a| a == "fit") {
         return fit::fit(&args[1..]);

@@ -141,8 +141,12 @@ impl Paint<'_> {
     /// Width in metres of the finest detail that this can show on a face: a texel, or the spacing of vertices that differ in colour; 0 for
     /// one plain colour.
     pub fn finest_detail(&self, face: &Face) -> f32 {
-        let vertices = self.colours.map_or(0.0, |_| face.doubled_m2.sqrt());
-        self.texture.map_or(0.0, |cloth| 1.0 / cloth.scale).max(vertices)
+        self.texture.map_or(0.0, |cloth| 1.0 / cloth.scale).max(self.vertex_spacing(face))
+    }
+
+    /// Metres between the vertices of a face that have colours of their own, as a scan's do; 0 where they have none.
+    pub fn vertex_spacing(&self, face: &Face) -> f32 {
+        self.colours.map_or(0.0, |_| face.doubled_m2.sqrt())
     }
 
     /// Albedo averaged over a parallelogram on the surface about a point, its sides given in metres: bilinear in the

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::audit::decide::assess::note;
 use crate::audit::decide::assessed::{Assessed, Eye, Found};
+use crate::audit::decide::background::Background;
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
 use crate::audit::decide::lines_of_sight::{are_one_thing, support};
@@ -30,15 +31,22 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     let squares: Vec<Vec<_>> =
         assessed.iter().enumerate().map(|(v, a)| a.found.par_iter().map(|f| squares(v, f)).collect()).collect();
     let outlines = outlines(assessed);
-    let supports = support(assessed);
-    for ((a, squares), supports) in assessed.iter_mut().zip(squares).zip(supports) {
-        for ((f, squares), support) in a.found.iter_mut().zip(squares).zip(supports) {
+    for (a, squares) in assessed.iter_mut().zip(squares) {
+        for (f, squares) in a.found.iter_mut().zip(squares) {
             if let Some(odds) = f.part.and_then(|(part, _)| outlines.get(&part)) {
                 (f.log_odds, f.finding.evidence) = OUTLINE.weigh([*odds]);
             }
             if let Some(squares) = squares {
                 odds::learn(&mut f.finding, &mut f.log_odds, squares);
             }
+        }
+    }
+    for (test, usual, share) in odds::BACKGROUND {
+        set_against_background(assessed, test, usual, share);
+    }
+    let supports = support(assessed);
+    for (a, supports) in assessed.iter_mut().zip(supports) {
+        for (f, support) in a.found.iter_mut().zip(supports) {
             if let Some(support) = support {
                 odds::times(&mut f.finding, &mut f.log_odds, support.times);
                 if support.is_theirs {
@@ -56,6 +64,18 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
             label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.pixels, f.finding.kind, f.finding.reason);
         }
         a.view.count();
+    }
+}
+
+/// Sets all regions that a test tells against how often such turn up in these photographs.
+fn set_against_background(assessed: &mut [Assessed], test: &str, usual: f64, share: f32) {
+    let told_at = Settings::default().least_probability;
+    let of_test = |f: &Found| f.finding.evidence.first().is_some_and(|e| e.test == test);
+    let told = assessed.iter().flat_map(|a| &a.found).filter(|f| of_test(f));
+    let log_odds: Vec<f32> = told.map(|f| f.log_odds).filter(|z| odds::probability(*z) >= told_at).collect();
+    let background = Background::estimated(&log_odds, assessed.len(), usual);
+    for f in assessed.iter_mut().flat_map(|a| &mut a.found).filter(|f| of_test(f)) {
+        odds::against(&mut f.finding, &mut f.log_odds, background, share);
     }
 }
 

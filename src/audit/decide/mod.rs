@@ -2,6 +2,7 @@
 
 pub(crate) mod assess;
 pub(crate) mod assessed;
+pub(crate) mod background;
 pub(crate) mod decision;
 pub(crate) mod false_alarms;
 pub(crate) mod judge;

@@ -3,7 +3,7 @@
 //! Where the model has a hole one sees past the surface around it something that no probe tells of, or nothing at all. What a real
 //! opening shows steps at its rim, in brightness or colour, by more than a surface differs from place to place.
 
-use glam::Mat3;
+use glam::{Mat3, Vec2};
 use rayon::prelude::*;
 
 use crate::audit::likelihood::agreement::USUAL;
@@ -27,7 +27,8 @@ pub(crate) struct Opening {
     pub(crate) rim: usize,
     /// The photograph's step over half of the rim, as the logarithm of what half of its places differ by within surfaces.
     pub(crate) step: f32,
-    /// The share of what surrounds these pixels that is one plane before them.
+    /// The share of what is around these pixels that is one plane before them, as far as it is on all sides: what lies past the end of a
+    /// surface is on one side of it.
     pub(crate) flat: f32,
 }
 
@@ -72,18 +73,22 @@ fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Op
         .filter_map(|p| Some([p.own?, p.other.filter(|j| s.label[*j] == s.label[p.next])?]))
         .filter(|[own, other]| observed.shows(*own) && observed.shows(*other))
         .collect();
+    let at = |i: usize| Vec2::new((i % s.width) as f32, (i / s.width) as f32);
+    let towards = |&[own, other]: &[usize; 2]| at(other) - at(own);
     let places: Vec<usize> = rim.iter().map(|[_, other]| *other).collect();
     let count = |i: usize| places.iter().filter(|j| s.coplanar(i, **j)).count();
     let plane = at_most(&places, PLANES).max_by_key(|i| count(*i))?;
-    let over = rim.iter().filter(|[_, other]| s.coplanar(plane, *other));
+    let over: Vec<&[usize; 2]> = rim.iter().filter(|[_, other]| s.coplanar(plane, *other)).collect();
     let steps: Vec<f32> = over
+        .iter()
         .map(|[own, other]| unit * (observed.log_photo[*own] - observed.log_photo[*other]))
         .map(|s| s.length_squared())
         .collect();
     if steps.len() < FEWEST {
         return None;
     }
-    let flat = steps.len() as f32 / all.len() as f32;
+    let one_sided = over.iter().map(|across| towards(across).normalize_or_zero()).sum::<Vec2>().length();
+    let flat = (steps.len() as f32 - one_sided) / all.len() as f32;
     let step = 0.5 * (median(steps).unwrap_or(0.0) / USUAL).max(1e-6).ln();
     Some(Opening { pixels, rim: plane, step, flat })
 }

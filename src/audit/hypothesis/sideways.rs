@@ -9,14 +9,19 @@ use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
 use crate::audit::hypothesis::silhouette::{FOUND, Fit, Small, registration};
+use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::picture::FEWEST;
 use crate::audit::view::{AuditScene, Observations};
+use crate::statistics::median;
 
 /// A part larger than this share of the picture is its room.
 pub(crate) const LARGEST: f32 = 0.35;
 
 /// A part that stands no farther off is in its place, metres: models are a few millimetres off all over.
 const LEAST_M: f64 = 0.005;
+
+/// Nor is a scan's part less than so many spacings of its vertices off: either side of an outline is known to one.
+const SPACINGS: f32 = 2.0;
 
 /// A part whose outline the photograph shows elsewhere.
 pub(crate) struct Shifted {
@@ -46,8 +51,14 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
         let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
         off > least && f.odds > 0.0
     };
+    let spacing = |i: &usize| {
+        let triangle = observed.surfaces.triangle[*i];
+        let face = (triangle != NONE).then(|| prepared.scene.face(triangle))?;
+        Some(prepared.scene.paint(&face, false).vertex_spacing(&face))
+    };
+    let known = |p: &Shifted| SPACINGS * median(p.pixels.iter().filter_map(spacing)).unwrap_or(0.0);
     let parts = fits.iter().filter(beside).map(|f| whole(&small, observed, f));
-    parts.filter(|p| p.shift.words().1 >= LEAST_M).collect()
+    parts.filter(|p| p.shift.words().1 >= LEAST_M.max(known(p).into())).collect()
 }
 
 /// The part at the audit's size.
