@@ -10,35 +10,39 @@ use crate::audit::decide::odds::probability;
 /// What is usual counts as much as what so many photographs show: half a photograph, since rooms differ by more than ten times.
 const PRIOR_PHOTOGRAPHS: f64 = 0.5;
 
-/// The rate is taken to be at least this share of the usual one: rooms with fewer were not met.
-const LEAST: f64 = 0.25;
-
-/// Regions of one kind that are no faults, a photograph.
+/// How often regions like one turn up beside it that are no faults.
 #[derive(Clone, Copy)]
 pub(crate) struct Background {
+    /// Regions a photograph.
     pub(crate) rate: f64,
     /// Where the cues' weights hold.
     pub(crate) usual: f64,
 }
 
 impl Background {
-    /// Estimates the rate in some photographs from the logarithms of the odds of all regions that they show, by
-    /// expectation-maximisation: a region counts by how unlikely it is a fault at the rate.
-    pub(crate) fn estimated(log_odds: &[f32], photographs: usize, usual: f64) -> Self {
+    /// Estimates it for each region of one kind that some photographs show, from the logarithms of their odds, by
+    /// expectation-maximisation: each of the others counts by how unlikely it is a fault. Of less than a probability of `least` none counts.
+    pub(crate) fn estimated(log_odds: &[f32], photographs: usize, usual: f64, least: f64) -> Vec<Self> {
         const ROUNDS: usize = 60;
-        let mut this = Self { rate: usual, usual };
+        let mut all = vec![Self { rate: usual, usual }; log_odds.len()];
         for _ in 0..ROUNDS {
-            let right: f64 = log_odds.iter().map(|z| 1.0 - probability(z + this.log_odds())).sum();
-            let rate = (PRIOR_PHOTOGRAPHS * usual + right) / (PRIOR_PHOTOGRAPHS + photographs as f64);
-            // half of the way in logarithms, lest it swings
-            this.rate = (this.rate * rate).sqrt().max(LEAST * usual);
+            let regions = all.iter().zip(log_odds);
+            let right: Vec<f64> = regions
+                .map(|(b, z)| if probability(*z) < least { 0.0 } else { 1.0 - probability(z + b.log_odds()) })
+                .collect();
+            let sum: f64 = right.iter().sum();
+            for (background, own) in all.iter_mut().zip(&right) {
+                let rate = (PRIOR_PHOTOGRAPHS * usual + sum - own) / (PRIOR_PHOTOGRAPHS + photographs as f64);
+                // half of the way in logarithms, lest it swings
+                background.rate = (background.rate * rate).sqrt();
+            }
         }
-        this
+        all
     }
 
-    /// What is to be added to the logarithm of the odds of each region.
+    /// What is to be added to the logarithm of the region's odds; where less than usual turns up, nothing.
     pub(crate) fn log_odds(&self) -> f32 {
-        (self.usual / self.rate).ln() as f32
+        -(self.rate / self.usual).max(1.0).ln() as f32
     }
 }
 
@@ -48,17 +52,15 @@ mod tests {
 
     #[test]
     fn what_turns_up_all_over_is_no_fault_and_what_stands_alone_may_be() {
-        let of = |log_odds: &[f32]| Background::estimated(log_odds, 4, 0.1).log_odds();
-        // nothing else looks wrong
-        assert!(of(&[0.5]) > 0.0 && of(&[]) > of(&[0.5]));
-        assert!(of(&[]) <= -(LEAST.ln() as f32) + 1e-6);
+        let of = |log_odds: &[f32]| Background::estimated(log_odds, 4, 0.1, 0.1)[0].log_odds();
+        // a region says nothing against itself
+        assert_eq!(of(&[0.5]), 0.0);
         let many = of(&[0.5; 12]);
-        assert!(
-            (many + (12.05f32 / 4.5 / 0.1).ln()).abs() < 0.2,
-            "twelve regions in four photographs and a half: {many}"
-        );
-        // sure faults are none of it
-        assert!((of(&[9.0; 12]) - of(&[])).abs() < 0.01);
+        let rate: f32 = 11.05 / 4.5;
+        assert!((many + (rate / 0.1).ln()).abs() < 0.2, "eleven others in four photographs and a half: {many}");
         assert!(of(&[0.5; 6]) > many);
+        // sure faults are none of it, and what is not told counts for nothing
+        assert_eq!(of(&[9.0; 12]), 0.0);
+        assert_eq!(of(&[0.5, -5.0, -5.0, -5.0, -5.0]), 0.0);
     }
 }

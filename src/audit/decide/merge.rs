@@ -67,14 +67,15 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     }
 }
 
-/// Sets all regions that a test tells against how often such turn up in these photographs.
+/// Sets each region that a test tells against how often others like it turn up in these photographs.
 fn set_against_background(assessed: &mut [Assessed], test: &str, usual: f64, share: f32) {
-    let told_at = Settings::default().least_probability;
-    let of_test = |f: &Found| f.finding.evidence.first().is_some_and(|e| e.test == test);
-    let told = assessed.iter().flat_map(|a| &a.found).filter(|f| of_test(f));
-    let log_odds: Vec<f32> = told.map(|f| f.log_odds).filter(|z| odds::probability(*z) >= told_at).collect();
-    let background = Background::estimated(&log_odds, assessed.len(), usual);
-    for f in assessed.iter_mut().flat_map(|a| &mut a.found).filter(|f| of_test(f)) {
+    let photographs = assessed.len();
+    let found = assessed.iter_mut().flat_map(|a| &mut a.found);
+    let mut told: Vec<&mut Found> =
+        found.filter(|f| f.finding.evidence.first().is_some_and(|e| e.test == test)).collect();
+    let log_odds: Vec<f32> = told.iter().map(|f| f.log_odds).collect();
+    let least = Settings::default().least_probability;
+    for (f, background) in told.iter_mut().zip(Background::estimated(&log_odds, photographs, usual, least)) {
         odds::against(&mut f.finding, &mut f.log_odds, background, share);
     }
 }
