@@ -6,6 +6,7 @@
 //! Bayes: Efron, Tibshirani, Storey and Tusher, *Empirical Bayes analysis of a microarray experiment*, 2001).
 
 use crate::audit::decide::odds::probability;
+use crate::audit::finding::Evidence;
 
 /// What is usual counts as much as what so many photographs show: half a photograph, since rooms differ by more than ten times.
 const PRIOR_PHOTOGRAPHS: f64 = 0.5;
@@ -14,9 +15,9 @@ const PRIOR_PHOTOGRAPHS: f64 = 0.5;
 #[derive(Clone, Copy)]
 pub(crate) struct Background {
     /// Regions a photograph.
-    pub(crate) rate: f64,
+    rate: f64,
     /// Where the cues' weights hold.
-    pub(crate) usual: f64,
+    usual: f64,
 }
 
 impl Background {
@@ -40,8 +41,15 @@ impl Background {
         all
     }
 
+    /// What it adds to the logarithm of the region's odds, of which a share counts, and the same in words.
+    pub(crate) fn says(&self, share: f32) -> (f32, Evidence) {
+        let says = share * self.log_odds();
+        let (rate, usual) = (self.rate as f32, self.usual as f32);
+        (says, Evidence::new("regions like it elsewhere", rate, usual, "a photograph", says))
+    }
+
     /// What is to be added to the logarithm of the region's odds; where less than usual turns up, nothing.
-    pub(crate) fn log_odds(&self) -> f32 {
+    fn log_odds(&self) -> f32 {
         -(self.rate / self.usual).max(1.0).ln() as f32
     }
 }

@@ -76,7 +76,9 @@ fn set_against_background(assessed: &mut [Assessed], test: &str, usual: f64, sha
     let log_odds: Vec<f32> = told.iter().map(|f| f.log_odds).collect();
     let least = Settings::default().least_probability;
     for (f, background) in told.iter_mut().zip(Background::estimated(&log_odds, photographs, usual, least)) {
-        odds::against(&mut f.finding, &mut f.log_odds, background, share);
+        let (says, evidence) = background.says(share);
+        f.log_odds += says;
+        f.finding.evidence.push(evidence);
     }
 }
 

@@ -3,7 +3,6 @@
 //! Each cue adds to the logarithm of the odds in proportion to how far it is from where it speaks neither way. The weights
 //! are fitted to the candidates of many audits (`docs/audit.md`); none is set by hand.
 
-use crate::audit::decide::background::Background;
 use crate::audit::finding::{Evidence, Finding};
 use crate::audit::hypothesis::retextured::EVIDENCE;
 use crate::audit::verdict::Reason;
@@ -175,14 +174,6 @@ pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, squares: f32) {
 /// logarithm counts: less than all where scans had a part in the weights.
 pub(crate) static BACKGROUND: [(&str, f64, f32); 2] =
     [(SHAPE.cues[0].test, 0.11, 1.0), (UNLIKE.cues[0].test, 0.18, 0.6)];
-
-/// Adds how often regions like it turn up in the photographs at hand.
-pub(crate) fn against(finding: &mut Finding, log_odds: &mut f32, background: Background, share: f32) {
-    let says = share * background.log_odds();
-    let (rate, usual) = (background.rate as f32, background.usual as f32);
-    finding.evidence.push(Evidence::new("regions like it elsewhere", rate, usual, "a photograph", says));
-    *log_odds += says;
-}
 
 /// What another photograph says makes a region at most so many times likelier a fault.
 pub(crate) const MOST_TIMES: f32 = 20.0;
