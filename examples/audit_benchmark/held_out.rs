@@ -14,14 +14,14 @@ pub fn held_out(path: &str, every: usize) {
     let lighting = site.lightings()[0].clone();
     let (mut photographs, mut found) = (0, 0);
     for round in 0..every {
-        let held = |k: usize| k % every == round;
-        let kept: Vec<Probe> = (0..site.probes.len()).filter(|k| !held(*k)).map(|k| site.probes[k].clone()).collect();
-        let views: Vec<View> =
-            (0..site.probes.len()).filter(|k| held(*k)).filter_map(|k| view(&site.probes[k], &lighting)).collect();
+        let probes = site.probes.iter().enumerate();
+        let (held, kept): (Vec<_>, Vec<_>) = probes.partition(|(k, _)| k % every == round);
+        let views: Vec<View> = held.into_iter().filter_map(|(_, p)| view(p, &lighting)).collect();
         if views.is_empty() {
             continue;
         }
-        let part = Site { probes: kept, views, ..site.clone() };
+        let probes = kept.into_iter().map(|(_, p)| p.clone()).collect();
+        let part = Site { probes, views, ..site.clone() };
         let audited = audit(&part, &scene, &lighting, &[], &Settings::default(), &|_, _, _| {}).unwrap();
         photographs += audited.views.len();
         found += audited.findings.len();

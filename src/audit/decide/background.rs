@@ -27,10 +27,9 @@ impl Background {
         const ROUNDS: usize = 60;
         let mut all = vec![Self { rate: usual, usual }; log_odds.len()];
         for _ in 0..ROUNDS {
-            let regions = all.iter().zip(log_odds);
-            let right: Vec<f64> = regions
-                .map(|(b, z)| if probability(*z) < least { 0.0 } else { 1.0 - probability(z + b.log_odds()) })
-                .collect();
+            let right =
+                |(b, z): (&Self, &f32)| if probability(*z) < least { 0.0 } else { 1.0 - probability(z + b.log_odds()) };
+            let right: Vec<f64> = all.iter().zip(log_odds).map(right).collect();
             let sum: f64 = right.iter().sum();
             for (background, own) in all.iter_mut().zip(&right) {
                 let rate = (PRIOR_PHOTOGRAPHS * usual + sum - own) / (PRIOR_PHOTOGRAPHS + photographs as f64);

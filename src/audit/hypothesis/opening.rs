@@ -73,8 +73,6 @@ fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Op
         .filter_map(|p| Some([p.own?, p.other.filter(|j| s.label[*j] == s.label[p.next])?]))
         .filter(|[own, other]| observed.shows(*own) && observed.shows(*other))
         .collect();
-    let at = |i: usize| Vec2::new((i % s.width) as f32, (i / s.width) as f32);
-    let towards = |&[own, other]: &[usize; 2]| at(other) - at(own);
     let places: Vec<usize> = rim.iter().map(|[_, other]| *other).collect();
     let count = |i: usize| places.iter().filter(|j| s.coplanar(i, **j)).count();
     let plane = at_most(&places, PLANES).max_by_key(|i| count(*i))?;
@@ -87,8 +85,41 @@ fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Op
     if steps.len() < FEWEST {
         return None;
     }
-    let one_sided = over.iter().map(|across| towards(across).normalize_or_zero()).sum::<Vec2>().length();
-    let flat = (steps.len() as f32 - one_sided) / all.len() as f32;
+    let flat = on_all_sides(s.width, over.into_iter()) / all.len() as f32;
     let step = 0.5 * (median(steps).unwrap_or(0.0) / USUAL).max(1e-6).ln();
     Some(Opening { pixels, rim: plane, step, flat })
+}
+
+/// How many of some places on a rim, each a pixel inside and one outside, have another that faces it: all around an opening, none at the
+/// end of a surface.
+fn on_all_sides<'a>(width: usize, rim: impl Iterator<Item = &'a [usize; 2]>) -> f32 {
+    let at = |i: usize| Vec2::new((i % width) as f32, (i / width) as f32);
+    let outwards = rim.map(|[own, other]| (at(*other) - at(*own)).normalize_or_zero());
+    let (count, sum) = outwards.fold((0.0, Vec2::ZERO), |(count, sum), d| (count + 1.0, sum + d));
+    count - sum.length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hole_is_surrounded_and_the_end_of_a_surface_is_not() {
+        const SIDE: usize = 60;
+        let rim = |inside: &dyn Fn(usize, usize) -> bool| -> (usize, f32) {
+            let inside = |i: usize| inside(i % SIDE, i / SIDE);
+            let pixels: Vec<usize> = (0..SIDE * SIDE).filter(|i| inside(*i)).collect();
+            let across = border([SIDE, SIDE], &pixels, &inside).map(|p| Some([p.own?, p.other?]));
+            let all: Vec<[usize; 2]> = across.flatten().collect();
+            (all.len(), on_all_sides(SIDE, all.iter()))
+        };
+        let (places, facing) = rim(&|x, y| (20..40).contains(&x) && (20..40).contains(&y));
+        assert_eq!((places, facing), (80, 80.0));
+        // the picture ends below a window: three sides are left, and the one above has none that faces it
+        let (places, facing) = rim(&|x, y| (20..40).contains(&x) && y >= 30);
+        assert!(places > 70 && (facing - (places - 20) as f32).abs() < 1e-3, "{facing} of {places}");
+        // past the edge of a table
+        let (places, facing) = rim(&|_, y| y >= 40);
+        assert_eq!((places, facing), (SIDE, 0.0));
+    }
 }
