@@ -7,7 +7,8 @@ use glam::Vec3;
 use std::collections::BTreeMap;
 
 use crate::Bench;
-use crate::plant::{Fault, Place, objects};
+use crate::objects::objects;
+use crate::plant::{Fault, Place};
 
 /// A fault to plant and the view that is to show it.
 pub struct Case {
@@ -50,13 +51,34 @@ impl Bench {
                 }
             }
         }
-        let parts = objects(&self.scene.mesh);
+        let parts = self.objects();
         for (k, fault) in [Fault::Missing, Fault::Move(0.1), Fault::Missing, Fault::Move(0.2)].into_iter().enumerate() {
             if let Some(case) = self.object(&parts, (k + seed as usize) % self.cameras.len(), fault, seed as usize) {
                 cases.push(case);
             }
         }
         cases
+    }
+
+    /// The object that each triangle is of: what is connected or, of a scan whose generator knows better, what it says.
+    fn objects(&self) -> Vec<usize> {
+        let mesh = &self.scene.mesh;
+        let folder = self.site.file.parent().unwrap();
+        let Ok(known) = std::fs::read_to_string(folder.join("truth/objects.txt")) else { return objects(mesh) };
+        let model = std::fs::read_to_string(folder.join("model/model.obj")).unwrap();
+        // vertices as the file has them, to a tenth of a millimetre
+        let key = |p: [f64; 3]| p.map(|v| (v * 1e4).round() as i64);
+        let position = |line: &str| {
+            let mut numbers = line.split_whitespace().skip(1).map(|n| n.parse::<f64>().unwrap());
+            [(); 3].map(|()| numbers.next().unwrap())
+        };
+        let vertices = model.lines().filter(|l| l.starts_with("v ")).map(|l| key(position(l)));
+        let of: BTreeMap<[i64; 3], usize> = vertices.zip(known.lines().map(|l| l.parse().unwrap())).collect();
+        let object = |t: &[u32; 3]| {
+            let p = mesh.positions[t[0] as usize].as_dvec3() + self.scene.origin;
+            of[&key(self.site.frame.point_out(p).to_array())]
+        };
+        mesh.triangles.iter().map(object).collect()
     }
 
     fn place(&self, view: usize, at: u64, fault: Fault) -> Option<Place> {
@@ -77,13 +99,15 @@ impl Bench {
         }
         let material = |t: u32| scene.mesh.materials[t as usize];
         let textured = scene.materials[material(s.triangle) as usize].texture.is_some();
-        if !textured && fault.is_texture() {
+        // a scan has its picture at its vertices, and no other to put in its place
+        let coloured = !scene.mesh.colours.is_empty() && fault != Fault::Swap;
+        if fault.is_texture() && !textured && !coloured {
             return None;
         }
         let half = 0.09 * hit.t / cos.sqrt();
         let place = Place { middle: s.position, normal: s.normal, half, depth: 0.08 };
         let [a, b, _] = place.axes();
-        let (mut low, mut high, mut seen) = (f32::INFINITY, 0.0f32, 0);
+        let (mut shown, mut seen) = (vec![], 0);
         for i in 0..49 {
             let (p, q) = ((i % 7) as f32 / 3.0 - 1.0, (i / 7) as f32 / 3.0 - 1.0);
             let at = s.position + (a * p + b * q) * half;
@@ -93,8 +117,7 @@ impl Bench {
                 return None;
             }
             let on = scene.surface(&down, &hit);
-            let l = luminance(scene.filtered_albedo(on.triangle, on.barycentric, 0.01 * ray.origin.distance(at)));
-            (low, high) = (low.min(l), high.max(l));
+            shown.push(luminance(scene.filtered_albedo(on.triangle, on.barycentric, 0.01 * ray.origin.distance(at))));
             let to_camera = ray.origin - at;
             let from = at + s.normal * 2e-3;
             let clear = |to: Vec3| {
@@ -104,11 +127,26 @@ impl Bench {
             if to_camera.dot(s.normal) <= 0.0 || !clear(ray.origin) {
                 return None;
             }
-            let probes = self.site.probes.iter().map(|p| scene.local(p.pose.position));
-            seen += probes.filter(|p| (*p - at).normalize().dot(s.normal) > 0.15 && clear(*p)).count();
+            let shows = |k: &usize| {
+                let (probe, picture) = (&self.site.probes[*k], &self.probes[*k]);
+                let eye = scene.local(probe.pose.position);
+                let way = probe.pose.rotation.transpose() * (at - eye).as_dvec3();
+                (eye - at).normalize().dot(s.normal) > 0.15
+                    && probe.projection.pixel(picture.width, picture.height, way).is_some()
+                    && clear(eye)
+            };
+            seen += (0..self.probes.len()).filter(shows).count();
         }
+        let (low, high) = shown.iter().fold((f32::INFINITY, 0.0f32), |(low, high), l| (low.min(*l), high.max(*l)));
+        // colours of a scan hold its light, too: a picture bends, where light only slopes
+        let bend = |k: usize| {
+            let [a, b, c] = [k - 1, k, k + 1].map(|k| shown[k].max(0.01).ln());
+            (a - 2.0 * b + c).abs()
+        };
+        let bends = (0..49).filter(|k| (1..6).contains(&(k % 7))).map(bend).sum::<f32>() / 35.0;
+        let pictured = high > 1.15 * low && (textured || !fault.is_texture() || bends > 0.15);
         // two probes on the average, and some picture to go by
-        (seen >= 90 && high > 1.15 * low).then_some(place)
+        (seen >= 90 && pictured).then_some(place)
     }
 
     /// A small object of the model that a view shows well.

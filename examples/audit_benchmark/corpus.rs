@@ -65,6 +65,7 @@ pub fn corpus(
         let name = folder.map_or(path.clone(), |n| n.to_string_lossy().into_owned());
         if only("right") {
             run(&bench, &name, None, &bench.scene, &mut all);
+            all.write(candidates);
         }
         let cases = bench.cases(seed + number as u64, 1);
         let step = cases.len() / per.max(1);
@@ -73,19 +74,31 @@ pub fn corpus(
             if only(&case.fault.title()) {
                 let model = plant(&bench.scene, case.fault, &case.place, case.object.as_deref());
                 run(&bench, &name, Some(case), &model, &mut all);
+                all.write(candidates);
             }
         }
     }
-    let Tallies { rows, told, alarms, candidates: weighed, .. } = all;
+    let photographs = all.photographs();
+    let Tallies { rows, told, alarms, .. } = all;
     print(&rows, &told);
-    let photographs = rows.get("right").map_or(0, |t| t.photographs);
     println!("\n| false alarms allowed | came, of {photographs} photographs of right models |\n|---|--:|");
     for allowed in [0.01, 0.1, 0.2, 0.3, 0.5, 1.0] {
         let came = alarms.iter().filter(|a| **a <= allowed).count();
         println!("| {allowed} | {:.3} |", came as f64 / photographs.max(1) as f64);
     }
-    if let (Some(file), Some(all)) = (candidates, weighed) {
-        fit::write(file, photographs, &all);
+}
+
+impl Tallies {
+    /// Photographs of right models.
+    fn photographs(&self) -> usize {
+        self.rows.get("right").map_or(0, |t| t.photographs)
+    }
+
+    /// Writes what was weighed so far.
+    fn write(&self, file: Option<&Path>) {
+        if let (Some(file), Some(all)) = (file, &self.candidates) {
+            fit::write(file, self.photographs(), all);
+        }
     }
 }
 

@@ -23,6 +23,8 @@ mod fit;
 mod held_out;
 mod measure;
 mod nuisance;
+#[path = "../common/objects.rs"]
+mod objects;
 mod pictures;
 mod plant;
 mod row;

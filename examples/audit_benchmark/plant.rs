@@ -184,6 +184,9 @@ pub fn plant(scene: &Scene, fault: Fault, place: &Place, object: Option<&[bool]>
     }
     let corners: Vec<usize> = chosen.iter().flat_map(|&t| mesh.triangles[t].map(|c| c as usize)).collect();
     match fault {
+        Fault::Recolour if !mesh.colours.is_empty() => {
+            corners.iter().for_each(|&c| mesh.colours[c] *= Vec3::new(1.0, 0.75, 0.5));
+        }
         Fault::Recolour | Fault::Swap => {
             for &t in &chosen {
                 let mut m: Material = materials[mesh.materials[t] as usize].clone();
@@ -204,7 +207,6 @@ pub fn plant(scene: &Scene, fault: Fault, place: &Place, object: Option<&[bool]>
             }
         }
         Fault::Rotate90 | Fault::Rotate180 | Fault::Mirror | Fault::Shift(_) | Fault::Scale(_) => {
-            let middle = corners.iter().map(|&c| mesh.uvs[c]).sum::<Vec2>() / corners.len().max(1) as f32;
             let (m, shift) = match fault {
                 Fault::Rotate90 => (Mat2::from_cols(Vec2::Y, Vec2::NEG_X), Vec2::ZERO),
                 Fault::Rotate180 => (Mat2::from_diagonal(Vec2::NEG_ONE), Vec2::ZERO),
@@ -213,6 +215,11 @@ pub fn plant(scene: &Scene, fault: Fault, place: &Place, object: Option<&[bool]>
                 Fault::Scale(s) => (Mat2::from_diagonal(Vec2::splat(s)), Vec2::ZERO),
                 _ => unreachable!(),
             };
+            if mesh.uvs.is_empty() {
+                lay_colours(&mut mesh, &corners, place, m, shift);
+                return Scene::new(mesh, materials, scene.textures.clone(), scene.origin);
+            }
+            let middle = corners.iter().map(|&c| mesh.uvs[c]).sum::<Vec2>() / corners.len().max(1) as f32;
             for &c in &corners {
                 mesh.uvs[c] = middle + m * (mesh.uvs[c] - middle) + shift;
             }
@@ -222,6 +229,7 @@ pub fn plant(scene: &Scene, fault: Fault, place: &Place, object: Option<&[bool]>
             let [u, ..] = place.axes();
             corners.iter().for_each(|&c| mesh.positions[c] += u * d);
         }
+        Fault::Missing if !mesh.colours.is_empty() && object.is_some() => flatten(&mut mesh, &inside, &corners),
         Fault::Hole | Fault::Missing => {
             let keep = |t: usize| !inside[t];
             let triangles = (0..inside.len()).filter(|t| keep(*t)).map(|t| mesh.triangles[t]).collect();
@@ -260,24 +268,59 @@ pub fn plant(scene: &Scene, fault: Fault, place: &Place, object: Option<&[bool]>
     Scene::new(mesh, materials, scene.textures.clone(), scene.origin)
 }
 
-/// Connected parts of the model (triangles that share a corner's place): a number for each triangle.
-pub fn objects(mesh: &Mesh) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..mesh.triangles.len()).collect();
-    fn root(parent: &mut [usize], mut i: usize) -> usize {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
-        }
-        i
-    }
-    let mut at: std::collections::BTreeMap<[i64; 3], usize> = Default::default();
-    for (t, corners) in mesh.triangles.iter().enumerate() {
-        for &c in corners {
-            let key = mesh.positions[c as usize].to_array().map(|v| (f64::from(v) * 1e3).round() as i64);
-            let other = *at.entry(key).or_insert(t);
-            let (a, b) = (root(&mut parent, t), root(&mut parent, other));
-            parent[a.max(b)] = a.min(b);
+/// Lays the colours of a scan's vertices otherwise in the plane of the box: each takes that of the vertex nearest to where its own place is
+/// turned and shifted to.
+fn lay_colours(mesh: &mut Mesh, corners: &[usize], place: &Place, turned: Mat2, shift: Vec2) {
+    let [u, v, n] = place.axes();
+    let flat = |p: Vec3| Vec2::new(u.dot(p - place.middle), v.dot(p - place.middle));
+    let cell = place.half / 64.0;
+    let key = |p: Vec2| (p / cell).floor().as_ivec2();
+    let mut there: std::collections::HashMap<glam::IVec2, (Vec2, Vec3)> = std::collections::HashMap::new();
+    for (p, colour) in mesh.positions.iter().zip(&mesh.colours) {
+        let at = flat(*p);
+        if n.dot(*p - place.middle).abs() < place.depth && at.abs().max_element() < 2.0 * place.half {
+            there.entry(key(at)).or_insert((at, *colour));
         }
     }
-    (0..parent.len()).map(|t| root(&mut parent, t)).collect()
+    let nearest = |p: Vec2| {
+        let around = (0..=8).map(|reach: i32| {
+            let ring = (-reach..=reach).flat_map(move |y| (-reach..=reach).map(move |x| glam::IVec2::new(x, y)));
+            let found = ring.filter(|d| d.abs().max_element() == reach).filter_map(|d| there.get(&(key(p) + d)));
+            found.min_by(|a, b| a.0.distance_squared(p).total_cmp(&b.0.distance_squared(p))).map(|f| f.1)
+        });
+        around.flatten().next()
+    };
+    let laid: Vec<(usize, Vec3)> = corners
+        .iter()
+        .filter_map(|&c| Some((c, nearest(turned * flat(mesh.positions[c]) + shift * place.half)?)))
+        .collect();
+    laid.into_iter().for_each(|(c, colour)| mesh.colours[c] = colour);
+}
+
+/// Takes a thing out of a scan, where it is of one piece with what it stands on or hangs at: its vertices are laid into the surface beside
+/// it, in that one's colour.
+fn flatten(mesh: &mut Mesh, inside: &[bool], corners: &[usize]) {
+    /// What is beside the thing, metres.
+    const BESIDE: f32 = 0.06;
+    let bounds = corners.iter().map(|&c| mesh.positions[c]);
+    let (low, high) = bounds.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let others: std::collections::BTreeSet<usize> =
+        (0..inside.len()).filter(|t| !inside[*t]).flat_map(|t| mesh.triangles[t].map(|c| c as usize)).collect();
+    let beside: Vec<usize> = others
+        .into_iter()
+        .filter(|&c| (mesh.positions[c].clamp(low, high) - mesh.positions[c]).abs().max_element() < BESIDE)
+        .collect();
+    // the side of the box at which most of what is beside lies
+    let off = |c: usize, axis: usize, end: Vec3| mesh.positions[c][axis] - end[axis];
+    let sides = (0..3).flat_map(|axis| [(axis, low), (axis, high)]);
+    let at = |(axis, end): (usize, Vec3)| beside.iter().filter(move |&&c| off(c, axis, end).abs() < 0.4 * BESIDE);
+    let Some((axis, end)) = sides.max_by_key(|side| at(*side).count()) else { return };
+    let base: Vec<usize> = at((axis, end)).copied().collect();
+    let count = base.len().max(1) as f32;
+    let height = base.iter().map(|&c| mesh.positions[c][axis]).sum::<f32>() / count;
+    let colour = base.iter().map(|&c| mesh.colours[c]).sum::<Vec3>() / count;
+    for &c in corners {
+        mesh.positions[c][axis] = height;
+        mesh.colours[c] = colour;
+    }
 }

@@ -2,5 +2,6 @@
 
 pub mod eye;
 pub mod mesh;
+pub mod objects;
 pub mod parts;
 pub mod pattern;

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 const USAGE: &str = "usage: interiors DIR --seed N [--probe-size WIDTH] [--photo-size WIDTH] [--samples S] \
-                     [--scan-triangles N] [--threads N] [--8-bit-probes] [--no-pictures]";
+                     [--scan-triangles N] [--threads N] [--8-bit-probes] [--no-pictures] [--hand-held]";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut options = Options {
@@ -30,6 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scan_triangles: 1e6,
         pictures: true,
         eight_bit: false,
+        hand_held: false,
     };
     let (mut folder, mut threads, mut seeded) = (None, 1, false);
     let mut arguments = std::env::args().skip(1);
@@ -46,6 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--scan-triangles" => options.scan_triangles = number()? as f64,
             "--threads" => threads = number()?,
             "--8-bit-probes" => options.eight_bit = true,
+            "--hand-held" => options.hand_held = true,
             "--no-pictures" => options.pictures = false,
             other if other.starts_with("--") => return Err(format!("{other} is not known; {USAGE}").into()),
             _ => folder = Some(PathBuf::from(argument)),

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on")]
 
+use crate::interior::hand_held::fusion::{Frame, Volume};
 use crate::interior::light::{Field, sunlight};
 use crate::interior::pictures::lamps;
 use crate::interior::shade::seen;
@@ -10,8 +11,8 @@ use crate::support::{contents, load, on_threads};
 use clerestory::panorama;
 use clerestory::reference::{Eye, Lights, ReferenceSettings, irradiance};
 use clerestory::scene::{self, Health, Ray, Scene};
-use clerestory::site::{Pictures, Site};
-use glam::Vec3;
+use clerestory::site::{Pictures, Pose, Site};
+use glam::{DMat3, DVec3, Vec3};
 use std::path::Path;
 
 /// As small as can be: what is made is looked at, not how good it looks.
@@ -26,6 +27,7 @@ fn tiny(seed: u64) -> Options {
         scan_triangles: 4e3,
         pictures: true,
         eight_bit: true,
+        hand_held: false,
     }
 }
 
@@ -104,4 +106,53 @@ fn light_is_as_the_path_tracer_has_it() {
         assert!((made - known).abs() < 3.0 * noise + 0.04 * known, "seed {seed}: {made} of {known} ± {noise}");
         assert!(noise < 0.04 * known, "the test would see little: {noise} of {known}");
     }
+}
+
+#[test]
+fn frames_of_a_plane_are_fused_to_that_plane() {
+    let frame = |x: f64| Frame {
+        pose: Pose { position: DVec3::new(x, -1.0, 0.02), rotation: DMat3::IDENTITY },
+        size: [40, 30],
+        focal: 30.0,
+        depths: vec![1.0; 40 * 30],
+        colours: vec![Vec3::new(0.2, 0.5, 0.7); 40 * 30],
+        objects: vec![7; 40 * 30],
+    };
+    let mut volume = Volume::new(0.03);
+    [-0.1, 0.0, 0.1].into_iter().for_each(|x| volume.add(&frame(x)));
+    let fused = volume.surface();
+    assert!(fused.triangles.len() > 500, "{} triangles", fused.triangles.len());
+    assert!(fused.positions.iter().all(|p| p.y.abs() < 1e-3), "the plane is y = 0");
+    assert!(fused.colours.iter().all(|c| c.distance(Vec3::new(0.2, 0.5, 0.7)) < 1e-4));
+    assert!(fused.objects.iter().all(|o| *o == 7));
+    for t in &fused.triangles {
+        let [a, b, c] = t.map(|i| fused.positions[i as usize]);
+        assert!((b - a).cross(c - a).y < 0.0, "it faces the frames");
+    }
+}
+
+#[test]
+fn a_walk_through_an_interior_gives_a_scan_probes_and_photographs() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = Options { photo_size: [180, 120], scan_triangles: 4e4, hand_held: true, ..tiny(7) };
+    crate::interior::write(folder.path(), &options).unwrap();
+    let (site, scene) = load(&folder.path().join("site.toml"));
+    let (truth, true_scene) = load(&folder.path().join("truth/site.toml"));
+    assert!(site.probes.len() >= 10 && site.views.len() == 3);
+    for (given, known) in site.probes.iter().zip(&truth.probes) {
+        let off = given.pose.position.distance(known.pose.position);
+        assert!(off > 1e-5 && off < 0.03, "tracked {off} m from where it was");
+    }
+    // a scan's point is near a true surface: a ray from a little before it meets that at about the point
+    let middle = true_scene.local(truth.probes[0].pose.position);
+    let off = |p: &Vec3| {
+        let p = true_scene.local(scene.origin + p.as_dvec3());
+        (distance(&true_scene, middle, (p - middle).normalize()) - p.distance(middle)).abs()
+    };
+    let mut off: Vec<f32> = scene.mesh.positions.iter().map(off).collect();
+    off.sort_unstable_by(f32::total_cmp);
+    assert!(off[off.len() / 2] < 0.03, "half of the points within {} m", off[off.len() / 2]);
+    let objects = std::fs::read_to_string(folder.path().join("truth/objects.txt")).unwrap();
+    let model = std::fs::read_to_string(folder.path().join("model/model.obj")).unwrap();
+    assert_eq!(objects.lines().count(), model.lines().filter(|l| l.starts_with("v ")).count());
 }

@@ -171,7 +171,7 @@ fn decode(code: u8) -> f64 {
 }
 
 /// Smooth noise in 0..1 on a lattice of cubes.
-fn smooth(p: DVec3, seed: u64) -> f64 {
+pub fn smooth(p: DVec3, seed: u64) -> f64 {
     let (cell, f) = (p.floor(), p - p.floor());
     let w = f * f * (3.0 - 2.0 * f);
     let mut sum = 0.0;

@@ -5,6 +5,7 @@ pub mod dice;
 pub mod furnish;
 pub mod furniture;
 pub mod given;
+pub mod hand_held;
 pub mod hangings;
 pub mod layout;
 pub mod light;
@@ -19,6 +20,7 @@ pub mod site;
 pub mod stations;
 
 use clerestory::panorama::{Layer, write_exr};
+use clerestory::reference::Eye;
 use clerestory::scene::{self, Health, Scene};
 use clerestory::site::{Pictures, Site};
 use glam::DVec3;
@@ -31,8 +33,11 @@ use crate::common::mesh::{Model, normal};
 use crate::common::pattern::{jpeg, painted};
 use dice::Dice;
 use given::Departure;
+use hand_held::{Role, Walk};
 use layout::{Layout, Window};
+use light::Field;
 use palette::Palette;
+use shade::Truth;
 use site::{Description, Shot};
 
 /// What sort of interior.
@@ -74,6 +79,8 @@ pub struct Options {
     pub pictures: bool,
     /// Probes as clipped 8-bit JPEG, too, and `site_8bit.toml` that names them.
     pub eight_bit: bool,
+    /// A scan by somebody who walks through with a camera in the hand.
+    pub hand_held: bool,
 }
 
 /// What was drawn.
@@ -109,6 +116,7 @@ pub fn write(folder: &Path, options: &Options) -> Result<Drawn, Box<dyn Error>> 
         departure,
         probes: Vec::new(),
         views: Vec::new(),
+        walk: None,
         photo_size: options.photo_size,
     };
 
@@ -120,9 +128,13 @@ pub fn write(folder: &Path, options: &Options) -> Result<Drawn, Box<dyn Error>> 
     write_exr(&folder.join("truth/sky.exr"), sky.width, sky.height, &[layer], None)?;
     let used = pictures_of(&layout.model, &palette, options.texels);
     write_true_model(&folder.join("truth"), &layout.model, &used)?;
+    let (site, scene) = load(folder, &description)?;
+    if options.hand_held {
+        let gloss = site::gloss(&scene, &palette);
+        write_walk(folder, description, &site, &scene, &layout, &gloss, options)?;
+        return Ok(Drawn { kind, windows: layout.windows });
+    }
     write_given_model(&folder.join("model"), &layout.model, &departure, &used)?;
-
-    let (_, scene) = load(folder, &description)?;
     let description = with_stations(description, &scene, &layout, options);
     let (site, _) = load(folder, &description)?;
     std::fs::write(folder.join("site.toml"), description.site_file("exr"))?;
@@ -136,6 +148,47 @@ pub fn write(folder: &Path, options: &Options) -> Result<Drawn, Box<dyn Error>> 
     }
     std::fs::write(folder.join("truth.json"), description.truth(&shots))?;
     Ok(Drawn { kind, windows: layout.windows })
+}
+
+/// Writes all of a site that somebody walks through with a camera.
+fn write_walk(
+    folder: &Path,
+    description: Description,
+    site: &Site,
+    scene: &Scene,
+    layout: &Layout,
+    gloss: &[f64],
+    options: &Options,
+) -> Result<(), Box<dyn Error>> {
+    let seed = options.seed;
+    let walk = Walk::new(scene, layout, &mut Dice::new(seed, "walk"));
+    let full = options.photo_size[0] / 9 * 8;
+    let lamps = pictures::lamps(site, scene, &layout.windows)?;
+    let eyes: Vec<Eye> = (0..walk.frames.len()).map(|k| walk.eye(k, full / 2)).collect();
+    let places = eyes.iter().flat_map(|eye| shade::seen(scene, eye, pictures::STRIDE));
+    let field = Field::new(scene, &lamps, places, options.links, seed);
+    let taken = walk.take(&Truth { scene, lamps: &lamps, field: &field, gloss }, full, seed);
+    for (k, shot) in taken.iter().enumerate() {
+        let role = walk.frames[k].2;
+        let part = match role {
+            Role::Fused => continue,
+            Role::Probe => "probes",
+            Role::Photograph => "photos",
+        };
+        let file = folder.join(part).join(hand_held::name(role, k) + ".jpg");
+        std::fs::write(file, jpeg(&shot.picture, shot.camera.quality)?)?;
+    }
+    // about as large where a walk shows a million triangles
+    let voxel = 0.013 * (1e6 / options.scan_triangles).sqrt();
+    let fused = walk.fused(scene, &taken, full, voxel as f32, seed);
+    std::fs::write(folder.join("model/model.obj"), hand_held::obj(&fused, scene))?;
+    std::fs::write(folder.join("model/model.mtl"), "newmtl scan\nKd 1 1 1\n")?;
+    let objects: String = fused.objects.iter().map(|o| format!("{o}\n")).collect();
+    std::fs::write(folder.join("truth/objects.txt"), objects)?;
+    let description = Description { walk: Some((walk, taken)), ..description };
+    std::fs::write(folder.join("truth/site.toml"), description.true_site_file())?;
+    std::fs::write(folder.join("site.toml"), description.site_file("jpg"))?;
+    Ok(std::fs::write(folder.join("truth.json"), description.truth(&[]))?)
 }
 
 /// Writes `truth/site.toml` and loads it with the true model.

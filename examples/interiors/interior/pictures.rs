@@ -20,7 +20,7 @@ use super::site::{FRAME, Taken};
 use crate::common::pattern::jpeg;
 
 /// Every this many pixels along each side, light is asked for.
-const STRIDE: usize = 2;
+pub const STRIDE: usize = 2;
 
 /// Makes every picture that a site names, and says how its photographs were taken.
 ///

@@ -8,6 +8,7 @@ use std::fmt::Write;
 use super::Kind;
 use super::develop::Camera;
 use super::given::Departure;
+use super::hand_held::{self, Walk};
 use super::outside::Sun;
 use super::palette::Palette;
 use super::stations::Station;
@@ -51,6 +52,8 @@ pub struct Description {
     pub probes: Vec<Station>,
     /// Where photographs are taken.
     pub views: Vec<(Station, Shot)>,
+    /// A walk with a camera instead of both, and what it took.
+    pub walk: Option<(Walk, Vec<hand_held::Taken>)>,
     /// Their size in pixels.
     pub photo_size: [usize; 2],
 }
@@ -58,15 +61,16 @@ pub struct Description {
 impl Description {
     /// `site.toml`, with probes' pictures of this kind of file.
     pub fn site_file(&self, ending: &str) -> String {
+        let poses = if self.walk.is_some() { "The poses are as tracked" } else { "The poses are true" };
         let mut out = format!(
-            "# A random interior, seed {}. The poses are true; the model is not quite (truth.json).\n\n[site]\nname = \
-             \"Interior {}\"\nunits = \"m\"\nup = \"y\"\n\n[model]\npath = \"model/model.obj\"\n",
-            self.seed, self.seed
+            "# A random interior, seed {0}. {poses}; the model is not quite true (truth.json).\n\n[site]\nname = \"Interior {0}\"\n\
+             units = \"m\"\nup = \"y\"\n\n[model]\npath = \"model/model.obj\"\n",
+            self.seed
         );
         if let (Some(sun), true) = (self.sun, self.names_sun) {
             out += &sun_table(sun);
         }
-        out + &self.stations("", ending)
+        out + &self.stations("", ending, true)
     }
 
     /// `truth/site.toml`: the true model and all of its light.
@@ -78,10 +82,14 @@ impl Description {
         if let Some(sun) = self.sun {
             out += &sun_table(sun);
         }
-        out + &self.stations("../", "exr")
+        out + &self.stations("../", "exr", false)
     }
 
-    fn stations(&self, up: &str, ending: &str) -> String {
+    /// `given` are poses as the program is told them.
+    fn stations(&self, up: &str, ending: &str, given: bool) -> String {
+        if let Some((walk, taken)) = &self.walk {
+            return walk.stations(up, taken, self.photo_size[0] / 9 * 8, given, self.seed);
+        }
         let mut out = String::new();
         let pose = |s: &Station| {
             let [heading, pitch, roll] = s.bearings;
@@ -128,6 +136,16 @@ impl Description {
             probe
         });
         let d = &self.departure;
+        let walk = self.walk.as_ref().map(|(walk, taken)| {
+            let frames = walk.frames.iter().zip(taken).enumerate().map(|(k, ((station, _, role), shot))| {
+                let mut frame = pose(station);
+                frame["name"] = json!(hand_held::name(*role, k));
+                frame["gain"] = json!(shot.camera.gain);
+                frame["motion_px"] = json!(shot.blur);
+                frame
+            });
+            json!({ "drift_m_deg": walk.drift, "k1": walk.k1, "frames": frames.collect::<Vec<_>>() })
+        });
         let sun = self.sun.map(|s| json!({ "direction": s.direction.to_array(), "irradiance": s.irradiance }));
         let truth = json!({
             "seed": self.seed,
@@ -143,6 +161,7 @@ impl Description {
                 "texture_size": d.size,
                 "texture_tint": d.tint,
             },
+            "walk": walk,
             "probes": probes.collect::<Vec<_>>(),
             "views": views.collect::<Vec<_>>(),
         });
