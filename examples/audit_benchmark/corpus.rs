@@ -2,14 +2,15 @@
 //! site, all its photographs, and the model as it is. What is counted is what a person would see: findings and their masks.
 
 use clerestory::audit::{Audit, AuditedView, Finding, Kind, Reason, Settings, Verdict, audit};
-use clerestory::scene::Scene;
-use std::collections::BTreeMap;
+use clerestory::scene::{Ray, Scene};
+use glam::Vec3;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::Bench;
 use crate::cases::Case;
 use crate::fit::{self, Candidate};
-use crate::measure::{average_precision, mean, median};
+use crate::measure::{average_precision, baselines, mean, median};
 use crate::pictures;
 use crate::plant::{Fault, plant};
 use crate::truth::counted;
@@ -34,9 +35,19 @@ struct Tally {
     marked: Vec<f64>,
 }
 
+/// What an audit gave for a photograph that shows a fault.
+struct Outcome {
+    /// What the fault is planted in.
+    of: Vec<String>,
+    found: bool,
+    /// Average precision of the audit, and of plain ways to compare pictures: difference, SSIM, FLIP.
+    precision: [f64; 4],
+}
+
 /// What all audits gave.
 #[derive(Default)]
 struct Tallies {
+    outcomes: Vec<Outcome>,
     rows: BTreeMap<String, Tally>,
     /// The probabilities of findings, and of doubts that are only too usual, and whether it was so.
     told: Vec<(f64, bool)>,
@@ -79,8 +90,9 @@ pub fn corpus(
         }
     }
     let photographs = all.photographs();
-    let Tallies { rows, told, alarms, .. } = all;
+    let Tallies { rows, told, alarms, outcomes, .. } = all;
     print(&rows, &told);
+    print_outcomes(&outcomes);
     println!("\n| false alarms allowed | came, of {photographs} photographs of right models |\n|---|--:|");
     for allowed in [0.01, 0.1, 0.2, 0.3, 0.5, 1.0] {
         let came = alarms.iter().filter(|a| **a <= allowed).count();
@@ -212,6 +224,12 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         counts.iter_mut().enumerate().for_each(|(i, c)| *c &= !alike(i));
         let ap = average_precision(&ranks(&audited, v), truth, &counts);
         tally.precision.push(ap);
+        let plain = baselines(&view.render, &view.photograph).map(|scores| average_precision(&scores, truth, &counts));
+        all.outcomes.push(Outcome {
+            of: planted_in(bench, case),
+            found,
+            precision: [ap, plain[0], plain[1], plain[2]],
+        });
         line += &format!(
             "\n#     {} {size} px: IoU {:.2}, {} {}, AP {ap:.2}, ok {:.2}",
             view.summary.view,
@@ -298,6 +316,49 @@ fn grown(mask: &[bool], w: usize, h: usize, by: usize) -> Vec<bool> {
     };
     let across = pass(mask, 1, &|i| (i % w, w));
     pass(&across, w, &|i| (i / w, h))
+}
+
+/// What a fault is planted in: the material, whether the model is a scan, and what is said of the sun.
+fn planted_in(bench: &Bench, case: &Case) -> Vec<String> {
+    let mesh = &bench.scene.mesh;
+    let middle = |t: usize| mesh.corners(t as u32).iter().sum::<Vec3>() / 3.0;
+    let nearest = || {
+        let off = |t: &usize| middle(*t).distance_squared(case.place.middle);
+        (0..mesh.triangles.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    let on_it = || {
+        let from = case.place.middle + case.place.normal * 0.3;
+        let hit = bench.scene.tracer.closest(&Ray { origin: from, direction: -case.place.normal }, 0.0)?;
+        Some(hit.triangle as usize)
+    };
+    let object = case.object.as_ref().and_then(|o| o.iter().position(|o| *o));
+    let triangle = object.or_else(on_it).or_else(nearest);
+    let material = triangle.map_or("-", |t| &bench.scene.materials[mesh.materials[t] as usize].name);
+    let model = if mesh.colours.is_empty() { "model" } else { "scan" };
+    let file = bench.site.file.parent().map(|f| f.join("truth.json"));
+    let truth: serde_json::Value = file
+        .and_then(|f| std::fs::read_to_string(f).ok())
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default();
+    let sun = match (truth["sun"].is_object(), truth["sun_is_named"].as_bool()) {
+        (true, Some(true)) => "sun that the site names",
+        (true, _) => "sun that nobody names",
+        _ => "no sun",
+    };
+    vec!["all".into(), model.into(), sun.into(), format!("of {material}")]
+}
+
+fn print_outcomes(all: &[Outcome]) {
+    println!(
+        "\n| planted in | shows in | found | AP | of differences | of SSIM | of FLIP |\n|---|--:|--:|--:|--:|--:|--:|"
+    );
+    let names: BTreeSet<&String> = all.iter().flat_map(|o| &o.of).collect();
+    for name in names {
+        let these: Vec<&Outcome> = all.iter().filter(|o| o.of.contains(name)).collect();
+        let found = these.iter().filter(|o| o.found).count();
+        let of = |k: usize| mean(&these.iter().map(|o| o.precision[k]).collect::<Vec<_>>());
+        println!("| {name} | {} | {found} | {:.2} | {:.2} | {:.2} | {:.2} |", these.len(), of(0), of(1), of(2), of(3));
+    }
 }
 
 fn print(rows: &BTreeMap<String, Tally>, told: &[(f64, bool)]) {
