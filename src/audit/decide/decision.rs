@@ -1,7 +1,7 @@
 //! What is wrong with a region, and what was measured of it.
 
 use crate::audit::decide::judged::Judged;
-use crate::audit::decide::odds::{self, ABSENT, BORDER, LAYING, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
+use crate::audit::decide::odds::{self, ABSENT, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
 use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, RATIO, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::Absent;
@@ -243,10 +243,6 @@ pub(crate) fn unlike(
     let search = |region: &Region| relaid(prepared.scene, observed, &region.pixels);
     let searched = odds::may_be_found(log_odds, observed.settings.false_alarms).then(|| search(&region));
     if let Some(laid) = searched.flatten().filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
-        // as a piece of texture that is laid otherwise, it tells for itself
-        let size = size(observed, region.pixels.len());
-        let by_laying = laid.is_told().then(|| LAYING.weigh([laid.odds, laid.as_is, laid.best, size]));
-        let (log_odds, evidence) = by_laying.filter(|b| b.0 > log_odds).unwrap_or((log_odds, evidence));
         return Some(Judged::new(Kind::Texture, laid.what, log_odds, evidence, region));
     }
     let of_shape = shape(prepared, observed, shares, inside, &region);

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 use crate::audit::hypothesis::borders::odds;
 use crate::audit::hypothesis::sideways::LARGEST;
 use crate::audit::likelihood::appearance::damped;
-use crate::audit::likelihood::step::{BESIDE, Place, border};
+use crate::audit::likelihood::noise::EVERY;
+use crate::audit::likelihood::step::{ASIDE, BESIDE, Place, border};
+use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::mask_of;
 use crate::audit::view::{AuditScene, Observations};
@@ -29,13 +31,24 @@ pub(crate) fn absent(prepared: &AuditScene, observed: &Observations, least: usiz
     let parts: Vec<u32> = observed.surfaces.triangle.iter().map(|t| prepared.part(*t)).collect();
     let most = LARGEST * parts.len() as f32;
     let things = members(&parts).into_par_iter().filter(|p| p.len() >= least && p.len() as f32 <= most);
-    things.filter_map(|pixels| Some(Absent { odds: observed.no_contour(&pixels)?, pixels })).collect()
+    let known_m = outlines_known_to(prepared, observed);
+    things.filter_map(|pixels| Some(Absent { odds: observed.no_contour(&pixels, known_m)?, pixels })).collect()
+}
+
+/// Metres to which outlines of the model are known: half of what lies between a scan's vertices, 0 of what was modelled.
+fn outlines_known_to(prepared: &AuditScene, observed: &Observations) -> f32 {
+    let seen = observed.surfaces.triangle.iter().step_by(EVERY).filter(|t| **t != NONE);
+    let spacing = |t: &u32| {
+        let face = prepared.scene.face(*t);
+        prepared.scene.paint(&face, false).vertex_spacing(&face)
+    };
+    0.5 * median(seen.map(spacing)).unwrap_or(0.0)
 }
 
 impl Observations {
     /// Logarithm of how much likelier it is that the photograph goes on over the contours of some pixels than that it shows the model's,
     /// times the share of these that tells; `None` where too few do.
-    fn no_contour(&self, pixels: &[usize]) -> Option<f32> {
+    fn no_contour(&self, pixels: &[usize], known_m: f32) -> Option<f32> {
         let s = &self.surfaces;
         let mask = mask_of(pixels, self.albedo.len());
         let inside = |i: usize| mask[i];
@@ -46,8 +59,10 @@ impl Observations {
         let lit = |i: usize| self.shows(i) && self.irradiance[i].min_element() > 0.0;
         let of = |p: &Place| {
             let (i, j) = (p.own?, p.other.filter(|j| behind(p.last, *j))?);
+            // of a near thing in a scan the contour may not lie between the two
+            let known = known_m * s.focal <= ASIDE as f32 * s.distance[i];
             // what lies flat on another surface is paint
-            let told = lit(i) && lit(j) && !s.coplanar(i, j);
+            let told = known && lit(i) && lit(j) && !s.coplanar(i, j);
             let photo = self.log_photo[i] - self.log_photo[j];
             let paint = damped(self.albedo[i]) - damped(self.albedo[j]);
             let light = (self.irradiance[i] / self.irradiance[j]).map(f32::ln);

@@ -79,13 +79,6 @@ pub(crate) struct Relaid {
     pub(crate) uncertainty_m: f32,
 }
 
-impl Relaid {
-    /// Whether it is told for itself, whatever else is known of its place.
-    pub(crate) fn is_told(&self) -> bool {
-        self.odds > TOLD
-    }
-}
-
 /// Looks for the laying of the texture on some pixels that the photograph shows; `None` where none fits better than the
 /// model's, or nothing is there to be laid.
 pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -> Option<Relaid> {

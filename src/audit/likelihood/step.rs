@@ -5,7 +5,7 @@ use glam::{Mat3, Vec3};
 use crate::audit::likelihood::agreement::unit;
 
 /// Pixels from a border that both its sides are looked at.
-const ASIDE: usize = 4;
+pub(crate) const ASIDE: usize = 4;
 
 /// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
 pub(crate) const BESIDE: f32 = 0.05;
