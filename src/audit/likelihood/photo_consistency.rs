@@ -212,11 +212,10 @@ pub(crate) fn test(
         .into_iter()
         .enumerate()
         .map(|(k, mut soft)| {
-            // in the probe's light, and as its camera would show it
-            let response = &radiometry.responses[k];
-            let lit = |(i, p): (usize, &mut Vec3)| {
-                *p = response.of(*p + Vec3::splat(radiometry.vignetting * surfaces.radius2(i)))
-            };
+            let shift = radiometry.offset - radiometry.gains[k];
+            // in the probe's light
+            let lit =
+                |(i, p): (usize, &mut Vec3)| *p = *p + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
             soft.par_iter_mut().enumerate().for_each(lit);
             carried(surfaces, &sights.of[k], &probes[k], &soft)
         })
