@@ -3,7 +3,6 @@
 
 use clerestory::audit::{Audit, AuditedView, Finding, Kind, Reason, Settings, Verdict, audit};
 use clerestory::scene::{Ray, Scene};
-use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -143,6 +142,7 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         println!("# {site} {title}: does not show");
         return;
     }
+    let planted = case.map_or_else(Vec::new, |case| planted_in(bench, case));
     let lighting = bench.site.lightings()[0].clone();
     let least = if all.candidates.is_some() { fit::LEAST } else { Settings::default().least_probability };
     // what is said of pixels is compared with the truth of the photograph's
@@ -225,11 +225,7 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, all: &mut 
         let ap = average_precision(&ranks(&audited, v), truth, &counts);
         tally.precision.push(ap);
         let plain = baselines(&view.render, &view.photograph).map(|scores| average_precision(&scores, truth, &counts));
-        all.outcomes.push(Outcome {
-            of: planted_in(bench, case),
-            found,
-            precision: [ap, plain[0], plain[1], plain[2]],
-        });
+        all.outcomes.push(Outcome { of: planted.clone(), found, precision: [ap, plain[0], plain[1], plain[2]] });
         line += &format!(
             "\n#     {} {size} px: IoU {:.2}, {} {}, AP {ap:.2}, ok {:.2}",
             view.summary.view,
@@ -321,18 +317,12 @@ fn grown(mask: &[bool], w: usize, h: usize, by: usize) -> Vec<bool> {
 /// What a fault is planted in: the material, whether the model is a scan, and what is said of the sun.
 fn planted_in(bench: &Bench, case: &Case) -> Vec<String> {
     let mesh = &bench.scene.mesh;
-    let middle = |t: usize| mesh.corners(t as u32).iter().sum::<Vec3>() / 3.0;
-    let nearest = || {
-        let off = |t: &usize| middle(*t).distance_squared(case.place.middle);
-        (0..mesh.triangles.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
-    };
     let on_it = || {
         let from = case.place.middle + case.place.normal * 0.3;
         let hit = bench.scene.tracer.closest(&Ray { origin: from, direction: -case.place.normal }, 0.0)?;
         Some(hit.triangle as usize)
     };
-    let object = case.object.as_ref().and_then(|o| o.iter().position(|o| *o));
-    let triangle = object.or_else(on_it).or_else(nearest);
+    let triangle = case.object.as_ref().map_or_else(on_it, |o| o.iter().position(|o| *o));
     let material = triangle.map_or("-", |t| &bench.scene.materials[mesh.materials[t] as usize].name);
     let model = if mesh.colours.is_empty() { "model" } else { "scan" };
     let file = bench.site.file.parent().map(|f| f.join("truth.json"));

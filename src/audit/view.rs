@@ -80,6 +80,12 @@ impl<'a> AuditScene<'a> {
     pub(crate) fn part(&self, triangle: u32) -> u32 {
         self.parts.get(triangle as usize).copied().unwrap_or(NONE)
     }
+
+    /// Metres between a triangle's vertices where these have colours of their own, as a scan's do; 0 where not, `None` for no triangle.
+    pub(crate) fn vertex_spacing(&self, triangle: u32) -> Option<f32> {
+        let face = (triangle != NONE).then(|| self.scene.face(triangle))?;
+        Some(self.scene.paint(&face, false).vertex_spacing(&face))
+    }
 }
 
 /// What both tests say of a view, pixel by pixel, at the audit's size.

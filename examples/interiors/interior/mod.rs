@@ -185,7 +185,7 @@ fn write_walk(
     std::fs::write(folder.join("model/model.mtl"), "newmtl scan\nKd 1 1 1\n")?;
     let objects: String = fused.objects.iter().map(|o| format!("{o}\n")).collect();
     std::fs::write(folder.join("truth/objects.txt"), objects)?;
-    let description = Description { walk: Some((walk, taken)), ..description };
+    let description = Description { walk: Some((walk, taken)), photo_size: [full, full * 3 / 4], ..description };
     std::fs::write(folder.join("truth/site.toml"), description.true_site_file())?;
     std::fs::write(folder.join("site.toml"), description.site_file("jpg"))?;
     Ok(std::fs::write(folder.join("truth.json"), description.truth(&[]))?)

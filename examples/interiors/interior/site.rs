@@ -88,7 +88,7 @@ impl Description {
     /// `given` are poses as the program is told them.
     fn stations(&self, up: &str, ending: &str, given: bool) -> String {
         if let Some((walk, taken)) = &self.walk {
-            return walk.stations(up, taken, self.photo_size[0] / 9 * 8, given, self.seed);
+            return walk.stations(up, taken, self.photo_size[0], given, self.seed);
         }
         let mut out = String::new();
         let pose = |s: &Station| {

@@ -11,7 +11,6 @@ use crate::audit::hypothesis::sideways::LARGEST;
 use crate::audit::likelihood::appearance::damped;
 use crate::audit::likelihood::noise::EVERY;
 use crate::audit::likelihood::step::{ASIDE, BESIDE, Place, border};
-use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::mask_of;
 use crate::audit::view::{AuditScene, Observations};
@@ -37,12 +36,8 @@ pub(crate) fn absent(prepared: &AuditScene, observed: &Observations, least: usiz
 
 /// Metres to which outlines of the model are known: half of what lies between a scan's vertices, 0 of what was modelled.
 fn outlines_known_to(prepared: &AuditScene, observed: &Observations) -> f32 {
-    let seen = observed.surfaces.triangle.iter().step_by(EVERY).filter(|t| **t != NONE);
-    let spacing = |t: &u32| {
-        let face = prepared.scene.face(*t);
-        prepared.scene.paint(&face, false).vertex_spacing(&face)
-    };
-    0.5 * median(seen.map(spacing)).unwrap_or(0.0)
+    let some = observed.surfaces.triangle.iter().step_by(EVERY);
+    0.5 * median(some.filter_map(|t| prepared.vertex_spacing(*t))).unwrap_or(0.0)
 }
 
 impl Observations {

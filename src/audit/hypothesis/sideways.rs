@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
 use crate::audit::hypothesis::silhouette::{FOUND, Fit, Small, registration};
-use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::picture::FEWEST;
 use crate::audit::view::{AuditScene, Observations};
 use crate::statistics::median;
@@ -51,11 +50,7 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
         let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
         off > least && f.odds > 0.0
     };
-    let spacing = |i: &usize| {
-        let triangle = observed.surfaces.triangle[*i];
-        let face = (triangle != NONE).then(|| prepared.scene.face(triangle))?;
-        Some(prepared.scene.paint(&face, false).vertex_spacing(&face))
-    };
+    let spacing = |i: &usize| prepared.vertex_spacing(observed.surfaces.triangle[*i]);
     let known = |p: &Shifted| SPACINGS * median(p.pixels.iter().filter_map(spacing)).unwrap_or(0.0);
     let parts = fits.iter().filter(beside).map(|f| whole(&small, observed, f));
     parts.filter(|p| p.shift.words().1 >= LEAST_M.max(known(p).into())).collect()

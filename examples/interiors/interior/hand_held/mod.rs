@@ -61,7 +61,7 @@ pub struct Walk {
     pub frames: Vec<(Station, Station, Role)>,
 }
 
-/// A picture that the camera took, with the factor that makes radiance of its values.
+/// A picture that the camera took.
 pub struct Taken {
     /// How it was developed.
     pub camera: develop::Camera,
