@@ -11,12 +11,4 @@ createNode transform -n "D1_texture_recoloured" -p "clerestory_findings";
 	setAttr ".nts" -type "string" "the structure fits but the colour does not on “painting_mandorla”, 1.6 m across; not sure, because as much is off elsewhere in these pictures";
 createNode locator -n "D1_texture_recolouredShape" -p "D1_texture_recoloured";
 	setAttr ".los" -type "double3" 0.790882 0.790882 0.790882 ;
-createNode transform -n "D2_geometry_missing" -p "clerestory_findings";
-	addAttr -ci true -sn "note" -ln "note" -dt "string";
-	addAttr -ci true -sn "nts" -ln "notes" -dt "string";
-	setAttr ".t" -type "double3" 11.910024 4.690667 3.0 ;
-	setAttr -k on ".note" -type "string" "the model lacks what is there on “ashlar”, 47 cm across; not sure, because as much is off elsewhere in these pictures";
-	setAttr ".nts" -type "string" "the model lacks what is there on “ashlar”, 47 cm across; not sure, because as much is off elsewhere in these pictures";
-createNode locator -n "D2_geometry_missingShape" -p "D2_geometry_missing";
-	setAttr ".los" -type "double3" 0.233156 0.233156 0.233156 ;
 // End of findings.ma

@@ -214,14 +214,16 @@ fn an_opening_that_is_not_there_is_found_as_large_as_it_is() {
 
 #[test]
 fn a_post_that_is_not_modelled_is_found_although_a_probe_beside_the_camera_sees_it_too() {
-    let with = |quads| plan(quads, &[grey(0.5)]).probe(v(3.05, 1.0, 1.5), PROBE);
+    let board = [Paint { albedo: 0.8, emission: 0.0, checker: true }];
+    let with = |quads| plan(quads, &board).probe(v(3.05, 1.0, 1.5), PROBE);
     let mut posted = room();
-    posted.push(Quad(v(2.95, 3.4, 0.0), v(0.25, 0.0, 0.0), v(0.0, 0.0, 2.4), 0));
+    posted.push(Quad(v(2.9, 3.4, 0.0), v(0.35, 0.0, 0.0), v(0.0, 0.0, 2.4), 0));
     let (truth, model) = (with(posted), with(room()));
-    let origin = truth.build().scene.origin;
+    let real = truth.build();
     let audit = audited(&photographed(&truth, &model, |s| {
-        let post = (f64::from(s.position.y) + origin.y - 3.4).abs() < 0.01;
-        Vec3::splat(if post { 0.15 } else { pattern(s.position).powf(0.3) })
+        let post = (f64::from(s.position.y) + real.scene.origin.y - 3.4).abs() < 0.01;
+        let albedo = real.scene.filtered_albedo(s.triangle, s.barycentric, 0.0);
+        if post { Vec3::splat(0.15) } else { (albedo + 0.22) * pattern(s.position).powf(0.3) }
     }));
     let overlap = overlap_of_missing(&audit, &parted(&truth, &model));
     assert!(overlap > 0.6, "{overlap:.2}");

@@ -102,7 +102,7 @@ pub(crate) fn shape(
     inside: &[bool],
     region: &Region,
 ) -> Option<Judged> {
-    let (g, t) = (&observed.geometry, &observed.texture);
+    let t = &observed.texture;
     let apart = mismatch(observed, region);
     if apart < AGREES {
         return None;
@@ -136,11 +136,7 @@ pub(crate) fn shape(
     let other = share(region, |i| t.structure.structured[i] && t.structure.odds[i] >= ODDS);
     let (log_odds, evidence) = SHAPE.weigh([
         apart,
-        size(observed, region.pixels.len()),
         vouched,
-        if moved { explains } else { 0.0 },
-        mirrored(observed, region),
-        mean(region, |i| g.brighter(&observed.surfaces, &prepared.probes, i)),
         thickness.ln(),
         share(region, |i| !inside[i]),
         other,
@@ -222,12 +218,11 @@ pub(crate) fn unlike(
     places: &Places,
     place: &Region,
 ) -> Option<Judged> {
-    let [_, middle, coarse] = places.unlike;
+    let [_, middle, _] = places.unlike;
     let over = |values: &[f32], most: f32| mean(place, |i| Some(values[i].min(most)));
     let (region, outline) = places.extent(place, least(observed), |pixels| observed.own_outline(pixels));
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
-        over(coarse, f32::MAX),
         size(observed, place.pixels.len()),
         thickness(place, observed.surfaces.width).ln(),
         over(&scores.geometry, 3.0),

@@ -95,13 +95,6 @@ impl Geometry {
         &self.looks[self.first[i] as usize..self.first[i + 1] as usize]
     }
 
-    /// Logarithm of how much brighter the photograph is than what the probe saw that agrees best.
-    pub(crate) fn brighter(&self, surfaces: &GeometryBuffer, probes: &[ProbeView], i: usize) -> Option<f32> {
-        let best = self.looks(i).iter().min_by(|a, b| a.mismatch.total_cmp(&b.mismatch))?;
-        let difference = best.photo - best.of(probes, surfaces.position[i]);
-        Some(difference.element_sum() / 3.0).filter(|d| d.is_finite())
-    }
-
     /// Whether some probe sees enough in a pixel for its place to be told.
     pub(crate) fn tells(&self, i: usize) -> bool {
         self.looks(i).iter().any(|look| look.plain.is_none())
