@@ -8,7 +8,7 @@ use crate::audit::hypothesis::absent::Absent;
 use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
-use crate::audit::hypothesis::plane_sweep::{Swept, sweep};
+use crate::audit::hypothesis::plane_sweep::sweep;
 use crate::audit::hypothesis::retextured::{Relaid, SLACK_PX, relaid};
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
@@ -40,11 +40,6 @@ const LEAST_PX: usize = 30;
 
 /// Pixels from an outline of the model within which a region is at it.
 const EDGE_PX: usize = 3;
-
-/// Share of the difference that a displacement explains, as a ratio to what it leaves.
-fn explains(swept: &Swept) -> f32 {
-    (swept.here - swept.least) / (swept.least + 0.3)
-}
 
 /// Mean over a region; NaN where less than a quarter of it tells.
 fn mean(region: &Region, value: impl Fn(usize) -> Option<f32>) -> f32 {
@@ -108,15 +103,11 @@ pub(crate) fn shape(
         return None;
     }
     let swept = sweep(prepared, observed, region);
-    let explains = explains(&swept);
+    // share of the difference that it explains, as a ratio to what it leaves
+    let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(region, observed.surfaces.width);
-    let moved = apart >= AGREES
-        && explains > RATIO
-        && sure
-        && swept.pixels > PIXELS_OFF
-        && swept.pixels <= thickness
-        && !swept.twin;
+    let moved = explains > RATIO && sure && swept.pixels > PIXELS_OFF && swept.pixels <= thickness && !swept.twin;
     let (here, there) = behind(prepared, observed, region).unwrap_or((1.0, f32::NAN));
     let gone = there < BEHIND * here;
     let (covered, whole) = region

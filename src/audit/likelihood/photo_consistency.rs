@@ -120,14 +120,9 @@ struct Look {
 }
 
 impl Look {
-    /// Logarithm of what the probe saw at a place.
-    fn of(&self, probes: &[ProbeView], point: Vec3) -> Vec3 {
-        probes[usize::from(self.probe)].log_radiance(point, usize::from(self.level))
-    }
-
     fn cost(&self, noise: &Noise, probes: &[ProbeView], point: Vec3) -> f32 {
-        let here = || limited(noise.squared(self.photo - self.of(probes, point), self.variance));
-        self.plain.unwrap_or_else(here)
+        let at = || probes[usize::from(self.probe)].log_radiance(point, usize::from(self.level));
+        self.plain.unwrap_or_else(|| limited(noise.squared(self.photo - at(), self.variance)))
     }
 }
 
