@@ -128,15 +128,17 @@ impl Samples {
     }
 }
 
-/// Prints the weights that suit the candidates of these files best.
-pub fn fit(files: &[String]) {
+/// Prints the weights that suit the candidates of these files best, if cues of some names are left out.
+pub fn fit(files: &[String], without: &[&str]) {
     let mut ways: BTreeMap<String, Vec<Candidate>> = BTreeMap::new();
     let mut photographs = 0;
     for file in files {
         let (right, all) = read(file);
         photographs += right;
-        for c in all.into_iter().filter(|c| !c.fault || c.within >= WITHIN) {
-            ways.entry(c.cues[0].name.clone()).or_default().push(c);
+        for mut c in all.into_iter().filter(|c| !c.fault || c.within >= WITHIN) {
+            let way = c.cues[0].name.clone();
+            c.cues.retain(|cue| !without.contains(&cue.name.as_str()));
+            ways.entry(way).or_default().push(c);
         }
     }
     // logarithms of odds of candidates, by weights that their site had no part in, with what they are

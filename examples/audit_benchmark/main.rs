@@ -7,7 +7,7 @@
 //! cargo run --release --example audit_benchmark -- corpus SITE… [--per 3] [--seed 1] [--only right,wall]
 //!     [--candidates FILE] [--pictures FOLDER]
 //! cargo run --release --example audit_benchmark -- held-out SITE [--every 3]
-//! cargo run --release --example audit_benchmark -- fit FILE…
+//! cargo run --release --example audit_benchmark -- fit FILE… [--without "size;thickness"]
 //! ```
 //!
 //! Faults are planted in the model that the auditor is given; photographs and probes stay those of the true one. Walls that are off
@@ -65,9 +65,11 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let after = |name: &str| args.iter().position(|a| a == name).map(|i| args[i + 1].as_str());
     let number = |name: &str, default: u64| after(name).map_or(default, |v| v.parse().expect("a number"));
+    let files =
+        |args: &[String]| -> Vec<String> { args.iter().take_while(|a| !a.starts_with("--")).cloned().collect() };
     let named = |name: &str, title: &str| after(name).is_none_or(|words| words.split(',').any(|w| title.contains(w)));
     if args.first().is_some_and(|a| a == "corpus") {
-        let sites: Vec<String> = args[1..].iter().take_while(|a| !a.starts_with("--")).cloned().collect();
+        let sites = files(&args[1..]);
         let (per, seed) = (number("--per", 3) as usize, number("--seed", 1));
         let candidates = after("--candidates").map(Path::new);
         let pictures = after("--pictures").map(PathBuf::from);
@@ -77,7 +79,8 @@ fn main() {
         return held_out::held_out(&args[1], number("--every", 3) as usize);
     }
     if args.first().is_some_and(|a| a == "fit") {
-        return fit::fit(&args[1..]);
+        let without: Vec<&str> = after("--without").map_or(vec![], |names| names.split(';').collect());
+        return fit::fit(&files(&args[1..]), &without);
     }
     let what = args.get(1).map_or("faults", String::as_str);
     let mut nuisances = if what == "faults" { vec![Nuisance::Clean] } else { Nuisance::EACH.to_vec() };

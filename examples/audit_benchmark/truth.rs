@@ -2,8 +2,8 @@
 
 use clerestory::panorama::{Panorama, Picture};
 use clerestory::render::PrimaryRays;
-use clerestory::scene::{Ray, Scene, Texture};
-use clerestory::site::Probe;
+use clerestory::scene::{self, Health, Ray, Scene, Texture};
+use clerestory::site::{Camera, Probe, Site};
 use glam::Vec3;
 
 use crate::Bench;
@@ -134,6 +134,46 @@ impl Bench {
         }
         (most, difference)
     }
+}
+
+/// What a site's pictures were made from, where its folder says so: what `interiors` writes.
+pub fn true_place(site: &Site) -> Option<(Site, Scene)> {
+    let truth = Site::load(&site.file.parent()?.join("truth/site.toml")).ok()?;
+    let scene = scene::load(&truth, &mut Health::default()).unwrap();
+    Some((truth, scene))
+}
+
+/// Pixels in which a model has its surface elsewhere than the place that was photographed: a scan lacks what its depths missed. By more than
+/// 3 cm and 3 % of the distance, and than all within three pixels.
+pub fn astray(model: &Scene, camera: &Camera, place: &Scene, taken_by: &Camera) -> Vec<bool> {
+    const OFF: (f32, f32) = (0.03, 0.03);
+    const REACH: usize = 3;
+    let (w, h) = (camera.width as usize, camera.height as usize);
+    let (given, real) = (distances(model, camera), distances(place, taken_by));
+    let within = |i: usize| {
+        let (x, y) = (i % w, i / w);
+        let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(h);
+        let row = |y: usize| y * w + x.saturating_sub(REACH)..y * w + (x + REACH + 1).min(w);
+        let all = rows.flat_map(row).map(|j| real[j]);
+        all.fold([f32::INFINITY, 0.0f32], |[least, most], t| [least.min(t), most.max(t)])
+    };
+    let off = |i: usize| {
+        let [least, most] = within(i);
+        given[i] < least * (1.0 - OFF.1) - OFF.0 || given[i] > most * (1.0 + OFF.1) + OFF.0
+    };
+    (0..w * h).map(off).collect()
+}
+
+/// Per pixel, how far the surface is; infinite without one.
+fn distances(scene: &Scene, camera: &Camera) -> Vec<f32> {
+    let (w, h) = (camera.width as usize, camera.height as usize);
+    let rays = PrimaryRays::new(camera, 1);
+    let origin = scene.local(camera.pose.position);
+    let far = |i: usize| {
+        let ray = Ray { origin, direction: rays.direction(i % w, i / w, 0) };
+        scene.tracer.closest(&ray, 1e-3).map_or(f32::INFINITY, |hit| hit.t)
+    };
+    (0..w * h).map(far).collect()
 }
 
 /// Where a probe stands and what it saw.

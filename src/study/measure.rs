@@ -161,7 +161,8 @@ impl Bench<'_> {
     ) -> Option<ViewRun> {
         let clock = Clock::start();
         let cameras = truth.tiles.iter().map(|tile| part_of(&truth.camera, tile.at));
-        let traced = trace(self.scene, lights, cameras, samples.max(2), 2 * self.seed + 1, go_on)?;
+        let traced =
+            trace(self.scene, lights, cameras, samples.max(2), self.seed.wrapping_mul(2).wrapping_add(1), go_on)?;
         // the tracer takes samples in pairs, one a half: a single sample is a half, in half the time
         let (pictures, share): (Vec<Picture>, f64) = match samples {
             1 => (traced.iter().map(|e| e.half(0)).collect(), 0.5),
@@ -232,7 +233,8 @@ pub(super) fn trace(
 ) -> Option<Vec<Estimate>> {
     let one = |(i, camera): (usize, Camera)| {
         let mut estimate = Estimate::new(camera.width as usize, camera.height as usize);
-        let settings = ReferenceSettings { samples, seed: seed + ((i as u64) << 20), ..ReferenceSettings::default() };
+        let seed = seed.wrapping_add((i as u64) << 20);
+        let settings = ReferenceSettings { samples, seed, ..ReferenceSettings::default() };
         let tell = |_, _| if go_on() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
         add_samples(scene, lights, &Eye::Camera(camera), &settings, &mut estimate, &tell).ok()?;
         Some(estimate)

@@ -86,7 +86,7 @@ fn a_study_is_cut_short_goes_on_and_repeats() {
     assert!(!svg.contains("NaN"));
 
     // other settings: the old study is moved aside
-    let text = study(site, &second, &["--seed", "1", "--budget", "0.0001"]).text();
+    let text = study(site, &second, &["--seed", "18446744073709551615", "--budget", "0.0001"]).text();
     assert!(text.contains("study.previous.json") && second.join("study.previous.json").exists(), "{text}");
 }
 

@@ -130,8 +130,7 @@ pub fn write(folder: &Path, options: &Options) -> Result<Drawn, Box<dyn Error>> 
     write_true_model(&folder.join("truth"), &layout.model, &used)?;
     let (site, scene) = load(folder, &description)?;
     if options.hand_held {
-        let gloss = site::gloss(&scene, &palette);
-        write_walk(folder, description, &site, &scene, &layout, &gloss, options)?;
+        write_walk(folder, description, &site, &scene, &layout, &palette, options)?;
         return Ok(Drawn { kind, windows: layout.windows });
     }
     write_given_model(&folder.join("model"), &layout.model, &departure, &used)?;
@@ -146,7 +145,7 @@ pub fn write(folder: &Path, options: &Options) -> Result<Drawn, Box<dyn Error>> 
         let gloss = site::gloss(&scene, &palette);
         shots = pictures::take(folder, &site, &scene, &layout.windows, &gloss, options)?;
     }
-    std::fs::write(folder.join("truth.json"), description.truth(&shots))?;
+    std::fs::write(folder.join("truth.json"), description.truth(&shots, &palette))?;
     Ok(Drawn { kind, windows: layout.windows })
 }
 
@@ -157,7 +156,7 @@ fn write_walk(
     site: &Site,
     scene: &Scene,
     layout: &Layout,
-    gloss: &[f64],
+    palette: &Palette,
     options: &Options,
 ) -> Result<(), Box<dyn Error>> {
     let seed = options.seed;
@@ -167,7 +166,8 @@ fn write_walk(
     let eyes: Vec<Eye> = (0..walk.frames.len()).map(|k| walk.eye(k, full / 2)).collect();
     let places = eyes.iter().flat_map(|eye| shade::seen(scene, eye, pictures::STRIDE));
     let field = Field::new(scene, &lamps, places, options.links, seed);
-    let taken = walk.take(&Truth { scene, lamps: &lamps, field: &field, gloss }, full, seed);
+    let taken =
+        walk.take(&Truth { scene, lamps: &lamps, field: &field, gloss: &site::gloss(scene, palette) }, full, seed);
     for (k, shot) in taken.iter().enumerate() {
         let role = walk.frames[k].2;
         let part = match role {
@@ -188,7 +188,7 @@ fn write_walk(
     let description = Description { walk: Some((walk, taken)), photo_size: [full, full * 3 / 4], ..description };
     std::fs::write(folder.join("truth/site.toml"), description.true_site_file())?;
     std::fs::write(folder.join("site.toml"), description.site_file("jpg"))?;
-    Ok(std::fs::write(folder.join("truth.json"), description.truth(&[]))?)
+    Ok(std::fs::write(folder.join("truth.json"), description.truth(&[], palette))?)
 }
 
 /// Writes `truth/site.toml` and loads it with the true model.

@@ -3,6 +3,7 @@
 use clerestory::scene::Scene;
 use clerestory::site::{Frame, Up};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::Kind;
@@ -115,7 +116,7 @@ impl Description {
     }
 
     /// `truth.json`: everything that chance decided and a test may want to know.
-    pub fn truth(&self, shots: &[Taken]) -> String {
+    pub fn truth(&self, shots: &[Taken], palette: &Palette) -> String {
         let pose = |s: &Station| json!({ "position": s.position.to_array(), "bearings": s.bearings });
         let views = self.views.iter().enumerate().map(|(k, (station, shot))| {
             let mut view = pose(station);
@@ -146,12 +147,15 @@ impl Description {
             });
             json!({ "drift_m_deg": walk.drift, "k1": walk.k1, "frames": frames.collect::<Vec<_>>() })
         });
+        let glossy = palette.all().into_iter().filter(|m| m.gloss > 0.0);
+        let gloss: BTreeMap<&str, f64> = glossy.map(|m| (&*m.finish.name, m.gloss)).collect();
         let sun = self.sun.map(|s| json!({ "direction": s.direction.to_array(), "irradiance": s.irradiance }));
         let truth = json!({
             "seed": self.seed,
             "kind": format!("{:?}", self.kind).to_lowercase(),
             "bare": self.bare,
             "scan": d.scan,
+            "gloss": gloss,
             "sun": sun,
             "sun_is_named": self.names_sun && self.sun.is_some(),
             "model": {
