@@ -50,7 +50,7 @@ pub(crate) fn referenced(
         } else {
             doing(&view.name);
             let cameras = rectangles.iter().map(|at| part_of(&view.camera, *at));
-            let (samples, seed) = (options.reference_samples, 2 * options.seed);
+            let (samples, seed) = (options.reference_samples, options.seed.wrapping_mul(2));
             let traced = trace(scene, lights, cameras, samples, seed, &|| true).unwrap_or_default();
             let halves = [0, 1].map(|h| stack(&traced.iter().map(|e: &Estimate| e.half(h)).collect::<Vec<_>>()));
             for (file, half) in files.iter().zip(&halves) {
