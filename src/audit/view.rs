@@ -162,7 +162,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         .map(|(probe, sights)| soften(&surfaces, probe, sights, &blurred, &usable))
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
-    let gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
+    let mut gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .into_par_iter()
         .map(|i| {
@@ -172,7 +172,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         })
         .collect();
     drop(blurred);
-    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, soft, &radiometry, &gloss);
+    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, soft, &radiometry, &mut gloss);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
     Observations {

@@ -10,9 +10,10 @@ use std::cmp::Ordering;
 
 use crate::audit::likelihood::noise::{EVERY, Noise, Parts, Sample};
 use crate::audit::observe::geometry_buffer::GeometryBuffer;
-use crate::audit::observe::gloss::{Gloss, bounds};
+use crate::audit::observe::gloss::{Gloss, Pair, bounds};
 use crate::audit::observe::probe_view::{ProbeView, Sight};
 use crate::audit::observe::radiometry::{Radiometry, Sights};
+use crate::panorama::luminance;
 
 /// How far a surface may be off its place on either side, metres: each step a quarter of the way, since pictures part in
 /// proportion to it.
@@ -193,7 +194,7 @@ pub(crate) fn test(
     probes: &[ProbeView],
     soft: Vec<Vec<Vec3>>,
     radiometry: &Radiometry,
-    gloss: &Gloss,
+    gloss: &mut Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
     let all: Vec<Vec<Carried>> = soft
@@ -216,6 +217,18 @@ pub(crate) fn test(
         })
         .collect();
     let noise = Noise::fit(&samples);
+    let light = |log: Vec3| luminance(log.map(f32::exp));
+    let pairs: Vec<Pair> = all
+        .iter()
+        .enumerate()
+        .flat_map(|(probe, all)| all.iter().map(move |c| (probe, c)))
+        .filter(|(_, c)| (c.pixel as usize).is_multiple_of(EVERY * EVERY))
+        .map(|(probe, c)| {
+            let variance = noise.variance(probe, c.by);
+            Pair { pixel: c.pixel as usize, probe, photo: light(c.photo), here: light(c.here), variance }
+        })
+        .collect();
+    gloss.fit(surfaces, &pairs);
     let mut seen = vec![0u8; n];
     for c in all.iter().flatten() {
         let seen = &mut seen[c.pixel as usize];

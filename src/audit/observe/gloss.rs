@@ -1,12 +1,13 @@
 //! Light that a surface may mirror: floors are waxed, stone is polished, paintings are varnished, and no model says so.
 //!
 //! Everything else here takes surfaces as matt. A smooth dielectric adds to that, towards each eye, what comes from the mirrored
-//! direction times its Fresnel reflectance; how much of it a surface shows is not known, but it is no more than that. What photograph and
-//! probes differ by within these bounds is no fault of the model.
+//! direction times its Fresnel reflectance. How much of it a surface shows is told by all that photograph and probes show of it: two eyes
+//! differ by as large a share of what it would mirror towards either. What they differ by within these bounds is no fault of the model.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
+use std::collections::BTreeMap;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::ProbeView;
@@ -28,6 +29,27 @@ const LEAST: f32 = 0.05;
 /// Sides of the squares of pixels that mirrored light is looked up once for: a streak on a column is not much wider.
 const STRIDE: usize = 3;
 
+/// Degrees of freedom of Student's distribution, which what light on a matt surface differs by follows: some of it is far off.
+const FREEDOM: f64 = 3.0;
+
+/// Side of the parts that a surface is told by, pixels.
+const BLOCK: usize = 48;
+
+/// Places around are off by the same: so many count as one.
+const ALIKE: f64 = 4.0;
+
+/// A place mirrors at most so many times as much as the surface does all over: what it spreads, and where its normals are off, is missed.
+const MOST_TIMES: f64 = 4.0;
+
+/// What a probe and the photograph show of one place, as luminances, and the variance of their ratio's logarithm.
+pub(crate) struct Pair {
+    pub(crate) pixel: usize,
+    pub(crate) probe: usize,
+    pub(crate) photo: f32,
+    pub(crate) here: f32,
+    pub(crate) variance: f32,
+}
+
 /// What a view's surfaces may mirror.
 pub(crate) struct Gloss<'a> {
     relit: &'a Relit<'a>,
@@ -36,6 +58,8 @@ pub(crate) struct Gloss<'a> {
     beyond: Vec3,
     /// The most that they may mirror towards the camera, per pixel, radiance.
     pub(crate) to_camera: Vec<Vec3>,
+    /// The share of what a smooth dielectric mirrors that a pixel's surface does at most.
+    share: Vec<f32>,
 }
 
 impl<'a> Gloss<'a> {
@@ -43,7 +67,8 @@ impl<'a> Gloss<'a> {
     pub(crate) fn new(relit: &'a Relit<'a>, surfaces: &GeometryBuffer, probes: &'a [ProbeView]) -> Self {
         // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
         let beyond = probes.iter().map(ProbeView::brightest).fold(Vec3::ZERO, Vec3::max);
-        let mut this = Self { relit, probes, beyond, to_camera: Vec::new() };
+        let share = vec![1.0; surfaces.label.len()];
+        let mut this = Self { relit, probes, beyond, to_camera: Vec::new(), share };
         this.to_camera = this.towards(surfaces, surfaces.origin, &|_| true);
         this
     }
@@ -75,7 +100,42 @@ impl<'a> Gloss<'a> {
         });
         let label: Vec<u32> = (0..wide * high).map(|cell| surfaces.label[at(cell)]).collect();
         let cells = spread(cells, &label, wide, (LOBE * surfaces.focal / STRIDE as f32).ceil() as usize);
-        (0..w * h).map(|i| cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
+        (0..w * h).map(|i| self.share[i] * cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
+    }
+
+    /// Learns how much each material mirrors, from what photograph and probes show of it. A scan has one for all that it holds, and may mirror
+    /// as much as it can.
+    pub(crate) fn fit(&mut self, surfaces: &GeometryBuffer, pairs: &[Pair]) {
+        let scene = self.relit.scene;
+        if scene.materials.len() < 2 || !scene.mesh.colours.is_empty() {
+            return;
+        }
+        let seen: Vec<(f64, f64, f64)> = pairs
+            .par_iter()
+            .map_init(Nearby::default, |scratch, pair| {
+                let (point, normal) = (surfaces.position[pair.pixel], surfaces.normal[pair.pixel]);
+                let mut towards =
+                    |eye: Vec3| luminance(self.mirrored(point, normal, (point - eye).normalize_or_zero(), scratch));
+                let more = towards(surfaces.origin) - towards(self.probes[pair.probe].origin);
+                (f64::from(more / pair.here), f64::from(pair.photo / pair.here - 1.0), f64::from(pair.variance))
+            })
+            .collect();
+        let w = surfaces.width;
+        let block = |i: usize| (surfaces.label[i], i / w / BLOCK, i % w / BLOCK);
+        let mut surface: BTreeMap<u32, BTreeMap<_, Vec<_>>> = BTreeMap::new();
+        // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is
+        let told = |(_, (more, apart, _)): &(&Pair, (f64, f64, f64))| more.abs() <= 1.0 && apart.is_finite();
+        for (pair, seen) in pairs.iter().zip(seen).filter(told) {
+            surface.entry(surfaces.material[pair.pixel]).or_default().entry(block(pair.pixel)).or_default().push(seen);
+        }
+        let most = |blocks: BTreeMap<_, Vec<_>>| -> f32 {
+            let shares: Vec<(f64, f64)> = blocks.values().filter_map(|seen| mirrored_share(seen)).collect();
+            (MOST_TIMES * most_of(&shares)).min(1.0) as f32
+        };
+        let most: BTreeMap<u32, f32> = surface.into_iter().map(|(material, blocks)| (material, most(blocks))).collect();
+        let share = |i: usize| most.get(&surfaces.material[i]).copied().unwrap_or(1.0);
+        self.share = (0..self.share.len()).into_par_iter().map(share).collect();
+        self.to_camera.iter_mut().zip(&self.share).for_each(|(light, share)| *light *= *share);
     }
 
     /// What a smooth dielectric mirrors along a direction of view.
@@ -111,6 +171,44 @@ impl<'a> Gloss<'a> {
         let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE * hit.t) * e / std::f32::consts::PI;
         if Picture::valid(light) { light } else { Vec3::ZERO }
     }
+}
+
+/// The share of what a smooth dielectric mirrors that a part of a surface does, and its variance: of how much more of that it would show the
+/// camera than a probe, how much brighter the camera saw it, both over the probe's light, and the variance of that.
+fn mirrored_share(seen: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+    const ROUNDS: usize = 20;
+    let (mut slope, mut offset, mut error) = (0.0, 0.0, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let [mut sum, mut x1, mut y1, mut xx, mut xy, mut rest] = [0.0; 6];
+        for &(x, y, variance) in seen {
+            let off = (y - offset - slope * x).powi(2) / variance;
+            let weight = 1.0 / (1.0 + off / FREEDOM) / variance;
+            (sum, x1, y1) = (sum + weight, x1 + weight * x, y1 + weight * y);
+            (xx, xy, rest) = (xx + weight * x * x, xy + weight * x * y, rest + weight * off * variance);
+        }
+        let spread = sum * xx - x1 * x1;
+        slope = (sum * xy - x1 * y1) / spread;
+        offset = (y1 - slope * x1) / sum;
+        error = ALIKE * sum / spread * (rest / seen.len() as f64).max(1.0);
+    }
+    (slope.is_finite() && error.is_finite() && error > 0.0).then_some((slope, error))
+}
+
+/// The most that a surface may mirror by the shares of its parts, as the sum of one number and what parts differ by (DerSimonian and Laird,
+/// *Meta-analysis in clinical trials*, 1986): two standard deviations above it.
+fn most_of(parts: &[(f64, f64)]) -> f64 {
+    let weighed = |more: f64| {
+        let weights = parts.iter().map(move |(share, variance)| (share, 1.0 / (variance + more)));
+        weights.fold([0.0; 3], |[sum, squares, mean], (share, w)| [sum + w, squares + w * w, mean + w * share])
+    };
+    let [sum, squares, total] = weighed(0.0);
+    let mean = total / sum;
+    let q: f64 = parts.iter().map(|(share, variance)| (share - mean).powi(2) / variance).sum();
+    let between = ((q - (parts.len() as f64 - 1.0)) / (sum - squares / sum)).max(0.0);
+    let between = if between.is_finite() { between } else { 0.0 };
+    let [sum, _, total] = weighed(between);
+    let most = (total / sum).max(0.0) + 2.0 * (between + 1.0 / sum).sqrt();
+    if most.is_finite() { most } else { 1.0 }
 }
 
 /// By how much a photograph's logarithm may be below and above that of a probe's light, where the surface may mirror so much
@@ -171,6 +269,43 @@ mod tests {
         // less light is none that is mirrored
         assert_eq!(without(0.5 * matt, mirrored, matt), 0.5 * matt);
         assert_eq!(without(matt, Vec3::ZERO, matt), matt);
+    }
+
+    /// Places of a surface that mirrors a share, each as a camera and a probe saw it, a fifth of them hidden by something.
+    fn seen(share: f64, first: u32) -> Vec<(f64, f64, f64)> {
+        let unit = |k: u32| (f64::from(k.wrapping_mul(2_654_435_769) >> 8) / f64::from(1u32 << 24)) - 0.5;
+        let place = |k: u32| {
+            let more = 0.8 * unit(3 * k);
+            let apart = if k.is_multiple_of(5) { 2.0 * unit(3 * k + 1) } else { 0.1 * unit(3 * k + 2) };
+            (more, share * more + 0.02 + apart, 0.001)
+        };
+        (first..first + 100).map(place).collect()
+    }
+
+    #[test]
+    fn how_much_a_surface_mirrors_is_told_by_what_two_eyes_see_of_it() {
+        for share in [0.0, 0.25] {
+            let (told, variance) = mirrored_share(&seen(share, 7)).unwrap();
+            assert!(
+                (told - share).abs() < 2.5 * variance.sqrt() && variance.sqrt() < 0.05,
+                "{told} ± {}",
+                variance.sqrt()
+            );
+        }
+        // where both would see as much of it, or nothing is seen, nothing is told
+        assert_eq!(mirrored_share(&[(0.1, 0.0, 1.0); 30]), None);
+        assert_eq!(mirrored_share(&[]), None);
+    }
+
+    #[test]
+    fn parts_that_differ_may_mirror_as_much_as_those_that_mirror_most() {
+        let most = |shares: [f64; 2]| {
+            let parts = (0..20).filter_map(|k| mirrored_share(&seen(shares[k as usize % 2], 100 * k)));
+            most_of(&parts.collect::<Vec<_>>())
+        };
+        let (matt, mirrors, both) = (most([0.0; 2]), most([0.25; 2]), most([0.0, 0.25]));
+        assert!(matt < 0.05 && (0.22..0.35).contains(&mirrors) && both > 0.25, "{matt} {mirrors} {both}");
+        assert_eq!(most_of(&[]), 1.0);
     }
 
     #[test]
