@@ -103,13 +103,12 @@ impl<'a> Gloss<'a> {
         (0..w * h).map(|i| self.share[i] * cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }
 
-    /// Learns how much each material mirrors, from what photograph and probes show of it. A scan has one for all that it holds, and may mirror
-    /// as much as it can.
+    /// Learns how much each material mirrors, from what photograph and probes show of it. A scan has one material for all that it holds: there
+    /// it is each smooth surface.
     pub(crate) fn fit(&mut self, surfaces: &GeometryBuffer, pairs: &[Pair]) {
         let scene = self.relit.scene;
-        if scene.materials.len() < 2 || !scene.mesh.colours.is_empty() {
-            return;
-        }
+        let scanned = scene.materials.len() < 2 || !scene.mesh.colours.is_empty();
+        let of = |i: usize| (surfaces.material[i], if scanned { surfaces.label[i] } else { 0 });
         let seen: Vec<(f64, f64, f64)> = pairs
             .par_iter()
             .map_init(Nearby::default, |scratch, pair| {
@@ -122,18 +121,18 @@ impl<'a> Gloss<'a> {
             .collect();
         let w = surfaces.width;
         let block = |i: usize| (surfaces.label[i], i / w / BLOCK, i % w / BLOCK);
-        let mut surface: BTreeMap<u32, BTreeMap<_, Vec<_>>> = BTreeMap::new();
+        let mut surface: BTreeMap<(u32, u32), BTreeMap<_, Vec<_>>> = BTreeMap::new();
         // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is
         let told = |(_, (more, apart, _)): &(&Pair, (f64, f64, f64))| more.abs() <= 1.0 && apart.is_finite();
         for (pair, seen) in pairs.iter().zip(seen).filter(told) {
-            surface.entry(surfaces.material[pair.pixel]).or_default().entry(block(pair.pixel)).or_default().push(seen);
+            surface.entry(of(pair.pixel)).or_default().entry(block(pair.pixel)).or_default().push(seen);
         }
         let most = |blocks: BTreeMap<_, Vec<_>>| -> f32 {
             let shares: Vec<(f64, f64)> = blocks.values().filter_map(|seen| mirrored_share(seen)).collect();
             (MOST_TIMES * most_of(&shares)).min(1.0) as f32
         };
-        let most: BTreeMap<u32, f32> = surface.into_iter().map(|(material, blocks)| (material, most(blocks))).collect();
-        let share = |i: usize| most.get(&surfaces.material[i]).copied().unwrap_or(1.0);
+        let most: BTreeMap<_, f32> = surface.into_iter().map(|(of, blocks)| (of, most(blocks))).collect();
+        let share = |i: usize| most.get(&of(i)).copied().unwrap_or(1.0);
         self.share = (0..self.share.len()).into_par_iter().map(share).collect();
         self.to_camera.iter_mut().zip(&self.share).for_each(|(light, share)| *light *= *share);
     }
