@@ -77,8 +77,7 @@ struct Samples {
 
 impl Samples {
     fn new(all: &[Candidate]) -> Self {
-        // what is added when all photographs are known stands behind the cues that are fitted
-        let n = all.iter().map(|c| c.cues.len()).min().unwrap_or(0);
+        let n = all[0].cues.len();
         let off = |c: &Candidate, k: usize| c.cues[k].value - c.cues[k].even;
         let squares = |k: usize| all.iter().map(|c| off(c, k).powi(2)).sum::<f64>() / all.len() as f64;
         let spread: Vec<f64> = (0..n).map(|k| squares(k).sqrt().max(1e-6)).collect();
@@ -128,6 +127,18 @@ impl Samples {
     }
 }
 
+/// Leaves of the cues of candidates those that all of them have, in the first one's order, but for some: versions differ in what they
+/// measure, and what is added when all photographs are known stands behind the cues that are fitted.
+fn keep_common(all: &mut [Candidate], without: &[&str]) {
+    let has = |c: &Candidate, name: &str| c.cues.iter().any(|cue| cue.name == name);
+    let names = all[0].cues.iter().map(|cue| cue.name.clone());
+    let names: Vec<String> =
+        names.filter(|name| !without.contains(&name.as_str()) && all.iter().all(|c| has(c, name))).collect();
+    for c in all {
+        c.cues = names.iter().filter_map(|name| c.cues.iter().find(|cue| cue.name == *name).cloned()).collect();
+    }
+}
+
 /// Prints the weights that suit the candidates of these files best, if cues of some names are left out.
 pub fn fit(files: &[String], without: &[&str]) {
     let mut ways: BTreeMap<String, Vec<Candidate>> = BTreeMap::new();
@@ -135,12 +146,11 @@ pub fn fit(files: &[String], without: &[&str]) {
     for file in files {
         let (right, all) = read(file);
         photographs += right;
-        for mut c in all.into_iter().filter(|c| !c.fault || c.within >= WITHIN) {
-            let way = c.cues[0].name.clone();
-            c.cues.retain(|cue| !without.contains(&cue.name.as_str()));
-            ways.entry(way).or_default().push(c);
+        for c in all.into_iter().filter(|c| !c.fault || c.within >= WITHIN) {
+            ways.entry(c.cues[0].name.clone()).or_default().push(c);
         }
     }
+    ways.values_mut().for_each(|all| keep_common(all, without));
     // logarithms of odds of candidates, by weights that their site had no part in, with what they are
     let mut weighed: Vec<(f64, bool, bool)> = vec![];
     for (way, all) in &ways {

@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 use crate::audit::finding::PoseCorrection;
 use crate::audit::likelihood::agreement::{Unlike, unlike};
 use crate::audit::likelihood::appearance::{self, Texture};
-use crate::audit::likelihood::photo_consistency::{self, Geometry};
+use crate::audit::likelihood::photo_consistency::{self, Compared, Geometry};
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE, reduced};
 use crate::audit::observe::gloss::{Gloss, without};
@@ -162,7 +162,6 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         .map(|(probe, sights)| soften(&surfaces, probe, sights, &blurred, &usable))
         .collect();
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
-    let mut gloss = Gloss::new(&relit, &surfaces, &prepared.probes);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .into_par_iter()
         .map(|i| {
@@ -172,7 +171,9 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         })
         .collect();
     drop(blurred);
-    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, soft, &radiometry, &mut gloss);
+    let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry);
+    let gloss = Gloss::fit(&relit, &surfaces, &prepared.probes, &compared.pairs());
+    let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, compared, &gloss);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
     Observations {

@@ -9,14 +9,11 @@ use glam::{Vec2, Vec3};
 use crate::audit::likelihood::agreement::USUAL;
 use crate::audit::likelihood::appearance::damped;
 use crate::audit::likelihood::step::{BESIDE, Place, border};
-use crate::audit::picture::FEWEST;
+use crate::audit::picture::{FEWEST, FREEDOM};
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::mask_of;
 use crate::audit::view::Observations;
 use crate::statistics::median;
-
-/// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
-const FREEDOM: f32 = 3.0;
 
 /// A pixel on either side of a border between materials, the inner one first.
 type Across = [usize; 2];

@@ -187,48 +187,68 @@ fn carried(surfaces: &GeometryBuffer, sights: &[Option<Sight>], probe: &ProbeVie
     (0..n).into_par_iter().filter_map(carry).collect()
 }
 
+/// What all probes show of a view's surfaces beside the photograph, and what it differs by where the model is right.
+pub(crate) struct Compared {
+    of: Vec<Vec<Carried>>,
+    noise: Noise,
+}
+
+impl Compared {
+    /// Carries the light of all probes into the view. `soft` is the photograph as soft as each probe.
+    pub(crate) fn new(
+        surfaces: &GeometryBuffer,
+        sights: &Sights,
+        probes: &[ProbeView],
+        soft: Vec<Vec<Vec3>>,
+        radiometry: &Radiometry,
+    ) -> Self {
+        let of: Vec<Vec<Carried>> = soft
+            .into_iter()
+            .enumerate()
+            .map(|(k, mut soft)| {
+                let shift = radiometry.offset - radiometry.gains[k];
+                // in the probe's light
+                let lit = |(i, p): (usize, &mut Vec3)| {
+                    *p = *p + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
+                };
+                soft.par_iter_mut().enumerate().for_each(lit);
+                carried(surfaces, &sights.of[k], &probes[k], &soft)
+            })
+            .collect();
+        let samples: Vec<Vec<Sample>> = of
+            .iter()
+            .map(|all| {
+                let chosen = all.iter().filter(|c| (c.pixel as usize).is_multiple_of(EVERY));
+                chosen.map(|c| Sample { difference: c.photo - c.here, by: c.by }).collect()
+            })
+            .collect();
+        let noise = Noise::fit(&samples);
+        Self { of, noise }
+    }
+
+    /// Some places as photograph and probes see them, spread over the picture.
+    pub(crate) fn pairs(&self) -> Vec<Pair> {
+        let light = |log: Vec3| luminance(log.map(f32::exp));
+        let all = self.of.iter().enumerate().flat_map(|(probe, all)| all.iter().map(move |c| (probe, c)));
+        all.filter(|(_, c)| (c.pixel as usize).is_multiple_of(EVERY * EVERY))
+            .map(|(probe, c)| {
+                let variance = self.noise.variance(probe, c.by);
+                Pair { pixel: c.pixel as usize, probe, photo: light(c.photo), here: light(c.here), variance }
+            })
+            .collect()
+    }
+}
+
 /// Runs the test.
 pub(crate) fn test(
     surfaces: &GeometryBuffer,
     sights: &Sights,
     probes: &[ProbeView],
-    soft: Vec<Vec<Vec3>>,
-    radiometry: &Radiometry,
-    gloss: &mut Gloss,
+    compared: Compared,
+    gloss: &Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
-    let all: Vec<Vec<Carried>> = soft
-        .into_iter()
-        .enumerate()
-        .map(|(k, mut soft)| {
-            let shift = radiometry.offset - radiometry.gains[k];
-            // in the probe's light
-            let lit =
-                |(i, p): (usize, &mut Vec3)| *p = *p + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
-            soft.par_iter_mut().enumerate().for_each(lit);
-            carried(surfaces, &sights.of[k], &probes[k], &soft)
-        })
-        .collect();
-    let samples: Vec<Vec<Sample>> = all
-        .iter()
-        .map(|all| {
-            let chosen = all.iter().filter(|c| (c.pixel as usize).is_multiple_of(EVERY));
-            chosen.map(|c| Sample { difference: c.photo - c.here, by: c.by }).collect()
-        })
-        .collect();
-    let noise = Noise::fit(&samples);
-    let light = |log: Vec3| luminance(log.map(f32::exp));
-    let pairs: Vec<Pair> = all
-        .iter()
-        .enumerate()
-        .flat_map(|(probe, all)| all.iter().map(move |c| (probe, c)))
-        .filter(|(_, c)| (c.pixel as usize).is_multiple_of(EVERY * EVERY))
-        .map(|(probe, c)| {
-            let variance = noise.variance(probe, c.by);
-            Pair { pixel: c.pixel as usize, probe, photo: light(c.photo), here: light(c.here), variance }
-        })
-        .collect();
-    gloss.fit(surfaces, &pairs);
+    let Compared { of: all, noise } = compared;
     let mut seen = vec![0u8; n];
     for c in all.iter().flatten() {
         let seen = &mut seen[c.pixel as usize];

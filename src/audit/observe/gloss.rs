@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::ProbeView;
+use crate::audit::picture::FREEDOM;
 use crate::panorama::{Picture, luminance};
 use crate::render::{Irradiance, Relit};
 use crate::scene::Ray;
@@ -28,9 +29,6 @@ const LEAST: f32 = 0.05;
 
 /// Sides of the squares of pixels that mirrored light is looked up once for: a streak on a column is not much wider.
 const STRIDE: usize = 3;
-
-/// Degrees of freedom of Student's distribution, which what light on a matt surface differs by follows: some of it is far off.
-const FREEDOM: f64 = 3.0;
 
 /// Side of the parts that a surface is told by, pixels.
 const BLOCK: usize = 48;
@@ -50,6 +48,16 @@ pub(crate) struct Pair {
     pub(crate) variance: f32,
 }
 
+/// How a place looks to the camera beside how it looks to a probe, both over the probe's light.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// How much more it would mirror towards the camera.
+    more: f64,
+    /// How much brighter the camera saw it, and the variance of that.
+    brighter: f64,
+    variance: f64,
+}
+
 /// What a view's surfaces may mirror.
 pub(crate) struct Gloss<'a> {
     relit: &'a Relit<'a>,
@@ -63,12 +71,18 @@ pub(crate) struct Gloss<'a> {
 }
 
 impl<'a> Gloss<'a> {
-    /// Of what the probes saw; what none of them did is relit.
-    pub(crate) fn new(relit: &'a Relit<'a>, surfaces: &GeometryBuffer, probes: &'a [ProbeView]) -> Self {
+    /// Learns how much each material mirrors, from what photograph and probes show of it, of the light that the probes saw; what none of
+    /// them did is relit. A scan has one material for all that it holds: there it is each smooth surface.
+    pub(crate) fn fit(
+        relit: &'a Relit<'a>,
+        surfaces: &GeometryBuffer,
+        probes: &'a [ProbeView],
+        pairs: &[Pair],
+    ) -> Self {
         // through an opening may come, from where no probe stands, the sun itself: as much as the brightest that any saw
         let beyond = probes.iter().map(ProbeView::brightest).fold(Vec3::ZERO, Vec3::max);
-        let share = vec![1.0; surfaces.label.len()];
-        let mut this = Self { relit, probes, beyond, to_camera: Vec::new(), share };
+        let mut this = Self { relit, probes, beyond, to_camera: Vec::new(), share: Vec::new() };
+        this.share = this.shares(surfaces, pairs);
         this.to_camera = this.towards(surfaces, surfaces.origin, &|_| true);
         this
     }
@@ -103,38 +117,39 @@ impl<'a> Gloss<'a> {
         (0..w * h).map(|i| self.share[i] * cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }
 
-    /// Learns how much each material mirrors, from what photograph and probes show of it. A scan has one material for all that it holds: there
-    /// it is each smooth surface.
-    pub(crate) fn fit(&mut self, surfaces: &GeometryBuffer, pairs: &[Pair]) {
+    /// The share of what a smooth dielectric mirrors that each pixel's surface does at most.
+    fn shares(&self, surfaces: &GeometryBuffer, pairs: &[Pair]) -> Vec<f32> {
         let scene = self.relit.scene;
         let scanned = scene.materials.len() < 2 || !scene.mesh.colours.is_empty();
         let of = |i: usize| (surfaces.material[i], if scanned { surfaces.label[i] } else { 0 });
-        let seen: Vec<(f64, f64, f64)> = pairs
+        let seen: Vec<Seen> = pairs
             .par_iter()
             .map_init(Nearby::default, |scratch, pair| {
                 let (point, normal) = (surfaces.position[pair.pixel], surfaces.normal[pair.pixel]);
                 let mut towards =
                     |eye: Vec3| luminance(self.mirrored(point, normal, (point - eye).normalize_or_zero(), scratch));
                 let more = towards(surfaces.origin) - towards(self.probes[pair.probe].origin);
-                (f64::from(more / pair.here), f64::from(pair.photo / pair.here - 1.0), f64::from(pair.variance))
+                Seen {
+                    more: f64::from(more / pair.here),
+                    brighter: f64::from(pair.photo / pair.here - 1.0),
+                    variance: f64::from(pair.variance),
+                }
             })
             .collect();
         let w = surfaces.width;
         let block = |i: usize| (surfaces.label[i], i / w / BLOCK, i % w / BLOCK);
-        let mut surface: BTreeMap<(u32, u32), BTreeMap<_, Vec<_>>> = BTreeMap::new();
+        let mut surface: BTreeMap<(u32, u32), BTreeMap<_, Vec<Seen>>> = BTreeMap::new();
         // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is
-        let told = |(_, (more, apart, _)): &(&Pair, (f64, f64, f64))| more.abs() <= 1.0 && apart.is_finite();
+        let told = |(_, seen): &(&Pair, Seen)| seen.more.abs() <= 1.0 && seen.brighter.is_finite();
         for (pair, seen) in pairs.iter().zip(seen).filter(told) {
             surface.entry(of(pair.pixel)).or_default().entry(block(pair.pixel)).or_default().push(seen);
         }
-        let most = |blocks: BTreeMap<_, Vec<_>>| -> f32 {
+        let most = |blocks: BTreeMap<_, Vec<Seen>>| -> f32 {
             let shares: Vec<(f64, f64)> = blocks.values().filter_map(|seen| mirrored_share(seen)).collect();
             (MOST_TIMES * most_of(&shares)).min(1.0) as f32
         };
         let most: BTreeMap<_, f32> = surface.into_iter().map(|(of, blocks)| (of, most(blocks))).collect();
-        let share = |i: usize| most.get(&of(i)).copied().unwrap_or(1.0);
-        self.share = (0..self.share.len()).into_par_iter().map(share).collect();
-        self.to_camera.iter_mut().zip(&self.share).for_each(|(light, share)| *light *= *share);
+        (0..surfaces.label.len()).into_par_iter().map(|i| most.get(&of(i)).copied().unwrap_or(1.0)).collect()
     }
 
     /// What a smooth dielectric mirrors along a direction of view.
@@ -172,16 +187,16 @@ impl<'a> Gloss<'a> {
     }
 }
 
-/// The share of what a smooth dielectric mirrors that a part of a surface does, and its variance: of how much more of that it would show the
-/// camera than a probe, how much brighter the camera saw it, both over the probe's light, and the variance of that.
-fn mirrored_share(seen: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+/// The share of what a smooth dielectric mirrors that a part of a surface does, and its variance: the slope of a line through how its places
+/// look.
+fn mirrored_share(seen: &[Seen]) -> Option<(f64, f64)> {
     const ROUNDS: usize = 20;
     let (mut slope, mut offset, mut error) = (0.0, 0.0, f64::INFINITY);
     for _ in 0..ROUNDS {
         let [mut sum, mut x1, mut y1, mut xx, mut xy, mut rest] = [0.0; 6];
-        for &(x, y, variance) in seen {
+        for &Seen { more: x, brighter: y, variance } in seen {
             let off = (y - offset - slope * x).powi(2) / variance;
-            let weight = 1.0 / (1.0 + off / FREEDOM) / variance;
+            let weight = 1.0 / (1.0 + off / f64::from(FREEDOM)) / variance;
             (sum, x1, y1) = (sum + weight, x1 + weight * x, y1 + weight * y);
             (xx, xy, rest) = (xx + weight * x * x, xy + weight * x * y, rest + weight * off * variance);
         }
@@ -271,12 +286,12 @@ mod tests {
     }
 
     /// Places of a surface that mirrors a share, each as a camera and a probe saw it, a fifth of them hidden by something.
-    fn seen(share: f64, first: u32) -> Vec<(f64, f64, f64)> {
+    fn seen(share: f64, first: u32) -> Vec<Seen> {
         let unit = |k: u32| (f64::from(k.wrapping_mul(2_654_435_769) >> 8) / f64::from(1u32 << 24)) - 0.5;
         let place = |k: u32| {
             let more = 0.8 * unit(3 * k);
             let apart = if k.is_multiple_of(5) { 2.0 * unit(3 * k + 1) } else { 0.1 * unit(3 * k + 2) };
-            (more, share * more + 0.02 + apart, 0.001)
+            Seen { more, brighter: share * more + 0.02 + apart, variance: 0.001 }
         };
         (first..first + 100).map(place).collect()
     }
@@ -292,7 +307,8 @@ mod tests {
             );
         }
         // where both would see as much of it, or nothing is seen, nothing is told
-        assert_eq!(mirrored_share(&[(0.1, 0.0, 1.0); 30]), None);
+        let alike = Seen { more: 0.1, brighter: 0.0, variance: 1.0 };
+        assert_eq!(mirrored_share(&[alike; 30]), None);
         assert_eq!(mirrored_share(&[]), None);
     }
 

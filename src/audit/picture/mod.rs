@@ -16,6 +16,9 @@ pub(crate) const FEWEST: usize = 20;
 /// Pictures of less variance than this are even.
 pub(crate) const EVEN: f32 = 1e-6;
 
+/// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
+pub(crate) const FREEDOM: f32 = 3.0;
+
 /// Logarithm of a brightness; black counts as 10⁻⁴.
 pub(crate) fn log_luminance(rgb: Vec3) -> f32 {
     luminance(rgb).max(1e-4).ln()
