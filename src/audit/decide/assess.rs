@@ -30,7 +30,7 @@ pub(crate) fn assess(
     let scores = Scores::of(&observed);
     let (judged, field) = judge::judge(prepared, &observed, &scores);
     let (verdicts, reasons) = label::verdicts(&observed);
-    let suspicion = scores.both().into_iter().map(|s| s.min(1.0)).collect();
+    let suspicion = scores.suspicion();
     let r = &observed.radiometry;
     let gain = r.offset.map(f32::exp);
     let Photo { picture: mut photograph, .. } = photo;

@@ -55,7 +55,7 @@ impl Observations {
     /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
     /// doubts below findings. Only the order means something.
     pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
-        let mut ranks: Vec<f32> = Scores::of(self).both().iter().map(|s| s.min(1.0)).collect();
+        let mut ranks = Scores::of(self).suspicion();
         for j in judged {
             let sure = if self.calls_fault(j) { 2.0 } else { 1.0 };
             for &i in j.pixels() {

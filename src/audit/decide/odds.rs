@@ -75,16 +75,13 @@ pub(crate) static SHAPE: Cues<6> = Cues {
 };
 
 /// A region whose structure or colours are not the model's.
-pub(crate) static PICTURE: Cues<9> = Cues {
+pub(crate) static PICTURE: Cues<6> = Cues {
     bias: -4.31,
     cues: [
         Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.04),
         Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.44),
-        Cue::new("colour difference that light does not explain", "ΔE00", [0.0, 25.0], COLOURED, 0.14),
-        Cue::new("so much of it ends at its borders", "ΔE00", [0.0, STEP], COLOURED, 0.15),
-        Cue::new("any colour difference that ends there", "ΔE00", [0.0, STEP], COLOURED, 0.24),
+        Cue::new("colour difference that ends at its borders", "ΔE00", [0.0, STEP], COLOURED, 0.45),
         Cue::new("step at its borders, times size", "ΔE00 × logarithm", [-7.0, 20.0], 0.0, 0.13),
-        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.53),
         Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.46),
         Cue::new("as far off elsewhere", "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.14),
     ],
@@ -92,11 +89,11 @@ pub(crate) static PICTURE: Cues<9> = Cues {
 
 /// A region over whose borders the photograph may go on.
 pub(crate) static BORDER: Cues<3> = Cues {
-    bias: -3.09,
+    bias: -5.97,
     cues: [
-        Cue::new("odds of no border, times the share that tells", "logarithm", [-6.0, 8.0], 0.0, 1.39),
-        Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -3.35),
-        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 1.24),
+        Cue::new("odds of no border, times the share that tells", "logarithm", [-6.0, 8.0], 0.0, 1.50),
+        Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -3.66),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 1.13),
     ],
 };
 
@@ -117,20 +114,20 @@ pub(crate) static UNLIKE: Cues<8> = Cues {
 
 /// A part over whose contours the photograph may go on.
 pub(crate) static ABSENT: Cues<2> = Cues {
-    bias: -2.01,
+    bias: -0.96,
     cues: [
-        Cue::new("odds of no contour, times the share that tells", "logarithm", [-6.0, 8.0], 3.5, 1.44),
-        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.79),
+        Cue::new("odds of no contour, times the share that tells", "logarithm", [-6.0, 8.0], 3.5, 0.62),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.69),
     ],
 };
 
 /// An opening of the model at whose rim the photograph goes on.
 pub(crate) static OPENING: Cues<3> = Cues {
-    bias: -2.54,
+    bias: -2.48,
     cues: [
-        Cue::new("step at its rim", "logarithm of × usual", [0.0, 4.0], 1.0, -3.33),
-        Cue::new("rim in one plane", "share", [0.0, 0.55], 0.5, 13.26),
-        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.51),
+        Cue::new("step at its rim", "logarithm of × usual", [0.0, 4.0], 1.0, -3.65),
+        Cue::new("rim in one plane", "share", [0.0, 0.55], 0.5, 10.47),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.66),
     ],
 };
 

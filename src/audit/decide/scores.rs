@@ -54,9 +54,14 @@ impl Scores {
         Self { texture, geometry }
     }
 
-    /// The greater of both, to rank pixels by.
+    /// The greater of both.
     pub(crate) fn both(&self) -> Vec<f32> {
         self.texture.iter().zip(&self.geometry).map(|(a, b)| a.max(*b)).collect()
+    }
+
+    /// How much each pixel is suspected by itself, below 1: in the order of the greater score.
+    pub(crate) fn suspicion(&self) -> Vec<f32> {
+        self.both().into_iter().map(|s| s.max(0.0)).map(|s| if s.is_finite() { s / (1.0 + s) } else { 1.0 }).collect()
     }
 }
 
