@@ -173,8 +173,11 @@ fn picture_or_laid(
     let by_colours = PICTURE.weigh([
         slope,
         size,
+        unexplained,
+        step.min(unexplained),
         step.min(colour),
         (step - odds::COLOURED) * (size - odds::SMALL).clamp(0.0, odds::LARGE - odds::SMALL),
+        mismatch(observed, &region),
         lacking(t, &region.pixels),
         // is learnt when all photographs are known
         f32::NAN,

@@ -75,13 +75,16 @@ pub(crate) static SHAPE: Cues<6> = Cues {
 };
 
 /// A region whose structure or colours are not the model's.
-pub(crate) static PICTURE: Cues<6> = Cues {
+pub(crate) static PICTURE: Cues<9> = Cues {
     bias: -4.31,
     cues: [
         Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.04),
         Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.44),
-        Cue::new("colour difference that ends at its borders", "ΔE00", [0.0, STEP], COLOURED, 0.45),
+        Cue::new("colour difference that light does not explain", "ΔE00", [0.0, 25.0], COLOURED, 0.14),
+        Cue::new("so much of it ends at its borders", "ΔE00", [0.0, STEP], COLOURED, 0.15),
+        Cue::new("any colour difference that ends there", "ΔE00", [0.0, STEP], COLOURED, 0.24),
         Cue::new("step at its borders, times size", "ΔE00 × logarithm", [-7.0, 20.0], 0.0, 0.13),
+        Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.53),
         Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.46),
         Cue::new("as far off elsewhere", "logarithm of squares a photograph", [-7.0, 3.0], 0.0, -0.14),
     ],
