@@ -59,9 +59,9 @@ impl Scores {
         self.texture.iter().zip(&self.geometry).map(|(a, b)| a.max(*b)).collect()
     }
 
-    /// How much each pixel is suspected by itself, below 1: in the order of the greater score.
+    /// How much each pixel is suspected by itself, 0..=1: in the order of the greater score.
     pub(crate) fn suspicion(&self) -> Vec<f32> {
-        self.both().into_iter().map(|s| s.max(0.0)).map(|s| if s.is_finite() { s / (1.0 + s) } else { 1.0 }).collect()
+        self.both().into_iter().map(|s| 1.0 - 1.0 / (1.0 + s)).collect()
     }
 }
 
