@@ -1,13 +1,13 @@
 //! Openings of the model that the photograph does not have: over their rims it goes on as over one surface.
 //!
 //! Where the model has a hole one sees past the surface around it something that no probe tells of, or nothing at all. What a real
-//! opening shows steps at its rim, in brightness or colour, by more than a surface differs from place to place.
+//! opening shows steps at its rim, in brightness or colour, by more than the surface around it differs from place to place.
 
 use glam::{Mat3, Vec2};
 use rayon::prelude::*;
 
 use crate::audit::likelihood::agreement::USUAL;
-use crate::audit::likelihood::step::{BESIDE, border, usual};
+use crate::audit::likelihood::step::{ASIDE, BESIDE, border, usual};
 use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::{along_sides, at_most, bounds, components, mask_of};
 use crate::audit::view::Observations;
@@ -25,7 +25,8 @@ pub(crate) struct Opening {
     pub(crate) pixels: Vec<usize>,
     /// A pixel beside it, in the plane that most of its rim is in.
     pub(crate) rim: usize,
-    /// The photograph's step over half of the rim, as the logarithm of what half of its places differ by within surfaces.
+    /// The photograph's step over half of the rim, as the logarithm of what half of the places of the surface around it differ by, or of
+    /// all surfaces, if that is more.
     pub(crate) step: f32,
     /// The share of what is around these pixels that is one plane before them, as far as it is on all sides: what lies past the end of a
     /// surface is on one side of it.
@@ -37,13 +38,29 @@ pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
     let s = &observed.surfaces;
     let unit =
         usual(s.width, &observed.log_photo, |i, j| s.label[i] == s.label[j] && observed.shows(i) && observed.shows(j));
+    let surfaces = members(&s.label);
+    let rough: Vec<f32> = surfaces.par_iter().map(|surface| roughness(observed, unit, surface)).collect();
     let unseen = |i: &&usize| observed.geometry.able[**i] == 0;
     let beyond =
         |pixels: &Vec<usize>| pixels.len() >= least && 2 * pixels.iter().filter(unseen).count() >= pixels.len();
-    let surfaces = members(&s.label);
     let mut pieces: Vec<Vec<usize>> = surfaces.par_iter().flat_map(|near| enclosed(observed, near, least)).collect();
     pieces.extend(surfaces.into_iter().filter(beyond));
-    pieces.into_par_iter().filter_map(|pixels| opening(observed, unit, pixels)).collect()
+    pieces.into_par_iter().filter_map(|pixels| opening(observed, unit, &rough, pixels)).collect()
+}
+
+/// The squared step that half of a surface's places are smoother than, over as many pixels as across a rim; 0 if it is too small to tell.
+fn roughness(observed: &Observations, unit: Mat3, surface: &[usize]) -> f32 {
+    let s = &observed.surfaces;
+    let far = 2 * ASIDE + 1;
+    let beside = |i: usize| {
+        let (right, below) = (i + far, i + far * s.width);
+        [(i % s.width + far < s.width).then_some(right), (below < s.label.len()).then_some(below)].into_iter().flatten()
+    };
+    let pairs = surface.iter().flat_map(|i| beside(*i).map(move |j| (*i, j)));
+    let within = pairs.filter(|(i, j)| s.label[*i] == s.label[*j] && observed.shows(*i) && observed.shows(*j));
+    let steps: Vec<f32> =
+        within.map(|(i, j)| (unit * (observed.log_photo[i] - observed.log_photo[j])).length_squared()).collect();
+    if steps.len() < FEWEST { 0.0 } else { median(steps).unwrap_or(0.0) }
 }
 
 /// What a large surface encloses of several others: through an opening one may see more than one.
@@ -62,8 +79,8 @@ fn enclosed(observed: &Observations, near: &[usize], least: usize) -> Vec<Vec<us
     all.into_iter().map(|r| r.pixels).filter(|p| p.len() < near.len() && p.iter().all(within) && several(p)).collect()
 }
 
-/// What is around some pixels.
-fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Opening> {
+/// What is around some pixels, where each surface is so rough.
+fn opening(observed: &Observations, unit: Mat3, rough: &[f32], pixels: Vec<usize>) -> Option<Opening> {
     let s = &observed.surfaces;
     let mask = mask_of(&pixels, s.label.len());
     let inside = |i: usize| mask[i];
@@ -85,8 +102,9 @@ fn opening(observed: &Observations, unit: Mat3, pixels: Vec<usize>) -> Option<Op
     if steps.len() < FEWEST {
         return None;
     }
+    let around = median(over.iter().map(|[_, other]| rough[s.label[*other] as usize])).unwrap_or(0.0);
+    let step = 0.5 * (median(steps).unwrap_or(0.0) / around.max(USUAL)).max(1e-6).ln();
     let flat = on_all_sides(s.width, over.into_iter()) / all.len() as f32;
-    let step = 0.5 * (median(steps).unwrap_or(0.0) / USUAL).max(1e-6).ln();
     Some(Opening { pixels, rim: plane, step, flat })
 }
 
