@@ -218,6 +218,11 @@ impl Observations {
         self.usable[i] > 0.0 && self.log_photo[i].is_finite()
     }
 
+    /// Whether the photograph has a pixel that is not to be left out, too bright or too dark to say anything though it may be.
+    pub(crate) fn pictures(&self, i: usize) -> bool {
+        self.photo.unusable[i] != Reason::Masked && self.photo.pixels[i].max_element() > 0.0
+    }
+
     /// How unlike the photograph is to the model's albedo in smooth light, but for pixels that something explains already.
     pub(crate) fn unlike(&self, explained: &[bool]) -> Unlike {
         let scale = self.texture.offset.map(f32::exp) / PI;

@@ -11,7 +11,7 @@ use crate::audit::decide::odds::{self, LAYING};
 use crate::audit::decide::scores::{LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::absent;
-use crate::audit::hypothesis::extent::Places;
+use crate::audit::hypothesis::extent::{Places, without_gaps};
 use crate::audit::hypothesis::opening::openings;
 use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
@@ -128,10 +128,14 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
     let judged = relaid.into_iter().fold(judged, |judged, piece| with_relaid(judged, piece, observed));
     let judged = absent.into_iter().fold(judged, with_part);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);
-    for j in &mut judged {
-        j.region.pixels.retain(|i| observed.usable[*i] > 0.0);
-    }
-    judged.retain(|j| j.region.pixels.len() >= least);
+    judged.retain(|j| j.pixels().iter().filter(|i| observed.usable[**i] > 0.0).count() >= least);
+    judged.par_iter_mut().for_each(|j| {
+        // a part is known by its own outline
+        if j.part.is_none() {
+            j.region = without_gaps(&j.region, &s.segments, w);
+        }
+        j.region.pixels.retain(|i| observed.pictures(*i));
+    });
     (judged, field)
 }
 

@@ -1,10 +1,13 @@
 //! How far something reaches in a place that is unlike the model.
 //!
 //! How unlike a place is, is told over windows as wide as the structures that are compared, so that such a place is larger than what
-//! is wrong in it. What is wrong ends where the albedo that the photograph shows goes on as it is around the place.
+//! is wrong in it. What is wrong ends where the albedo that the photograph shows goes on as it is around the place. Gaps in it that are
+//! narrower than those windows are of it: there is not enough in them to tell by, or the photograph shows nothing there.
+
+use std::collections::BTreeSet;
 
 use crate::audit::likelihood::agreement::{Unlike, widest};
-use crate::audit::picture::regions::{Region, bounds, closed, dilated, filled, opened};
+use crate::audit::picture::regions::{Region, Segments, bounds, closed, dilated, filled, mask_of, opened};
 use crate::audit::view::Observations;
 use crate::statistics::quantile;
 
@@ -75,6 +78,20 @@ impl<'a> Places<'a> {
     }
 }
 
+/// A region of a picture so wide with its gaps that are narrower than the widest windows, on the pieces of surface that it lies on.
+pub(crate) fn without_gaps(region: &Region, segments: &Segments, width: usize) -> Region {
+    let of: BTreeSet<u32> = region.pixels.iter().map(|i| segments.of[*i]).collect();
+    let [left, top, right, bottom] = bounds(&region.pixels, width);
+    // around the region nothing is of it, at the picture's edge either
+    let margin = widest() as usize;
+    let (w, h) = (right - left + 2 * margin, bottom - top + 2 * margin);
+    let at = |i: usize| (i / width - top + margin) * w + i % width - left + margin;
+    let own: Vec<usize> = region.pixels.iter().map(|i| at(*i)).collect();
+    let whole = closed(&mask_of(&own, w * h), w, h, margin);
+    let all = (top..bottom).flat_map(|y| (left..right).map(move |x| y * width + x));
+    Region { pixels: all.filter(|i| whole[at(*i)] && of.contains(&segments.of[*i])).collect() }
+}
+
 /// A piece cut out of a picture.
 struct Cut {
     left: usize,
@@ -116,7 +133,6 @@ impl Cut {
 mod tests {
     use super::*;
     use crate::audit::likelihood::step::{Place, border};
-    use crate::audit::picture::regions::mask_of;
 
     const SIDE: usize = 80;
 
@@ -127,6 +143,29 @@ mod tests {
 
     fn region(mask: &[bool]) -> Region {
         Region { pixels: (0..mask.len()).filter(|i| mask[*i]).collect() }
+    }
+
+    #[test]
+    fn gaps_narrower_than_the_windows_are_closed_on_the_surfaces_that_a_region_lies_on() {
+        // two surfaces side by side; the region has two strips on the left one, and touches nothing of the right one
+        let of: Vec<u32> = (0..SIDE * SIDE).map(|i| u32::from(i % SIDE >= 50)).collect();
+        let segments = Segments { pixels: crate::components::members(&of), of };
+        let strips = |apart: usize| {
+            let on = |i: usize| {
+                (10..50).contains(&(i % SIDE))
+                    && [20..24, 24 + apart..28 + apart].iter().any(|y| y.contains(&(i / SIDE)))
+            };
+            Region { pixels: (0..SIDE * SIDE).filter(|i| on(*i)).collect() }
+        };
+        let whole = without_gaps(&strips(10), &segments, SIDE);
+        let within = |y: usize| whole.pixels.iter().filter(|i| **i / SIDE == y).count();
+        assert!(
+            whole.pixels.is_sorted()
+                && whole.pixels.iter().all(|i| segments.of[*i] == 0 && (20..38).contains(&(i / SIDE)))
+        );
+        assert!((20..38).all(|y| within(y) >= 30), "{:?}", (20..38).map(within).collect::<Vec<_>>());
+        // a wide gap is none
+        assert_eq!(without_gaps(&strips(40), &segments, SIDE), strips(40));
     }
 
     #[test]
