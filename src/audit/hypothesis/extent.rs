@@ -78,7 +78,8 @@ impl<'a> Places<'a> {
     }
 }
 
-/// A region of a picture so wide with its gaps that are narrower than the widest windows, on the pieces of surface that it lies on.
+/// A region of a picture so wide with its gaps that are narrower than the widest windows, a standard deviation either way, on the pieces
+/// of surface that it lies on.
 pub(crate) fn without_gaps(region: &Region, segments: &Segments, width: usize) -> Region {
     let of: BTreeSet<u32> = region.pixels.iter().map(|i| segments.of[*i]).collect();
     let [left, top, right, bottom] = bounds(&region.pixels, width);

@@ -7,7 +7,7 @@ use glam::{Mat3, Vec2};
 use rayon::prelude::*;
 
 use crate::audit::likelihood::agreement::USUAL;
-use crate::audit::likelihood::step::{ASIDE, BESIDE, border, usual};
+use crate::audit::likelihood::step::{BESIDE, across_px, border, usual};
 use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::{along_sides, at_most, bounds, components, mask_of};
 use crate::audit::view::Observations;
@@ -51,7 +51,7 @@ pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
 /// The squared step that half of a surface's places are smoother than, over as many pixels as across a rim; 0 if it is too small to tell.
 fn roughness(observed: &Observations, unit: Mat3, surface: &[usize]) -> f32 {
     let s = &observed.surfaces;
-    let far = 2 * ASIDE + 1;
+    let far = across_px();
     let beside = |i: usize| {
         let (right, below) = (i + far, i + far * s.width);
         [(i % s.width + far < s.width).then_some(right), (below < s.label.len()).then_some(below)].into_iter().flatten()

@@ -7,6 +7,11 @@ use crate::audit::likelihood::agreement::unit;
 /// Pixels from a border that both its sides are looked at.
 pub(crate) const ASIDE: usize = 4;
 
+/// How far apart the two pixels are that are looked at across a border.
+pub(crate) const fn across_px() -> usize {
+    2 * ASIDE + 1
+}
+
 /// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
 pub(crate) const BESIDE: f32 = 0.05;
 
@@ -44,7 +49,7 @@ pub(crate) fn border<'a>(
 /// Makes steps of a picture of one size in all channels: half of those where nothing ends, over as many pixels as across a border, are
 /// shorter than half a unit a channel, squared. `alike` tells whether nothing ends between two pixels.
 pub(crate) fn usual(width: usize, picture: &[Vec3], alike: impl Fn(usize, usize) -> bool) -> Mat3 {
-    let far = 2 * ASIDE + 1;
+    let far = across_px();
     let pairs = (0..picture.len()).filter(|i| i % width + far < width && alike(*i, *i + far));
     unit(pairs.map(|i| picture[i] - picture[i + far]).collect())
 }
