@@ -306,17 +306,13 @@ fn share(mask: &[bool], within: &[bool]) -> f64 {
     both as f64 / mask.iter().filter(|m| **m).count().max(1) as f64
 }
 
-/// How much each pixel is suspected: findings by their confidence, then doubts that are told, then the rest.
+/// How much each pixel is suspected, those of findings before the rest.
 fn ranks(audited: &Audit, v: usize) -> Vec<f32> {
-    let told = |f: &&Finding| f.score >= Settings::default().least_probability;
     let view = &audited.views[v];
     let mut ranks = view.suspicion.clone();
-    for (id, mask) in &view.masks {
-        let sure = audited.findings.iter().find(|f| f.id == *id).map(|f| 2.0 + f.score);
-        let rank = sure
-            .or_else(|| audited.doubts.iter().find(|f| f.id == *id).filter(told).map(|f| 1.0 + f.score))
-            .unwrap_or(0.0);
-        mask.iter().zip(&mut ranks).filter(|m| *m.0).for_each(|(_, r)| *r = r.max(rank as f32));
+    for (_, mask) in view.masks.iter().filter(|(id, _)| audited.findings.iter().any(|f| f.id == *id)) {
+        let found = (0..ranks.len()).filter(|i| mask[*i]);
+        found.for_each(|i| ranks[i] = 1.0 + view.suspicion[i]);
     }
     ranks
 }

@@ -22,7 +22,7 @@ pub fn faultless(bench: &Bench, nuisances: &[Nuisance]) {
             for (v, camera) in cameras.iter().enumerate() {
                 let photo = nuisance.photograph(&bench.photos[v]);
                 let maps = examine(prepared, camera, &Photo::new(photo), &settings);
-                let (judged, _) = maps.judged(prepared);
+                let judged = maps.judged(prepared).0.regions;
                 let (refined, pose) = maps.pose();
                 most = most.max(pose.mean_px);
                 let off = apart(&refined, &bench.cameras[v], &bench.scene);

@@ -259,7 +259,7 @@ pub struct AuditedView {
     pub verdicts: Vec<Verdict>,
     /// Why no more is said of it.
     pub reasons: Vec<Reason>,
-    /// How much each pixel is suspected where no finding or doubt marks it; only the order means something.
+    /// Probability of each pixel to be wrong: of the likeliest region that it is in, told or not, and no less than by itself.
     pub suspicion: Vec<f32>,
     /// For each finding or doubt that this view shows: its id and the pixels it covers.
     pub masks: Vec<(String, Vec<bool>)>,

@@ -27,6 +27,7 @@ mod run;
 #[cfg(test)]
 pub(crate) mod testing;
 
+pub use decide::judge::Judgement;
 pub use decide::judged::Judged;
 pub use error::AuditError;
 pub use export::sheet_stem;

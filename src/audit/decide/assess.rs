@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::audit::decide::assessed::{Assessed, Eye, Found};
+use crate::audit::decide::judge::{self, Judgement};
 use crate::audit::decide::judged::Judged;
+use crate::audit::decide::label;
 use crate::audit::decide::scores::Scores;
-use crate::audit::decide::{judge, label};
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
 use crate::audit::observe::geometry_buffer::averaged_in;
 use crate::audit::observe::photo::Photo;
@@ -27,10 +28,8 @@ pub(crate) fn assess(
     photo: Photo,
     observed: Observations,
 ) -> Assessed {
-    let scores = Scores::of(&observed);
-    let (judged, field) = judge::judge(prepared, &observed, &scores);
+    let Judgement { regions, field, suspicion } = judge::judge(prepared, &observed, &Scores::of(&observed));
     let (verdicts, reasons) = label::verdicts(&observed);
-    let suspicion = scores.suspicion();
     let r = &observed.radiometry;
     let gain = r.offset.map(f32::exp);
     let Photo { picture: mut photograph, .. } = photo;
@@ -61,7 +60,7 @@ pub(crate) fn assess(
         reasons: BTreeMap::new(),
         warnings,
     };
-    let found = judged
+    let found = regions
         .into_par_iter()
         .map(|j| {
             let finding = finding(site, prepared, view, &observed, &j);

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::finding::{AuditedView, Finding};
-use crate::audit::picture::regions::mask_of;
+use crate::audit::likelihood::agreement::widest;
+use crate::audit::picture::regions::{dilated, mask_of};
 use crate::site::Camera;
 
 /// A place is on a surface if their distances differ by at most this share.
@@ -29,6 +30,23 @@ pub(crate) struct Found {
     pub(crate) log_odds: f32,
     /// The part of the model whose outline told it, and the logarithm of the odds against its place.
     pub(crate) part: Option<(u32, f32)>,
+}
+
+impl Found {
+    /// Adds another part of the same thing, as its view shows it.
+    pub(crate) fn join(&mut self, part: Self, eye: &Eye) {
+        let (whole, part, pixels) = (&mut self.finding, part.finding, part.pixels);
+        let area = whole.area_cm2 + part.area_cm2;
+        let share = if area > 0.0 { part.area_cm2 / area } else { 0.5 };
+        whole.position = DVec3::from(whole.position).lerp(part.position.into(), share).to_array();
+        whole.area_cm2 = area;
+        self.pixels.extend(pixels);
+        self.pixels.sort_unstable();
+        self.pixels.dedup();
+        let on_surface = self.pixels.iter().filter(|i| eye.distance[**i].is_finite()).map(|i| eye.position[*i]);
+        let (low, high) = on_surface.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        whole.size_m = whole.size_m.max((high - low).max_element().into());
+    }
 }
 
 /// What of a view is needed to ask what it shows of a place.
@@ -60,6 +78,12 @@ impl Eye {
     /// The pixel that would show a place before the modelled surface.
     pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
         self.project(point).filter(|(_, share)| *share < 1.0 - ON).map(|(i, _)| i)
+    }
+
+    /// Per pixel, whether it is one of some or no farther off than the widest windows that regions are told over.
+    pub(crate) fn near(&self, pixels: &[usize]) -> Vec<bool> {
+        let (w, h) = (self.camera.width as usize, self.camera.height as usize);
+        dilated(&mask_of(pixels, w * h), w, h, widest() as usize)
     }
 
     /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.

@@ -25,21 +25,21 @@ pub(crate) const WHITE: f32 = 8.0;
 const UNLIKE: f32 = 1.1;
 
 impl Observations {
-    /// Scores of the geometry test, of the texture test and the greater of both, per pixel; 1 is the threshold.
-    pub fn scores(&self) -> [Vec<f32>; 3] {
+    /// Scores of the geometry test and of the texture test per pixel; 1 is the threshold.
+    pub fn scores(&self) -> [Vec<f32>; 2] {
         let scores = Scores::of(self);
-        let both = scores.both();
-        [scores.geometry, scores.texture, both]
+        [scores.geometry, scores.texture]
     }
 
     /// The regions that both tests end in, and a verdict for each pixel.
-    pub fn judged(&self, prepared: &AuditScene) -> (Vec<Judged>, Vec<Verdict>) {
-        let (judged, _) = judge(prepared, self, &Scores::of(self));
+    pub fn judged(&self, prepared: &AuditScene) -> (Judgement, Vec<Verdict>) {
+        let mut judgement = judge(prepared, self, &Scores::of(self));
         let (mut verdicts, mut reasons) = label::verdicts(self);
-        for j in &judged {
+        for j in &judgement.regions {
             label::mark(&mut verdicts, &mut reasons, j.pixels(), j.kind, j.reason(self.settings.false_alarms));
+            suspect(&mut judgement.suspicion, j.pixels(), j.score());
         }
-        (judged, verdicts)
+        (judgement, verdicts)
     }
 
     /// Whether a region is a fault and not a doubt, as far as this view tells.
@@ -51,23 +51,27 @@ impl Observations {
     fn calls_misshapen(&self, judged: &Judged) -> bool {
         judged.kind == Kind::Geometry && self.calls_fault(judged)
     }
+}
 
-    /// How much each pixel is suspected, given the regions: what no region bears out ranks below what one does, and
-    /// doubts below findings. Only the order means something.
-    pub fn suspicion(&self, judged: &[Judged]) -> Vec<f32> {
-        let mut ranks = Scores::of(self).suspicion();
-        for j in judged {
-            let sure = if self.calls_fault(j) { 2.0 } else { 1.0 };
-            for &i in j.pixels() {
-                ranks[i] = sure + 0.9 * j.score() as f32 + 0.1 * ranks[i];
-            }
-        }
-        ranks
+/// A pixel is as likely wrong as the likeliest region that it is in, and no less than by itself.
+pub(crate) fn suspect(suspicion: &mut [f32], region: &[usize], probability: f64) {
+    for &i in region {
+        suspicion[i] = suspicion[i].max(probability as f32);
     }
 }
 
+/// What a view tells.
+pub struct Judgement {
+    /// The regions that may be faults.
+    pub regions: Vec<Judged>,
+    /// How much the texture test suspects each pixel that it can tell of.
+    pub(crate) field: Field,
+    /// Probability of each pixel to be wrong; by itself alone before the regions are weighed.
+    pub suspicion: Vec<f32>,
+}
+
 /// Finds the regions of a view and judges each.
-pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Scores) -> (Vec<Judged>, Field) {
+pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Scores) -> Judgement {
     let (w, h) = observed.size();
     let least = least(observed);
     let s = &observed.surfaces;
@@ -136,7 +140,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
         }
         j.region.pixels.retain(|i| observed.pictures(*i));
     });
-    (judged, field)
+    Judgement { regions: judged, field, suspicion: scores.suspicion(&unlike[0]) }
 }
 
 /// Pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong.

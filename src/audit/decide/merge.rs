@@ -3,11 +3,13 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use crate::audit::decide::assess::note;
 use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::background::Background;
 use crate::audit::decide::false_alarms::{Field, expected_squares};
+use crate::audit::decide::judge::suspect;
 use crate::audit::decide::label;
 use crate::audit::decide::lines_of_sight::{are_one_thing, support};
 use crate::audit::decide::odds::{self, OUTLINE};
@@ -15,7 +17,7 @@ use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::retextured;
 use crate::audit::picture::FEWEST;
-use crate::audit::picture::regions::mask_of;
+use crate::audit::picture::regions::{components, mask_of};
 use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
@@ -56,9 +58,11 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
             f.finding.score = odds::probability(f.log_odds);
             f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));
             f.finding.reason = odds::reason(f.log_odds, settings.false_alarms);
-            f.finding.note = note(&f.finding);
         }
+        a.found.iter().for_each(|f| suspect(&mut a.view.suspicion, &f.pixels, f.finding.score));
         a.found.retain(|f| f.finding.score >= settings.least_probability);
+        a.found = with_whole_things(std::mem::take(&mut a.found), &a.eye);
+        a.found.iter_mut().for_each(|f| f.finding.note = note(&f.finding));
         let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.reason == Reason::None);
         for f in doubts.into_iter().chain(findings) {
             label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.pixels, f.finding.kind, f.finding.reason);
@@ -89,6 +93,29 @@ fn outlines(assessed: &[Assessed]) -> BTreeMap<u32, f32> {
         *sums.entry(part).or_default() += odds;
     }
     sums
+}
+
+/// What a view shows of things that the model lacks, a finding each: parts that are no farther apart in the photograph than the windows
+/// that they were told over are of one.
+fn with_whole_things(found: Vec<Found>, eye: &Eye) -> Vec<Found> {
+    let is_thing = |f: &Found| f.finding.what == What::Missing && f.finding.reason == Reason::None;
+    let (mut parts, mut all): (Vec<Found>, Vec<Found>) = found.into_iter().partition(is_thing);
+    let pixels: Vec<usize> = parts.iter().flat_map(|f| f.pixels.iter().copied()).collect();
+    let near = eye.near(&pixels);
+    let mut place = vec![0; near.len()];
+    for (k, region) in components(&near, &near, eye.camera.width as usize, 1, |_, _| true).iter().enumerate() {
+        region.pixels.iter().for_each(|i| place[*i] = k);
+    }
+    parts.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+    let mut things: BTreeMap<usize, Found> = BTreeMap::new();
+    for part in parts {
+        match things.entry(place[part.pixels[0]]) {
+            Entry::Vacant(entry) => _ = entry.insert(part),
+            Entry::Occupied(entry) => entry.into_mut().join(part, eye),
+        }
+    }
+    all.extend(things.into_values());
+    all
 }
 
 /// One fault with all views that show it.
@@ -127,15 +154,6 @@ impl Fault {
         self.finding.reason == Reason::None && self.finding.what != What::Missing
     }
 
-    /// Whether a doubt of its kind lies mostly within it.
-    fn explains(&self, doubt: &Self) -> bool {
-        let (Some(own), Some(theirs)) = (self.shown.get(&doubt.view), doubt.shown.get(&doubt.view)) else {
-            return false;
-        };
-        let within = theirs.iter().filter(|i| own.binary_search(i).is_ok()).count();
-        self.finding.kind == doubt.finding.kind && 2 * within > theirs.len()
-    }
-
     /// Adds what a view shows of it.
     fn show(&mut self, v: usize, view: &str, pixels: Vec<usize>) {
         if view != self.finding.view && !self.finding.also_in.iter().any(|v| v == view) {
@@ -160,13 +178,33 @@ impl Fault {
         for w in others {
             let shown = assessed[w].eye.showing(&assessed[self.view].eye, &self.pixels);
             let view = &mut assessed[w].view;
-            let usable = |i: usize| !matches!(view.reasons[i], Reason::Clipped | Reason::Dark | Reason::Masked);
-            let pixels: Vec<usize> = (0..shown.len()).filter(|i| usable(*i) && shown[*i]).collect();
+            let pixels: Vec<usize> =
+                (0..shown.len()).filter(|i| shown[*i] && view.reasons[*i] != Reason::Masked).collect();
             if pixels.len() >= FEWEST {
                 self.mark(w, view, pixels);
             }
         }
     }
+}
+
+/// The doubts that no fault explains: one fault shows in several regions, so that a doubt of its kind, most of which is no farther from it than
+/// the windows that both were told over, is a part of it.
+fn unexplained(faults: &mut [Fault], doubts: Vec<Fault>, assessed: &mut [Assessed]) -> Vec<Fault> {
+    let near = |(v, pixels): (&usize, &Vec<usize>)| (*v, assessed[*v].eye.near(pixels));
+    let places: Vec<BTreeMap<usize, Vec<bool>>> = faults.iter().map(|f| f.shown.iter().map(near).collect()).collect();
+    let mut left = Vec::new();
+    for doubt in doubts {
+        let own = &doubt.shown[&doubt.view];
+        let within = |place: &Vec<bool>| 2 * own.iter().filter(|i| place[**i]).count() > own.len();
+        let explains = |(fault, places): (&Fault, &BTreeMap<usize, Vec<bool>>)| {
+            fault.finding.kind == doubt.finding.kind && places.get(&doubt.view).is_some_and(within)
+        };
+        match faults.iter().zip(&places).position(explains) {
+            Some(k) => doubt.shown.into_iter().for_each(|(v, pixels)| faults[k].mark(v, &mut assessed[v].view, pixels)),
+            None => left.push(doubt),
+        }
+    }
+    left
 }
 
 /// Merges what several views show of one fault, numbers findings and doubts, and names their masks.
@@ -209,13 +247,7 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
     }
     faults.iter_mut().filter(|f| f.of_modelled_surfaces()).for_each(|f| f.mark_elsewhere(&mut assessed));
     let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(|f| f.finding.reason == Reason::None);
-    let mut left = Vec::new();
-    for doubt in doubts {
-        match faults.iter_mut().find(|f| f.explains(&doubt)) {
-            Some(fault) => doubt.shown.into_iter().for_each(|(v, pixels)| fault.mark(v, &mut assessed[v].view, pixels)),
-            None => left.push(doubt),
-        }
-    }
+    let mut left = unexplained(&mut faults, doubts, &mut assessed);
     faults.append(&mut left);
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
@@ -254,4 +286,72 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
 /// same; where another view tells that it is shifted, it is.
 fn by_texture(f: &Finding) -> bool {
     f.what == What::Moved && f.evidence.iter().any(|e| e.test == retextured::EVIDENCE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::audit::testing;
+    use crate::audit::verdict::Verdict;
+    use crate::site::{Camera, Pose};
+
+    const SIDE: usize = 160;
+
+    /// An eye before a wall 4 m off, 5 cm a pixel.
+    fn eye() -> Eye {
+        let camera = Camera::with_fov(Pose::look_at(DVec3::ZERO, DVec3::Y), SIDE as u32, SIDE as u32, 90.0);
+        let position = |i: usize| Vec3::new(0.05 * (i % SIDE) as f32, 4.0, 0.05 * (i / SIDE) as f32);
+        let position = (0..SIDE * SIDE).map(position).collect();
+        Eye { camera, origin: DVec3::ZERO, position, distance: vec![4.0; SIDE * SIDE] }
+    }
+
+    /// Ten by twenty pixels.
+    fn part(what: What, reason: Reason, log_odds: f32, left: usize) -> Found {
+        Found {
+            finding: Finding { what, reason, position: [left as f64, 0.0, 0.0], ..testing::finding("", "v") },
+            pixels: (20..40).flat_map(|y| (left..left + 10).map(move |x| y * SIDE + x)).collect(),
+            normal: Vec3::NEG_Y,
+            log_odds,
+            part: None,
+        }
+    }
+
+    #[test]
+    fn doubts_beside_a_fault_are_parts_of_it() {
+        let fault = |Found { finding, pixels, normal, .. }: Found| {
+            let shown = BTreeMap::from([(0, pixels.clone())]);
+            Fault { view: 0, finding, pixels, normal, shown }
+        };
+        let view = testing::view(testing::summary("v", [SIDE as u32; 2]));
+        let field = Field::new(SIDE, vec![0.0; SIDE * SIDE]);
+        let mut assessed = [Assessed { view, field, eye: eye(), found: vec![] }];
+        let mut faults = [fault(part(What::Moved, Reason::None, 3.0, 60))];
+        let mut doubts = [30, 44, 80, 90].map(|left| fault(part(What::Missing, Reason::Usual, -1.0, left)));
+        doubts[2].finding.kind = Kind::Texture;
+        let left = unexplained(&mut faults, doubts.into(), &mut assessed);
+        assert_eq!(left.iter().map(|d| d.pixels[0] % SIDE).collect::<Vec<_>>(), [30, 80, 90]);
+        assert_eq!(faults[0].shown[&0].len(), 400);
+        let verdict = |x: usize| assessed[0].view.verdicts[30 * SIDE + x];
+        assert_eq!((verdict(46), verdict(30)), (Verdict::Geometry, Verdict::Ok));
+    }
+
+    #[test]
+    fn near_parts_of_what_the_model_lacks_are_one_finding() {
+        let eye = eye();
+        let (lacks, sure) = (What::Missing, Reason::None);
+        let alone = vec![
+            part(What::Moved, sure, 5.0, 10),
+            part(lacks, Reason::Usual, -1.0, 40),
+            part(lacks, sure, 2.0, 10),
+            part(lacks, sure, 1.0, 120),
+        ];
+        let lefts = |found: &[Found]| -> Vec<usize> { found.iter().map(|f| f.pixels[0] % SIDE).collect() };
+        assert_eq!(lefts(&with_whole_things(alone, &eye)), [10, 40, 10, 120]);
+        let parts = vec![part(lacks, sure, 2.0, 10), part(lacks, sure, 3.0, 40), part(lacks, sure, 1.0, 120)];
+        let things = with_whole_things(parts, &eye);
+        assert_eq!((lefts(&things), things[0].pixels.len()), (vec![10, 120], 400));
+        let Found { finding, log_odds, .. } = &things[0];
+        assert_eq!((*log_odds, finding.position[0], finding.area_cm2), (3.0, 25.0, 1800.0));
+        assert!((finding.size_m - 39.0 * 0.05).abs() < 1e-3, "{}", finding.size_m);
+    }
 }

@@ -1,5 +1,6 @@
 //! How much each test suspects each pixel.
 
+use crate::audit::decide::odds::probability;
 use crate::audit::likelihood::appearance::Texture;
 use crate::audit::picture::by_luminance::{BINS, Bins};
 use crate::audit::view::Observations;
@@ -18,6 +19,9 @@ pub(crate) const RATIO: f32 = 1.0;
 const NOISE: f32 = 5.0;
 /// A pixel counts as marked from this share of the threshold on.
 pub(crate) const LOW: f32 = 0.75;
+
+/// Logarithm of the odds of a pixel to be wrong that neither score says anything of, and that is as like the model as unlike it.
+const UNTOLD: f32 = -6.0;
 
 /// Scores per pixel; 1 is the threshold.
 pub(crate) struct Scores {
@@ -54,14 +58,12 @@ impl Scores {
         Self { texture, geometry }
     }
 
-    /// The greater of both.
-    pub(crate) fn both(&self) -> Vec<f32> {
-        self.texture.iter().zip(&self.geometry).map(|(a, b)| a.max(*b)).collect()
-    }
-
-    /// How much each pixel is suspected by itself, 0..=1: in the order of the greater score.
-    pub(crate) fn suspicion(&self) -> Vec<f32> {
-        self.both().into_iter().map(|s| 1.0 - 1.0 / (1.0 + s)).collect()
+    /// Probability of each pixel to be wrong by what it tells by itself, be it in a region or not: by both scores, and by the logarithm of
+    /// how much more photograph and model differ around it than they have in common.
+    pub(crate) fn suspicion(&self, unlike: &[f32]) -> Vec<f32> {
+        let tests = self.texture.iter().zip(&self.geometry);
+        let odds = tests.zip(unlike).map(|((t, g), unlike)| UNTOLD + t.ln_1p() + g.ln_1p() + unlike);
+        odds.map(|odds| probability(odds) as f32).collect()
     }
 }
 

@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use crate::audit::likelihood::agreement::{Unlike, widest};
-use crate::audit::picture::regions::{Region, Segments, bounds, closed, dilated, filled, mask_of, opened};
+use crate::audit::picture::regions::{Region, Segments, bounds, closed, dilated, filled, opened};
 use crate::audit::view::Observations;
 use crate::statistics::quantile;
 
@@ -61,7 +61,7 @@ impl<'a> Places<'a> {
         };
         let inside = cut.mask(place.pixels.iter().copied());
         let ring = dilated(&inside, cut.width, cut.height, widest() as usize);
-        let beside = (0..ring.len()).filter(|k| ring[*k]).map(|k| cut.of(k)).filter(|i| !self.mask[*i]);
+        let beside = cut.set(&ring).filter(|i| !self.mask[*i]);
         let usual = quantile(&mut self.known(beside), STANDS_OUT).unwrap_or(f32::INFINITY);
         let first = over(usual).unwrap_or_else(|| (outline(&place.pixels), place.clone()));
         let mut apart = self.known(place.pixels.iter().copied());
@@ -82,45 +82,53 @@ impl<'a> Places<'a> {
 /// of surface that it lies on.
 pub(crate) fn without_gaps(region: &Region, segments: &Segments, width: usize) -> Region {
     let of: BTreeSet<u32> = region.pixels.iter().map(|i| segments.of[*i]).collect();
-    let [left, top, right, bottom] = bounds(&region.pixels, width);
-    // around the region nothing is of it, at the picture's edge either
-    let margin = widest() as usize;
-    let (w, h) = (right - left + 2 * margin, bottom - top + 2 * margin);
-    let at = |i: usize| (i / width - top + margin) * w + i % width - left + margin;
-    let own: Vec<usize> = region.pixels.iter().map(|i| at(*i)).collect();
-    let whole = closed(&mask_of(&own, w * h), w, h, margin);
-    let all = (top..bottom).flat_map(|y| (left..right).map(move |x| y * width + x));
-    Region { pixels: all.filter(|i| whole[at(*i)] && of.contains(&segments.of[*i])).collect() }
+    let cut = Cut::around(&region.pixels, width, segments.of.len() / width);
+    let own = cut.mask(region.pixels.iter().copied());
+    let whole = closed(&own, cut.width, cut.height, widest() as usize);
+    let pixels = cut.set(&whole).filter(|i| of.contains(&segments.of[*i])).collect();
+    Region { pixels }
 }
 
-/// A piece cut out of a picture.
+/// A piece of a picture around some pixels, as far as they were told over windows, beyond the picture, too.
 struct Cut {
-    left: usize,
-    top: usize,
+    /// Columns and rows of the picture before its own first ones; negative where it begins before the picture.
+    left: isize,
+    top: isize,
     width: usize,
     height: usize,
-    /// Width of the picture.
-    picture: usize,
+    picture: [usize; 2],
 }
 
 impl Cut {
-    /// Some pixels of a picture and what is around them, as far as they were told over windows.
     fn around(pixels: &[usize], width: usize, height: usize) -> Self {
         let [left, top, right, bottom] = bounds(pixels, width);
         let margin = widest() as usize + 1;
-        let [left, top] = [left, top].map(|side| side.saturating_sub(margin));
-        let [right, bottom] = [(right + margin).min(width), (bottom + margin).min(height)];
-        Self { left, top, width: right - left, height: bottom - top, picture: width }
+        let [left, top, right, bottom] = [left, top, right + 2 * margin, bottom + 2 * margin];
+        let before = |side: usize| side as isize - margin as isize;
+        Self {
+            left: before(left),
+            top: before(top),
+            width: right - left,
+            height: bottom - top,
+            picture: [width, height],
+        }
     }
 
     /// Where one of the picture's pixels is in it.
     fn at(&self, i: usize) -> usize {
-        (i / self.picture - self.top) * self.width + i % self.picture - self.left
+        let [x, y] = [(i % self.picture[0]) as isize - self.left, (i / self.picture[0]) as isize - self.top];
+        y as usize * self.width + x as usize
     }
 
-    /// Which of the picture's pixels one of its own is.
-    fn of(&self, k: usize) -> usize {
-        (k / self.width + self.top) * self.picture + k % self.width + self.left
+    /// Which of the picture's pixels are set in one of its masks, in order.
+    fn set<'a>(&'a self, mask: &'a [bool]) -> impl Iterator<Item = usize> + 'a {
+        let [width, height] = self.picture;
+        let of = move |k: usize| {
+            let x = (k % self.width).checked_add_signed(self.left).filter(|x| *x < width)?;
+            let y = (k / self.width).checked_add_signed(self.top).filter(|y| *y < height)?;
+            Some(y * width + x)
+        };
+        (0..mask.len()).filter(|k| mask[*k]).filter_map(of)
     }
 
     fn mask(&self, pixels: impl Iterator<Item = usize>) -> Vec<bool> {
@@ -134,6 +142,7 @@ impl Cut {
 mod tests {
     use super::*;
     use crate::audit::likelihood::step::{Place, border};
+    use crate::audit::picture::regions::mask_of;
 
     const SIDE: usize = 80;
 

@@ -7,7 +7,7 @@ use glam::{Mat3, Vec2};
 use rayon::prelude::*;
 
 use crate::audit::likelihood::agreement::USUAL;
-use crate::audit::likelihood::step::{BESIDE, across_px, border, usual};
+use crate::audit::likelihood::step::{BESIDE, border, steps, usual};
 use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::{along_sides, at_most, bounds, components, mask_of};
 use crate::audit::view::Observations;
@@ -36,10 +36,9 @@ pub(crate) struct Opening {
 /// What the model shows past the rims of openings.
 pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
     let s = &observed.surfaces;
-    let unit =
-        usual(s.width, &observed.log_photo, |i, j| s.label[i] == s.label[j] && observed.shows(i) && observed.shows(j));
+    let unit = usual(s.width, &observed.log_photo, observed.within_surfaces());
     let surfaces = members(&s.label);
-    let rough: Vec<f32> = surfaces.par_iter().map(|surface| roughness(observed, unit, surface)).collect();
+    let rough: Vec<f32> = surfaces.par_iter().map(|surface| observed.roughness(unit, surface)).collect();
     let unseen = |i: &&usize| observed.geometry.able[**i] == 0;
     let beyond =
         |pixels: &Vec<usize>| pixels.len() >= least && 2 * pixels.iter().filter(unseen).count() >= pixels.len();
@@ -48,19 +47,19 @@ pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
     pieces.into_par_iter().filter_map(|pixels| opening(observed, unit, &rough, pixels)).collect()
 }
 
-/// The squared step that half of a surface's places are smoother than, over as many pixels as across a rim; 0 if it is too small to tell.
-fn roughness(observed: &Observations, unit: Mat3, surface: &[usize]) -> f32 {
-    let s = &observed.surfaces;
-    let far = across_px();
-    let beside = |i: usize| {
-        let (right, below) = (i + far, i + far * s.width);
-        [(i % s.width + far < s.width).then_some(right), (below < s.label.len()).then_some(below)].into_iter().flatten()
-    };
-    let pairs = surface.iter().flat_map(|i| beside(*i).map(move |j| (*i, j)));
-    let within = pairs.filter(|(i, j)| s.label[*i] == s.label[*j] && observed.shows(*i) && observed.shows(*j));
-    let steps: Vec<f32> =
-        within.map(|(i, j)| (unit * (observed.log_photo[i] - observed.log_photo[j])).length_squared()).collect();
-    if steps.len() < FEWEST { 0.0 } else { median(steps).unwrap_or(0.0) }
+impl Observations {
+    /// Whether the photograph shows one surface in two pixels.
+    fn within_surfaces(&self) -> impl Fn(usize, usize) -> bool {
+        let label = &self.surfaces.label;
+        move |i, j| label[i] == label[j] && self.shows(i) && self.shows(j)
+    }
+
+    /// The squared step that half of a surface's places are smoother than; 0 if it is too small to tell.
+    fn roughness(&self, unit: Mat3, surface: &[usize]) -> f32 {
+        let all = steps(self.surfaces.width, &self.log_photo, surface.iter().copied(), self.within_surfaces());
+        let squared: Vec<f32> = all.map(|step| (unit * step).length_squared()).collect();
+        if squared.len() < FEWEST { 0.0 } else { median(squared).unwrap_or(0.0) }
+    }
 }
 
 /// What a large surface encloses of several others: through an opening one may see more than one.

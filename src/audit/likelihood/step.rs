@@ -7,11 +7,6 @@ use crate::audit::likelihood::agreement::unit;
 /// Pixels from a border that both its sides are looked at.
 pub(crate) const ASIDE: usize = 4;
 
-/// How far apart the two pixels are that are looked at across a border.
-pub(crate) const fn across_px() -> usize {
-    2 * ASIDE + 1
-}
-
 /// Surfaces meet at a border if the distances of the pixels on either side differ by less than this share.
 pub(crate) const BESIDE: f32 = 0.05;
 
@@ -46,12 +41,26 @@ pub(crate) fn border<'a>(
     pixels.iter().flat_map(move |&i| directions.into_iter().filter_map(move |along| place(i, along)))
 }
 
-/// Makes steps of a picture of one size in all channels: half of those where nothing ends, over as many pixels as across a border, are
-/// shorter than half a unit a channel, squared. `alike` tells whether nothing ends between two pixels.
+/// What a picture differs by from some pixels to those as far to the right of and below them as the two that are looked at across a border
+/// are apart; `alike` tells whether nothing ends between two pixels.
+pub(crate) fn steps<'a>(
+    width: usize,
+    picture: &'a [Vec3],
+    pixels: impl Iterator<Item = usize> + 'a,
+    alike: impl Fn(usize, usize) -> bool + 'a,
+) -> impl Iterator<Item = Vec3> + 'a {
+    let far = 2 * ASIDE + 1;
+    let beside = move |i: usize| {
+        let right = (i % width + far < width).then_some(i + far);
+        let below = Some(i + far * width).filter(|j| *j < picture.len());
+        right.into_iter().chain(below).map(move |j| [i, j])
+    };
+    pixels.flat_map(beside).filter(move |[i, j]| alike(*i, *j)).map(|[i, j]| picture[i] - picture[j])
+}
+
+/// Makes steps of a picture of one size in all channels: half of those where nothing ends are shorter than half a unit a channel, squared.
 pub(crate) fn usual(width: usize, picture: &[Vec3], alike: impl Fn(usize, usize) -> bool) -> Mat3 {
-    let far = across_px();
-    let pairs = (0..picture.len()).filter(|i| i % width + far < width && alike(*i, *i + far));
-    unit(pairs.map(|i| picture[i] - picture[i + far]).collect())
+    unit(steps(width, picture, 0..picture.len(), alike).collect())
 }
 
 #[cfg(test)]
@@ -79,8 +88,9 @@ mod tests {
         let picture: Vec<Vec3> =
             (0..90 * 30).map(|i| Vec3::new(0.3, 0.2, 0.01) * ((i * i) % 97) as f32 + (i % 7) as f32).collect();
         let unit = usual(90, &picture, |_, _| true);
-        let steps = (0..picture.len()).filter(|i| i % 90 < 81).map(|i| unit * (picture[i] - picture[i + 9]));
-        let shorter = steps.clone().filter(|s| s.length_squared() < 1.5).count();
-        assert!((0.45..0.55).contains(&(shorter as f64 / steps.count() as f64)), "{shorter}");
+        let all: Vec<Vec3> = steps(90, &picture, 0..picture.len(), |_, _| true).map(|step| unit * step).collect();
+        assert_eq!(all.len(), 81 * 30 + 90 * 21);
+        let shorter = all.iter().filter(|s| s.length_squared() < 1.5).count();
+        assert!((0.45..0.55).contains(&(shorter as f64 / all.len() as f64)), "{shorter}");
     }
 }
