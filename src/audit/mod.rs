@@ -36,7 +36,7 @@ pub use finding::{
     ViewSummary, What,
 };
 pub use observe::photo::Photo;
-pub use run::{Progress, audit, audit_as_placed};
+pub use run::{Progress, audit};
 pub use verdict::{Reason, Verdict};
 pub use view::{AuditScene, Observations, Settings, examine};
 

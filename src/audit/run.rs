@@ -20,7 +20,7 @@ use crate::volume;
 pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 
 /// Audits the views of a site that have a photograph; only those named, if any are. Probes that were not taken where the site has
-/// them are left out, with a warning each.
+/// them are left out, with a warning each, if they are to be checked.
 ///
 /// # Errors
 ///
@@ -35,28 +35,13 @@ pub fn audit(
 ) -> Result<Audit, AuditError> {
     // read before the long work, so that a bad file is told at once
     let views = photographed(site, only, progress)?;
+    if !settings.check_probes {
+        return audited(site, scene, lighting, views, settings, progress);
+    }
     let (fitting, left_out) = without_misfits(site, scene, lighting, settings)?;
     let mut audit = audited(&fitting, scene, lighting, views, settings, progress)?;
     audit.warnings.splice(0..0, left_out);
     Ok(audit)
-}
-
-/// As [`audit`], but takes it that all probes were taken where the site has them: for poses that were measured, or have just been
-/// registered.
-///
-/// # Errors
-///
-/// As [`audit`].
-pub fn audit_as_placed(
-    site: &Site,
-    scene: &Scene,
-    lighting: &str,
-    only: &[String],
-    settings: &Settings,
-    progress: Progress,
-) -> Result<Audit, AuditError> {
-    let views = photographed(site, only, progress)?;
-    audited(site, scene, lighting, views, settings, progress)
 }
 
 /// The views that have a photograph, and these.

@@ -31,6 +31,8 @@ pub struct Settings {
     pub longest_px: u32,
     /// Refine each camera's pose by a few pixels.
     pub refine_pose: bool,
+    /// Leave out probes that were not taken where the site has them; what was measured, or has just been registered, needs no such check.
+    pub check_probes: bool,
     /// Use only the first so many probes.
     pub probes: usize,
     /// Cells of the irradiance volume along the model's longest side.
@@ -46,6 +48,7 @@ impl Default for Settings {
         Self {
             longest_px: 1024,
             refine_pose: true,
+            check_probes: true,
             probes: usize::MAX,
             cells: 64,
             false_alarms: 0.1,
@@ -164,11 +167,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let radiometry = radiometry::fit(&surfaces, &sights, &prepared.probes, &soft);
     let log_photo: Vec<Vec3> = (0..usable.len())
         .into_par_iter()
-        .map(|i| {
-            blurred.at(i, model_blur(scene, &surfaces, i))
-                + radiometry.offset
-                + Vec3::splat(radiometry.vignetting * surfaces.radius2(i))
-        })
+        .map(|i| blurred.at(i, model_blur(scene, &surfaces, i)) + radiometry.at(surfaces.radius2(i)))
         .collect();
     drop(blurred);
     let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry);

@@ -31,11 +31,10 @@ pub(crate) fn assess(
     let Judgement { regions, field, suspicion } = judge::judge(prepared, &observed, &Scores::of(&observed));
     let (verdicts, reasons) = label::verdicts(&observed);
     let r = &observed.radiometry;
-    let gain = r.offset.map(f32::exp);
     let Photo { picture: mut photograph, .. } = photo;
     let (w, h, n) = (photograph.width, photograph.height, observed.reduced_by as usize);
     photograph.pixels.par_iter_mut().enumerate().for_each(|(i, p)| {
-        *p = *p * gain * (r.vignetting * observed.surfaces.radius2(averaged_in(i, w, n))).exp();
+        *p *= r.at(observed.surfaces.radius2(averaged_in(i, w, n))).map(f32::exp);
     });
     let pixels = (0..verdicts.len()).into_par_iter().map(|i| in_neutral_light(&observed, i)).collect();
     let neutral = Picture { width: observed.surfaces.width, height: observed.surfaces.height, pixels };

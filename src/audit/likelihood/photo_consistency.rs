@@ -206,11 +206,8 @@ impl Compared {
             .into_iter()
             .enumerate()
             .map(|(k, mut soft)| {
-                let shift = radiometry.offset - radiometry.gains[k];
                 // in the probe's light
-                let lit = |(i, p): (usize, &mut Vec3)| {
-                    *p = *p + shift + Vec3::splat(radiometry.vignetting * surfaces.radius2(i));
-                };
+                let lit = |(i, p): (usize, &mut Vec3)| *p += radiometry.at(surfaces.radius2(i)) - radiometry.gains[k];
                 soft.par_iter_mut().enumerate().for_each(lit);
                 carried(surfaces, &sights.of[k], &probes[k], &soft)
             })

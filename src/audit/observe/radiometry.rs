@@ -50,6 +50,13 @@ pub(crate) struct Radiometry {
     pub(crate) spread: Vec<Option<f32>>,
 }
 
+impl Radiometry {
+    /// Added to the photograph's logarithm at a squared distance from the centre (1 in the corners).
+    pub(crate) fn at(&self, radius2: f32) -> Vec3 {
+        self.offset + Vec3::splat(self.vignetting * radius2)
+    }
+}
+
 /// So many pixels must be seen for a probe's gain, or variance, to be told.
 pub(crate) const FEWEST_SEEN: usize = 200;
 
