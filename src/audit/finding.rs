@@ -259,7 +259,8 @@ pub struct AuditedView {
     pub verdicts: Vec<Verdict>,
     /// Why no more is said of it.
     pub reasons: Vec<Reason>,
-    /// Probability of each pixel to be wrong: of the likeliest region that it is in, told or not, and no less than by itself.
+    /// How much each pixel is suspected, 0..=1: as likely as the likeliest region that it is in is a fault, told or not; less than all that are
+    /// told where it stands out by itself.
     pub suspicion: Vec<f32>,
     /// For each finding or doubt that this view shows: its id and the pixels it covers.
     pub masks: Vec<(String, Vec<bool>)>,

@@ -53,7 +53,7 @@ impl Observations {
     }
 }
 
-/// A pixel is as likely wrong as the likeliest region that it is in, and no less than by itself.
+/// A pixel is suspected as much as the likeliest region that it is in, and no less than by itself.
 pub(crate) fn suspect(suspicion: &mut [f32], region: &[usize], probability: f64) {
     for &i in region {
         suspicion[i] = suspicion[i].max(probability as f32);
@@ -66,7 +66,7 @@ pub struct Judgement {
     pub regions: Vec<Judged>,
     /// How much the texture test suspects each pixel that it can tell of.
     pub(crate) field: Field,
-    /// Probability of each pixel to be wrong; by itself alone before the regions are weighed.
+    /// How much each pixel is suspected; by itself alone before the regions are weighed.
     pub suspicion: Vec<f32>,
 }
 
@@ -140,7 +140,8 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Sco
         }
         j.region.pixels.retain(|i| observed.pictures(*i));
     });
-    Judgement { regions: judged, field, suspicion: scores.suspicion(&unlike[0]) }
+    let suspicion = scores.suspicion(&unlike[0], observed.settings.least_probability);
+    Judgement { regions: judged, field, suspicion }
 }
 
 /// Pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong.

@@ -20,9 +20,6 @@ const NOISE: f32 = 5.0;
 /// A pixel counts as marked from this share of the threshold on.
 pub(crate) const LOW: f32 = 0.75;
 
-/// Logarithm of the odds of a pixel to be wrong that neither score says anything of, and that is as like the model as unlike it.
-const UNTOLD: f32 = -6.0;
-
 /// Scores per pixel; 1 is the threshold.
 pub(crate) struct Scores {
     pub(crate) texture: Vec<f32>,
@@ -58,12 +55,12 @@ impl Scores {
         Self { texture, geometry }
     }
 
-    /// Probability of each pixel to be wrong by what it tells by itself, be it in a region or not: by both scores, and by the logarithm of
-    /// how much more photograph and model differ around it than they have in common.
-    pub(crate) fn suspicion(&self, unlike: &[f32]) -> Vec<f32> {
+    /// How much each pixel is suspected by itself: by both scores, and by the logarithm of how much more photograph and model differ around
+    /// it than they have in common. Less than `most`: no region bears it out.
+    pub(crate) fn suspicion(&self, unlike: &[f32], most: f64) -> Vec<f32> {
         let tests = self.texture.iter().zip(&self.geometry);
-        let odds = tests.zip(unlike).map(|((t, g), unlike)| UNTOLD + t.ln_1p() + g.ln_1p() + unlike);
-        odds.map(|odds| probability(odds) as f32).collect()
+        let odds = tests.zip(unlike).map(|((t, g), unlike)| t.ln_1p() + g.ln_1p() + unlike);
+        odds.map(|odds| (most * probability(odds)) as f32).collect()
     }
 }
 
