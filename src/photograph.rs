@@ -110,6 +110,11 @@ impl Photograph {
         Ok(Some(Self { path: path.clone(), picture: picture.cleaned(), fitness, coding, exif: Exif::read(path) }))
     }
 
+    /// Linear value below which the file's steps or the sensor's noise are wider than a tenth of the light.
+    pub fn dark(&self) -> f32 {
+        ends(&self.picture, self.coding).1
+    }
+
     /// The share of pixels of one fitness.
     pub fn share(&self, fitness: Fitness) -> f64 {
         self.fitness.iter().filter(|f| **f == fitness).count() as f64 / self.fitness.len().max(1) as f64
@@ -167,11 +172,7 @@ pub fn left_out(view: &View) -> Result<Option<Vec<bool>>, PanoramaError> {
 
 /// What each pixel of a picture is fit for, as far as its values tell.
 fn fitness(picture: &Picture, coding: Coding) -> Vec<Fitness> {
-    let (clipped, dark) = match coding {
-        Coding::Srgb8 => (coding.clipped(), DARK_8_BIT),
-        Coding::Srgb16 => (coding.clipped(), DARK_16_BIT),
-        Coding::Linear => linear_ends(picture),
-    };
+    let (clipped, dark) = ends(picture, coding);
     let of = |p: &glam::Vec3| {
         if !Picture::valid(*p) {
             Fitness::Invalid
@@ -184,6 +185,15 @@ fn fitness(picture: &Picture, coding: Coding) -> Vec<Fitness> {
         }
     };
     picture.pixels.par_iter().map(of).collect()
+}
+
+/// The values from which a picture is clipped and up to which it is too dark.
+fn ends(picture: &Picture, coding: Coding) -> (f32, f32) {
+    match coding {
+        Coding::Srgb8 => (coding.clipped(), DARK_8_BIT),
+        Coding::Srgb16 => (coding.clipped(), DARK_16_BIT),
+        Coding::Linear => linear_ends(picture),
+    }
 }
 
 /// The values from which a linear picture is clipped (infinite where it is not) and up to which it is too dark.

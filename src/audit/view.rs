@@ -170,7 +170,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         .map(|i| blurred.at(i, model_blur(scene, &surfaces, i)) + radiometry.at(surfaces.radius2(i)))
         .collect();
     drop(blurred);
-    let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry);
+    let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry, photo.dark);
     let gloss = Gloss::fit(&relit, &surfaces, &prepared.probes, &compared.pairs());
     let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, compared, &gloss);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);

@@ -79,6 +79,7 @@ pub(crate) struct Geometry {
     first: Vec<u32>,
     looks: Vec<Look>,
     noise: Noise,
+    dark: Vec<Vec3>,
 }
 
 impl Geometry {
@@ -88,7 +89,7 @@ impl Geometry {
     pub(crate) fn cost(&self, surfaces: &GeometryBuffer, probes: &[ProbeView], i: usize, metres: f32) -> f32 {
         let (normal, ray) = (surfaces.normal[i], surfaces.ray[i]);
         let point = surfaces.position[i] + ray * (metres / normal.dot(ray).min(-0.1));
-        self.looks(i).iter().map(|look| look.cost(&self.noise, probes, point)).sum()
+        self.looks(i).iter().map(|look| look.cost(&self.noise, probes, &self.dark, point)).sum()
     }
 
     /// How the probes that can tell a pixel's place see it, in the probes' order.
@@ -121,10 +122,18 @@ struct Look {
 }
 
 impl Look {
-    fn cost(&self, noise: &Noise, probes: &[ProbeView], point: Vec3) -> f32 {
-        let at = || probes[usize::from(self.probe)].log_radiance(point, usize::from(self.level));
+    fn cost(&self, noise: &Noise, probes: &[ProbeView], dark: &[Vec3], point: Vec3) -> f32 {
+        let k = usize::from(self.probe);
+        let at = || damped(probes[k].log_radiance(point, usize::from(self.level)), dark[k]);
         self.plain.unwrap_or_else(|| limited(noise.squared(self.photo - at(), self.variance)))
     }
+}
+
+/// What a logarithm is with some light added to it: differences of what is darker than that, which a photograph's steps hide, are small,
+/// those of what is brighter as they were (a generalised logarithm; Durbin, Hardin, Hawkins and Rocke, *A variance-stabilizing
+/// transformation for gene-expression microarray data*, 2002).
+fn damped(log: Vec3, dark: Vec3) -> Vec3 {
+    if dark == Vec3::ZERO { log } else { (log.map(f32::exp) + dark).map(f32::ln) }
 }
 
 fn limited(squared: f32) -> f32 {
@@ -143,15 +152,21 @@ struct Carried {
 }
 
 /// Carries a probe's light over the model into the view: all pixels that it sees, in order. `soft` is the photograph as soft as the
-/// probe and in its light.
-fn carried(surfaces: &GeometryBuffer, sights: &[Option<Sight>], probe: &ProbeView, soft: &[Vec3]) -> Vec<Carried> {
+/// probe and in its light, damped by `dark` as that is.
+fn carried(
+    surfaces: &GeometryBuffer,
+    sights: &[Option<Sight>],
+    probe: &ProbeView,
+    soft: &[Vec3],
+    dark: Vec3,
+) -> Vec<Carried> {
     let n = soft.len();
     let w = surfaces.width;
     let level = |i: usize| sights[i].as_ref().map_or(0, |x| Sights::level(surfaces, i, x));
     let here: Vec<Vec3> = (0..n)
         .into_par_iter()
         .map(|i| match &sights[i] {
-            Some(_) => probe.log_radiance(surfaces.position[i], level(i)),
+            Some(_) => damped(probe.log_radiance(surfaces.position[i], level(i)), dark),
             None => Vec3::NAN,
         })
         .collect();
@@ -191,25 +206,31 @@ fn carried(surfaces: &GeometryBuffer, sights: &[Option<Sight>], probe: &ProbeVie
 pub(crate) struct Compared {
     of: Vec<Vec<Carried>>,
     noise: Noise,
+    /// Per probe, the darkest light that the photograph tells, in the probe's.
+    dark: Vec<Vec3>,
 }
 
 impl Compared {
-    /// Carries the light of all probes into the view. `soft` is the photograph as soft as each probe.
+    /// Carries the light of all probes into the view. `soft` is the photograph as soft as each probe, `dark` the darkest value that it tells.
     pub(crate) fn new(
         surfaces: &GeometryBuffer,
         sights: &Sights,
         probes: &[ProbeView],
         soft: Vec<Vec<Vec3>>,
         radiometry: &Radiometry,
+        dark: f32,
     ) -> Self {
+        let dark: Vec<Vec3> = radiometry.gains.iter().map(|g| dark * (radiometry.offset - *g).map(f32::exp)).collect();
         let of: Vec<Vec<Carried>> = soft
             .into_iter()
             .enumerate()
             .map(|(k, mut soft)| {
                 // in the probe's light
-                let lit = |(i, p): (usize, &mut Vec3)| *p += radiometry.at(surfaces.radius2(i)) - radiometry.gains[k];
+                let lit = |(i, p): (usize, &mut Vec3)| {
+                    *p = damped(*p + radiometry.at(surfaces.radius2(i)) - radiometry.gains[k], dark[k]);
+                };
                 soft.par_iter_mut().enumerate().for_each(lit);
-                carried(surfaces, &sights.of[k], &probes[k], &soft)
+                carried(surfaces, &sights.of[k], &probes[k], &soft, dark[k])
             })
             .collect();
         let samples: Vec<Vec<Sample>> = of
@@ -220,7 +241,7 @@ impl Compared {
             })
             .collect();
         let noise = Noise::fit(&samples);
-        Self { of, noise }
+        Self { of, noise, dark }
     }
 
     /// Some places as photograph and probes see them, spread over the picture.
@@ -245,7 +266,7 @@ pub(crate) fn test(
     gloss: &Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
-    let Compared { of: all, noise } = compared;
+    let Compared { of: all, noise, dark } = compared;
     let mut seen = vec![0u8; n];
     for c in all.iter().flatten() {
         let seen = &mut seen[c.pixel as usize];
@@ -272,6 +293,7 @@ pub(crate) fn test(
         first,
         looks,
         noise,
+        dark,
     };
     for i in 0..n {
         let looks = geometry.looks(i);
@@ -380,4 +402,22 @@ fn parallax(surfaces: &GeometryBuffer, probe: &ProbeView, sight: Option<&Sight>,
     let angle = a.cross(b).length();
     let coarser = probe.pixel_angle().max(surfaces.footprint(i) / sight.footprint * probe.pixel_angle());
     angle / coarser
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_steps_of_a_file_hide_is_no_difference() {
+        let dark = Vec3::splat(10.0);
+        // red of 100 and 110 codes; green of 9 and 11; blue of none and 3
+        let [photo, probe] =
+            [[100.0, 9.0, 1e-6], [110.0, 11.0, 3.0]].map(|light| damped(Vec3::from(light).map(f32::ln), dark));
+        let apart = (probe - photo).to_array();
+        let expected = [120.0f32 / 110.0, 21.0 / 19.0, 13.0 / 10.0].map(f32::ln);
+        assert!(apart.iter().zip(expected).all(|(a, e)| (a - e).abs() < 1e-5), "{apart:?}");
+        let log = Vec3::new(-3.0, 0.5, 2.0);
+        assert_eq!(damped(log, Vec3::ZERO), log);
+    }
 }

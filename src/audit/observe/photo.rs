@@ -16,12 +16,16 @@ pub struct Photo {
     pub picture: Picture,
     /// Why a pixel cannot be used; [`Reason::None`] where it can. As long as the picture, or empty where all can.
     pub unusable: Vec<Reason>,
+    /// Linear value below which the file's steps or the sensor's noise are wider than a tenth of the light; 0 where nothing is known of that.
+    pub dark: f32,
 }
 
 /// A photograph at the audit's size.
 pub(crate) struct Reduced {
     pub(crate) pixels: Vec<Vec3>,
     pub(crate) unusable: Vec<Reason>,
+    /// As [`Photo::dark`].
+    pub(crate) dark: f32,
     /// Relative noise of a pixel, as a robust standard deviation.
     pub(crate) noise: f32,
     /// How it is coded, where that shows: only at its full size.
@@ -36,7 +40,8 @@ impl From<Photograph> for Photo {
             Fitness::Dark => Reason::Dark,
             Fitness::Masked => Reason::Masked,
         };
-        Self { unusable: photograph.fitness.iter().map(reason).collect(), picture: photograph.picture }
+        let unusable = photograph.fitness.iter().map(reason).collect();
+        Self { unusable, dark: photograph.dark(), picture: photograph.picture }
     }
 }
 
@@ -57,7 +62,7 @@ impl Photo {
                 _ => Reason::None,
             })
             .collect();
-        Self { picture, unusable }
+        Self { picture, unusable, dark: 0.0 }
     }
 
     /// Averages `n` × `n` pixels to one; one that cannot be used spoils its block.
@@ -86,7 +91,7 @@ impl Photo {
         let noise = noise(width, height, &pixels, &unusable);
         mark_dark(&pixels, &mut unusable);
         let coding = if n == 1 { Coding::of(width, height, &source.pixels) } else { None };
-        Reduced { pixels, unusable, noise, coding }
+        Reduced { pixels, unusable, dark: self.dark, noise, coding }
     }
 }
 
