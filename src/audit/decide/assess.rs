@@ -8,7 +8,6 @@ use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::judge::{self, Judgement};
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::label;
-use crate::audit::decide::scores::Scores;
 use crate::audit::finding::{AuditedView, Finding, ProbeGain, Shares, ViewSummary, What};
 use crate::audit::observe::geometry_buffer::averaged_in;
 use crate::audit::observe::photo::Photo;
@@ -28,7 +27,7 @@ pub(crate) fn assess(
     photo: Photo,
     observed: Observations,
 ) -> Assessed {
-    let Judgement { regions, field, suspicion } = judge::judge(prepared, &observed, &Scores::of(&observed));
+    let Judgement { regions, field, suspicion } = judge::judge(prepared, &observed);
     let (verdicts, reasons) = label::verdicts(&observed);
     let r = &observed.radiometry;
     let Photo { picture: mut photograph, .. } = photo;

@@ -33,7 +33,7 @@ impl Observations {
 
     /// The regions that both tests end in, and a verdict for each pixel.
     pub fn judged(&self, prepared: &AuditScene) -> (Judgement, Vec<Verdict>) {
-        let mut judgement = judge(prepared, self, &Scores::of(self));
+        let mut judgement = judge(prepared, self);
         let (mut verdicts, mut reasons) = label::verdicts(self);
         for j in &judgement.regions {
             label::mark(&mut verdicts, &mut reasons, j.pixels(), j.kind, j.reason(self.settings.false_alarms));
@@ -42,14 +42,9 @@ impl Observations {
         (judgement, verdicts)
     }
 
-    /// Whether a region is a fault and not a doubt, as far as this view tells.
-    fn calls_fault(&self, judged: &Judged) -> bool {
-        judged.reason(self.settings.false_alarms) == Reason::None
-    }
-
-    /// Whether it is a fault of shape, and no doubt.
+    /// Whether a region is a fault of shape and not a doubt, as far as this view tells.
     fn calls_misshapen(&self, judged: &Judged) -> bool {
-        judged.kind == Kind::Geometry && self.calls_fault(judged)
+        judged.kind == Kind::Geometry && judged.reason(self.settings.false_alarms) == Reason::None
     }
 }
 
@@ -71,7 +66,8 @@ pub struct Judgement {
 }
 
 /// Finds the regions of a view and judges each.
-pub(crate) fn judge(prepared: &AuditScene, observed: &Observations, scores: &Scores) -> Judgement {
+pub(crate) fn judge(prepared: &AuditScene, observed: &Observations) -> Judgement {
+    let scores = &Scores::of(observed);
     let (w, h) = observed.size();
     let least = least(observed);
     let s = &observed.surfaces;
