@@ -31,7 +31,7 @@ mod row;
 mod truth;
 
 use cases::Case;
-use clerestory::audit::{AuditScene, Judged, Judgement, Photo, Settings, Verdict, examine};
+use clerestory::audit::{AuditScene, Judged, Photo, Settings, Verdict, examine};
 use clerestory::panorama::{self, Picture};
 use clerestory::render::{Options, Relit, prepare, render};
 use clerestory::scene::{self, Health, Scene};
@@ -238,7 +238,9 @@ impl Bench {
         let settings = Settings { longest_px: 4096, ..Settings::default() };
         let maps = examine(prepared, &camera, &Photo::new(photo.clone()), &settings);
         let [geometry, texture] = maps.scores();
-        let (Judgement { regions: judged, suspicion: both, .. }, verdicts) = maps.judged(prepared);
+        let (judgement, verdicts) = maps.judged(prepared);
+        let both = judgement.suspicion(settings.least_probability);
+        let judged = judgement.regions;
         let Truth { wrong, alike, .. } = truth;
         // what touches the mask's border by a pixel or two is neither
         let of_interest: Vec<bool> = counted(wrong, w, h).iter().zip(alike).map(|(c, a)| *c && !a).collect();

@@ -259,8 +259,8 @@ pub struct AuditedView {
     pub verdicts: Vec<Verdict>,
     /// Why no more is said of it.
     pub reasons: Vec<Reason>,
-    /// How much each pixel is suspected, 0..=1: as likely as the likeliest region that it is in is a fault, told or not; less than all that are
-    /// told where it stands out by itself.
+    /// How much each pixel is suspected, 0..=1: by the likeliest finding or doubt that has it, or else is near it, and by itself; by itself alone where none is near, and
+    /// less than any doubt is told with.
     pub suspicion: Vec<f32>,
     /// For each finding or doubt that this view shows: its id and the pixels it covers.
     pub masks: Vec<(String, Vec<bool>)>,

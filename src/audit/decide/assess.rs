@@ -27,7 +27,7 @@ pub(crate) fn assess(
     photo: Photo,
     observed: Observations,
 ) -> Assessed {
-    let Judgement { regions, field, suspicion } = judge::judge(prepared, &observed);
+    let Judgement { regions, field, own, .. } = judge::judge(prepared, &observed);
     let (verdicts, reasons) = label::verdicts(&observed);
     let r = &observed.radiometry;
     let Photo { picture: mut photograph, .. } = photo;
@@ -67,9 +67,18 @@ pub(crate) fn assess(
         })
         .collect();
     let Observations { camera, render, surfaces, .. } = observed;
-    let view = AuditedView { summary, photograph, render, neutral, verdicts, reasons, suspicion, masks: Vec::new() };
+    let view = AuditedView {
+        summary,
+        photograph,
+        render,
+        neutral,
+        verdicts,
+        reasons,
+        suspicion: Vec::new(),
+        masks: Vec::new(),
+    };
     let eye = Eye { camera, origin: prepared.scene.origin, position: surfaces.position, distance: surfaces.distance };
-    Assessed { view, field, eye, found }
+    Assessed { view, field, own, eye, found }
 }
 
 /// A surface's albedo, the darker the less squarely it faces the camera.

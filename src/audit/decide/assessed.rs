@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::audit::decide::false_alarms::Field;
 use crate::audit::finding::{AuditedView, Finding};
-use crate::audit::likelihood::agreement::widest;
-use crate::audit::picture::regions::{dilated, mask_of};
+use crate::audit::likelihood::agreement::near;
+use crate::audit::picture::regions::mask_of;
 use crate::site::Camera;
 
 /// A place is on a surface if their distances differ by at most this share.
@@ -16,6 +16,8 @@ const ON: f32 = 0.03;
 pub(crate) struct Assessed {
     pub(crate) view: AuditedView,
     pub(crate) field: Field,
+    /// What each pixel adds by itself to the logarithm of the odds of a fault.
+    pub(crate) own: Vec<f32>,
     pub(crate) eye: Eye,
     pub(crate) found: Vec<Found>,
 }
@@ -82,8 +84,7 @@ impl Eye {
 
     /// Per pixel, whether it is one of some or no farther off than the widest windows that regions are told over.
     pub(crate) fn near(&self, pixels: &[usize]) -> Vec<bool> {
-        let (w, h) = (self.camera.width as usize, self.camera.height as usize);
-        dilated(&mask_of(pixels, w * h), w, h, widest() as usize)
+        near(pixels, self.camera.width as usize, self.distance.len())
     }
 
     /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.

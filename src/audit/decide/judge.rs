@@ -8,7 +8,7 @@ use crate::audit::decide::false_alarms::Field;
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::label;
 use crate::audit::decide::odds::{self, LAYING};
-use crate::audit::decide::scores::{LOW, Scores};
+use crate::audit::decide::scores::{self, LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::absent;
 use crate::audit::hypothesis::extent::{Places, without_gaps};
@@ -33,11 +33,10 @@ impl Observations {
 
     /// The regions that both tests end in, and a verdict for each pixel.
     pub fn judged(&self, prepared: &AuditScene) -> (Judgement, Vec<Verdict>) {
-        let mut judgement = judge(prepared, self);
+        let judgement = judge(prepared, self);
         let (mut verdicts, mut reasons) = label::verdicts(self);
         for j in &judgement.regions {
             label::mark(&mut verdicts, &mut reasons, j.pixels(), j.kind, j.reason(self.settings.false_alarms));
-            suspect(&mut judgement.suspicion, j.pixels(), j.score());
         }
         (judgement, verdicts)
     }
@@ -48,21 +47,23 @@ impl Observations {
     }
 }
 
-/// A pixel is suspected as much as the likeliest region that it is in, and no less than by itself.
-pub(crate) fn suspect(suspicion: &mut [f32], region: &[usize], probability: f64) {
-    for &i in region {
-        suspicion[i] = suspicion[i].max(probability as f32);
-    }
-}
-
 /// What a view tells.
 pub struct Judgement {
     /// The regions that may be faults.
     pub regions: Vec<Judged>,
     /// How much the texture test suspects each pixel that it can tell of.
     pub(crate) field: Field,
-    /// How much each pixel is suspected; by itself alone before the regions are weighed.
-    pub suspicion: Vec<f32>,
+    /// What each pixel adds by itself to the logarithm of the odds of a fault.
+    pub(crate) own: Vec<f32>,
+    width: usize,
+}
+
+impl Judgement {
+    /// How much each pixel is suspected, 0..=1, as far as its view tells; by itself alone in regions that are less likely faults than `least`.
+    pub fn suspicion(&self, least: f64) -> Vec<f32> {
+        let told = self.regions.iter().filter(|j| j.score() >= least);
+        scores::suspicion(&self.own, self.width, told.map(|j| (j.pixels(), j.log_odds)), least)
+    }
 }
 
 /// Finds the regions of a view and judges each.
@@ -136,8 +137,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations) -> Judgement
         }
         j.region.pixels.retain(|i| observed.pictures(*i));
     });
-    let suspicion = scores.suspicion(&unlike[0], observed.settings.least_probability);
-    Judgement { regions: judged, field, suspicion }
+    Judgement { regions: judged, field, own: scores.own(&unlike), width: w }
 }
 
 /// Pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong.

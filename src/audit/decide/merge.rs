@@ -9,7 +9,6 @@ use crate::audit::decide::assess::note;
 use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::background::Background;
 use crate::audit::decide::false_alarms::{Field, expected_squares};
-use crate::audit::decide::judge::suspect;
 use crate::audit::decide::label;
 use crate::audit::decide::lines_of_sight::{are_one_thing, support};
 use crate::audit::decide::odds::{self, OUTLINE};
@@ -59,8 +58,9 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
             f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));
             f.finding.reason = odds::reason(f.log_odds, settings.false_alarms);
         }
-        a.found.iter().for_each(|f| suspect(&mut a.view.suspicion, &f.pixels, f.finding.score));
         a.found.retain(|f| f.finding.score >= settings.least_probability);
+        let told = a.found.iter().map(|f| (&f.pixels[..], f.log_odds));
+        a.view.suspicion = scores::suspicion(&a.own, a.eye.camera.width as usize, told, settings.least_probability);
         a.found = with_whole_things(std::mem::take(&mut a.found), &a.eye);
         a.found.iter_mut().for_each(|f| f.finding.note = note(&f.finding));
         let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.reason == Reason::None);
@@ -324,7 +324,7 @@ mod tests {
         };
         let view = testing::view(testing::summary("v", [SIDE as u32; 2]));
         let field = Field::new(SIDE, vec![0.0; SIDE * SIDE]);
-        let mut assessed = [Assessed { view, field, eye: eye(), found: vec![] }];
+        let mut assessed = [Assessed { view, field, own: vec![], eye: eye(), found: vec![] }];
         let mut faults = [fault(part(What::Moved, Reason::None, 3.0, 60))];
         let mut doubts = [30, 44, 80, 90].map(|left| fault(part(What::Missing, Reason::Usual, -1.0, left)));
         doubts[2].finding.kind = Kind::Texture;

@@ -1,6 +1,7 @@
 //! How much each test suspects each pixel.
 
 use crate::audit::decide::odds::probability;
+use crate::audit::likelihood::agreement::{Unlike, near};
 use crate::audit::likelihood::appearance::Texture;
 use crate::audit::picture::by_luminance::{BINS, Bins};
 use crate::audit::view::Observations;
@@ -55,17 +56,59 @@ impl Scores {
         Self { texture, geometry }
     }
 
-    /// How much each pixel is suspected by itself: by both scores, and by the logarithm of how much more photograph and model differ around
-    /// it than they have in common. Less than `most`: no region bears it out.
-    pub(crate) fn suspicion(&self, unlike: &[f32], most: f64) -> Vec<f32> {
-        let tests = self.texture.iter().zip(&self.geometry);
-        let odds = tests.zip(unlike).map(|((t, g), unlike)| t.ln_1p() + g.ln_1p() + unlike);
-        odds.map(|odds| (most * probability(odds)) as f32).collect()
+    /// What each pixel adds by itself to the logarithm of the odds of a fault: by both scores, and by how much more photograph and model
+    /// differ around it than they have in common, in the mean of all bands.
+    pub(crate) fn own(&self, unlike: &Unlike) -> Vec<f32> {
+        let bands = |i: usize| unlike.iter().map(|band| band[i]).sum::<f32>() / unlike.len() as f32;
+        let tests = self.texture.iter().zip(&self.geometry).enumerate();
+        tests.map(|(i, (t, g))| t.ln_1p() + g.ln_1p() + bands(i)).collect()
     }
+}
+
+/// How much each pixel is suspected, 0..=1: by the likeliest region that is told and has it, or else is near it, and by itself, the odds of both
+/// together; near none, by itself alone and less than `least`, the least that a region is told with.
+pub(crate) fn suspicion<'a>(
+    own: &[f32],
+    width: usize,
+    told: impl Iterator<Item = (&'a [usize], f32)>,
+    least: f64,
+) -> Vec<f32> {
+    let mut all: Vec<f32> = own.iter().map(|own| (least * probability(*own)) as f32).collect();
+    let mut told: Vec<(&[usize], f32)> = told.collect();
+    // the likeliest has the last word
+    told.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let with = |log_odds: f32, i: usize| probability(log_odds + own[i]) as f32;
+    for (region, log_odds) in &told {
+        let near = near(region, width, own.len());
+        (0..own.len()).filter(|i| near[*i]).for_each(|i| all[i] = with(*log_odds, i));
+    }
+    for (region, log_odds) in &told {
+        region.iter().for_each(|i| all[*i] = with(*log_odds, *i));
+    }
+    all
 }
 
 /// What three quarters of some pixels have more of than [`crate::audit::likelihood::structure::Structure::lacking`].
 pub(crate) fn lacking(t: &Texture, pixels: &[usize]) -> f32 {
     let mut all: Vec<f32> = pixels.iter().filter(|i| t.tested[**i]).map(|i| t.structure.lacking[*i]).collect();
     quantile(&mut all, 0.25).unwrap_or(f32::NEG_INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_told_is_suspected_first_and_in_it_what_stands_out() {
+        let mut own = vec![9.0; 100];
+        own[..3].copy_from_slice(&[3.0, -1.0, 0.0]);
+        own[99] = -9.0;
+        let (sure, doubt) = ([0], [1, 2]);
+        let all = suspicion(&own, 100, [(&sure[..], 2.0), (&doubt[..], -1.0)].into_iter(), 0.1);
+        // what is in none is told with the likeliest near it
+        let expected = [5.0, -2.0, -1.0, 11.0].map(|odds| probability(odds) as f32);
+        assert_eq!(all[..4], expected);
+        // near none, however much it stands out, less than the least that is told
+        assert!(all[99] < all[98] && all[98] < 0.1 && all[3] > 0.9, "{all:?}");
+    }
 }

@@ -10,6 +10,7 @@ use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
 use crate::audit::likelihood::noise::{EVERY, whitening};
+use crate::audit::picture::regions::{dilated, mask_of};
 use crate::edge_aware::EdgeAware;
 use crate::statistics::median;
 
@@ -19,6 +20,11 @@ const BANDS: [[f32; 2]; 3] = [[1.5, 4.0], [3.0, 8.0], [6.0, 16.0]];
 /// Standard deviation of the widest window, pixels.
 pub(crate) fn widest() -> f32 {
     BANDS[BANDS.len() - 1][1]
+}
+
+/// Per pixel, whether it is one of some or no farther off than the widest windows that regions are told over.
+pub(crate) fn near(pixels: &[usize], width: usize, n: usize) -> Vec<bool> {
+    dilated(&mask_of(pixels, n), width, n / width, widest() as usize)
 }
 
 /// What is darker than this share of the picture's median shows little structure.
