@@ -18,7 +18,7 @@ use crate::audit::observe::radiometry::{self, Radiometry, Sights};
 use crate::audit::observe::resample::soften;
 use crate::audit::verdict::Reason;
 use crate::panorama::{Picture, luminance};
-use crate::render::{Relit, render};
+use crate::render::{Frame, Relit, render};
 use crate::scene::Scene;
 use crate::shoot::Light;
 use crate::site::{Camera, Probe};
@@ -124,38 +124,8 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let photo = photograph.reduced(n as usize);
     let usable: Vec<f32> = photo.unusable.iter().map(|r| if *r == Reason::None { 1.0 } else { 0.0 }).collect();
     let relit = Relit { scene, light: prepared.light, volume: prepared.volume, volume_only: false };
-    let mut camera = first;
-    let mut pose = PoseCorrection::default();
-    let mut surfaces = GeometryBuffer::look(scene, &camera);
-    let mut frame = render(scene, &relit, &camera, 4, &|_, _| {});
-    // a model without colours shows nothing to lay over a photograph
-    let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
-    let seen = surfaces.triangle.iter().filter(|t| **t != NONE).count();
-    if settings.refine_pose && 2 * coloured > seen {
-        // a clipped pixel is still as bright as that: its edges tell of the pose
-        let to_align: Vec<f32> = photo
-            .unusable
-            .iter()
-            .zip(&photo.pixels)
-            .map(|(r, p)| if matches!(r, Reason::None | Reason::Clipped) && Picture::valid(*p) { 1.0 } else { 0.0 })
-            .collect();
-        let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
-        for _ in 0..2 {
-            let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
-            let aligned = pose::align(scene, &surfaces, &camera, &first, &shown, &brightness, &to_align);
-            let before = pose.mean_px;
-            (camera, pose) = (aligned.camera, aligned.correction);
-            if !pose.refined {
-                break;
-            }
-            surfaces = GeometryBuffer::look(scene, &camera);
-            drop(frame);
-            frame = render(scene, &relit, &camera, 4, &|_, _| {});
-            if (pose.mean_px - before).abs() < 0.2 {
-                break;
-            }
-        }
-    }
+    let (camera, pose) = aligned(scene, &relit, &first, &photo, settings);
+    let (surfaces, frame) = look(scene, &relit, &camera);
     let blurred = Blurred::new(&photo.pixels, &usable, &surfaces.shape);
     let sights = Sights::look(&surfaces, &prepared.probes, &usable);
     let soft: Vec<Vec<Vec3>> = prepared
@@ -170,11 +140,12 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         .map(|i| blurred.at(i, model_blur(scene, &surfaces, i)) + radiometry.at(surfaces.radius2(i)))
         .collect();
     drop(blurred);
-    let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry, photo.dark);
+    let dark = radiometry.dark(photo.dark);
+    let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry, dark);
     let gloss = Gloss::fit(&relit, &surfaces, &prepared.probes, &compared.pairs());
     let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, compared, &gloss);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
-    let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e);
+    let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e, dark);
     Observations {
         camera,
         reduced_by: n,
@@ -193,6 +164,46 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         pose,
         settings: settings.clone(),
     }
+}
+
+/// What a camera shows of the model: its surfaces, and its picture in the probes' light.
+fn look(scene: &Scene, relit: &Relit, camera: &Camera) -> (GeometryBuffer, Frame) {
+    (GeometryBuffer::look(scene, camera), render(scene, relit, camera, 4, &|_, _| {}))
+}
+
+/// The camera by which the model lies over the photograph, and how far it was moved from `first`.
+fn aligned(
+    scene: &Scene,
+    relit: &Relit,
+    first: &Camera,
+    photo: &Reduced,
+    settings: &Settings,
+) -> (Camera, PoseCorrection) {
+    let (mut camera, mut pose) = (*first, PoseCorrection::default());
+    if !settings.refine_pose {
+        return (camera, pose);
+    }
+    // a clipped pixel is still as bright as that: its edges tell of the pose
+    let pictured = |(r, p): (&Reason, &Vec3)| matches!(r, Reason::None | Reason::Clipped) && Picture::valid(*p);
+    let to_align: Vec<f32> =
+        photo.unusable.iter().zip(&photo.pixels).map(pictured).map(|p| if p { 1.0 } else { 0.0 }).collect();
+    let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
+    for _ in 0..2 {
+        let (surfaces, frame) = look(scene, relit, &camera);
+        // a model without colours shows nothing to lay over a photograph
+        let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
+        if 2 * coloured <= surfaces.triangle.iter().filter(|t| **t != NONE).count() {
+            break;
+        }
+        let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
+        let aligned = pose::align(scene, &surfaces, &camera, first, &shown, &brightness, &to_align);
+        let before = pose.mean_px;
+        (camera, pose) = (aligned.camera, aligned.correction);
+        if !pose.refined || (pose.mean_px - before).abs() < 0.2 {
+            break;
+        }
+    }
+    (camera, pose)
 }
 
 /// Standard deviation, pixels, of the blur by which a photograph gets as coarse in a pixel as the model's own colours can be: these are means
@@ -228,11 +239,10 @@ impl Observations {
         let in_smooth_light: Vec<Vec3> =
             self.albedo.iter().zip(&self.irradiance).map(|(a, e)| *a * *e * scale).collect();
         // what a surface mirrors is no structure of its own
-        let matt =
-            |i: usize| without(self.log_photo[i].map(f32::exp), self.mirrored[i], in_smooth_light[i]).map(f32::ln);
+        let matt = |i: usize| without(self.log_photo[i].map(f32::exp), self.mirrored[i], in_smooth_light[i]);
         let matt: Vec<Vec3> = (0..self.log_photo.len()).into_par_iter().map(matt).collect();
         let usable: Vec<f32> = self.usable.iter().zip(explained).map(|(u, e)| if *e { 0.0 } else { *u }).collect();
-        unlike(self.surfaces.width, &matt, &in_smooth_light, &usable)
+        unlike(self.surfaces.width, &matt, &in_smooth_light, &usable, self.radiometry.dark(self.photo.dark))
     }
 
     /// The refined camera, at the audit's size, and how far it was moved.

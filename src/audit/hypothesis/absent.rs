@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::audit::hypothesis::borders::odds;
 use crate::audit::hypothesis::sideways::LARGEST;
-use crate::audit::likelihood::appearance::damped;
 use crate::audit::likelihood::noise::EVERY;
 use crate::audit::likelihood::step::{ASIDE, BESIDE, Place, border};
 use crate::audit::picture::FEWEST;
@@ -59,7 +58,7 @@ impl Observations {
             // what lies flat on another surface is paint
             let told = known && lit(i) && lit(j) && !s.coplanar(i, j);
             let photo = self.log_photo[i] - self.log_photo[j];
-            let paint = damped(self.albedo[i]) - damped(self.albedo[j]);
+            let paint = self.texture.paint[i] - self.texture.paint[j];
             let light = (self.irradiance[i] / self.irradiance[j]).map(f32::ln);
             // light that is not as foretold is no thing that is absent: its paint must tell as well
             let against = |model: Vec3| odds([model, photo].map(|step| self.texture.unit * step));

@@ -7,7 +7,6 @@
 use glam::{Vec2, Vec3};
 
 use crate::audit::likelihood::agreement::USUAL;
-use crate::audit::likelihood::appearance::damped;
 use crate::audit::likelihood::step::{BESIDE, Place, border};
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::mask_of;
@@ -81,8 +80,8 @@ impl Observations {
 
     /// What the model's albedo steps by at a place, and what the photograph shows, in units of what that differs by within pieces.
     fn steps(&self, &[i, j]: &Across) -> [Vec3; 2] {
-        let (t, albedo) = (&self.texture, &self.albedo);
-        let model = t.unit * (damped(albedo[i]) - damped(albedo[j]));
+        let t = &self.texture;
+        let model = t.unit * (t.paint[i] - t.paint[j]);
         [model, model + t.unit * (t.ratio[i] - t.ratio[j])]
     }
 

@@ -34,16 +34,16 @@ const DARK: f32 = 0.03;
 /// window as wide as the structure: 0 where neither is more than noise.
 pub(crate) type Unlike = [Vec<f32>; BANDS.len()];
 
-/// Compares a photograph's logarithm with what a model makes, radiance; what is not positive there is not compared.
-pub(crate) fn unlike(width: usize, photo: &[Vec3], model: &[Vec3], usable: &[f32]) -> Unlike {
+/// Compares a photograph with what a model makes, radiance; what is not positive there is not compared, and what is darker than `dark` the
+/// photograph does not tell apart.
+pub(crate) fn unlike(width: usize, photo: &[Vec3], model: &[Vec3], usable: &[f32], dark: Vec3) -> Unlike {
     let n = photo.len();
     let open = EdgeAware::open(width, n / width.max(1));
     let known: Vec<f32> = (0..n)
         .map(|i| usable[i] > 0.0 && photo[i].is_finite() && model[i].is_finite() && model[i].max_element() > 0.0)
         .map(|known| if known { 1.0 } else { 0.0 })
         .collect();
-    let photo: Vec<Vec3> = photo.iter().map(|p| p.map(f32::exp)).collect();
-    let (photo, model) = (levels(&photo, &known), levels(model, &known));
+    let (photo, model) = (levels(photo, &known, dark), levels(model, &known, dark));
     BANDS.map(|[fine, coarse]| {
         let within = [fine, coarse].map(|sigma| open.smoothed(&known, sigma));
         let band = |values: &[Vec3]| -> Vec<Vec3> {
@@ -65,13 +65,13 @@ pub(crate) fn unlike(width: usize, photo: &[Vec3], model: &[Vec3], usable: &[f32
 }
 
 /// Logarithms, the dark drawn together; 0 where nothing is known.
-fn levels(values: &[Vec3], known: &[f32]) -> Vec<Vec3> {
+fn levels(values: &[Vec3], known: &[f32], dark: Vec3) -> Vec<Vec3> {
     let middle = |c: usize| {
         let all = values.iter().zip(known).filter(|(_, k)| **k > 0.0).map(|(v, _)| v[c]);
         median(all).unwrap_or(1.0).max(1e-30)
     };
     let middle = Vec3::new(middle(0), middle(1), middle(2));
-    let level = |v: Vec3| (v.max(Vec3::ZERO) / middle + Vec3::splat(DARK)).map(f32::ln);
+    let level = |v: Vec3| ((v.max(Vec3::ZERO) + dark) / middle + Vec3::splat(DARK)).map(f32::ln);
     values.iter().zip(known).map(|(v, k)| if *k > 0.0 { level(*v) } else { Vec3::ZERO }).collect()
 }
 
@@ -118,10 +118,10 @@ mod tests {
         let photo: Vec<Vec3> = (0..SIDE * SIDE)
             .map(|i| {
                 let real = if within(i) { other[i] } else { model[i].powf(0.8) };
-                real.map(f32::ln) + Vec3::splat(noise(i) + 0.01 * (i % SIDE) as f32)
+                real * (noise(i) + 0.01 * (i % SIDE) as f32).exp()
             })
             .collect();
-        let told = unlike(SIDE, &photo, &model, &[1.0; SIDE * SIDE]);
+        let told = unlike(SIDE, &photo, &model, &[1.0; SIDE * SIDE], Vec3::ZERO);
         // all but the coarsest band, which few blotches fill
         for band in &told[..2] {
             let (inside, outside) = (mean(band, &within), mean(band, &|i| i % SIDE < 20));
@@ -134,8 +134,8 @@ mod tests {
         let mut model = vec![Vec3::splat(0.4); SIDE * SIDE];
         model[..SIDE * 10].fill(Vec3::NAN);
         let noise = |i: usize| Vec3::new(uniform(3 * i), uniform(3 * i + 1), uniform(3 * i + 2));
-        let photo: Vec<Vec3> = (0..SIDE * SIDE).map(|i| 1e-3 * noise(i)).collect();
-        let told = unlike(SIDE, &photo, &model, &[1.0; SIDE * SIDE]);
+        let photo: Vec<Vec3> = (0..SIDE * SIDE).map(|i| (1e-3 * noise(i)).map(f32::exp)).collect();
+        let told = unlike(SIDE, &photo, &model, &[1.0; SIDE * SIDE], Vec3::ZERO);
         for band in &told {
             assert!(band[..SIDE * 10].iter().all(|u| *u == 0.0));
             let (usual, most) = (mean(&band[SIDE * 10..], &|_| true), band.iter().copied().fold(0.0, f32::max));

@@ -27,6 +27,8 @@ const LIGHT_OFF: f32 = 1.4;
 
 /// What the texture test says of each pixel.
 pub(crate) struct Texture {
+    /// Logarithm of the model's albedo and of as much as cannot be told apart.
+    pub(crate) paint: Vec<Vec3>,
     /// What the albedo would have to be multiplied by, as a logarithm, with exposure and white balance taken out.
     pub(crate) ratio: Vec<Vec3>,
     /// Makes the ratio's steps within pieces of one size in all channels.
@@ -83,18 +85,15 @@ pub(crate) fn irradiance(
         .collect()
 }
 
-/// Logarithm of an albedo; what is darker than a camera or a scan can tell apart says little.
-pub(crate) fn damped(albedo: Vec3) -> Vec3 {
-    (albedo + Vec3::splat(BLACK)).map(f32::ln)
-}
-
-/// Runs the test. `log_photo` is the photograph's logarithm with exposure, white balance and vignetting taken out.
+/// Runs the test. `log_photo` is the photograph's logarithm with exposure, white balance and vignetting taken out; what is darker than `dark` it
+/// does not tell apart.
 pub(crate) fn test(
     surfaces: &GeometryBuffer,
     log_photo: &[Vec3],
     usable: &[f32],
     albedo: &[Vec3],
     irradiance: &[Vec3],
+    dark: Vec3,
 ) -> Texture {
     let n = albedo.len();
     let (filter, segments) = (&surfaces.paint, &surfaces.segments);
@@ -120,11 +119,15 @@ pub(crate) fn test(
         |c: usize| median((0..n).filter(|i| tested[*i]).map(|i| apparent[i][c] - ln(albedo[i])[c])).unwrap_or(0.0);
     let middle = Vec3::from([0, 1, 2].map(channel));
     apparent.iter_mut().for_each(|a| *a -= middle);
-    let apparent: Vec<Vec3> = apparent.iter().map(|a| damped(a.map(f32::exp))).collect();
-    let ratio: Vec<Vec3> =
-        (0..n).map(|i| if tested[i] { apparent[i] - damped(albedo[i]) } else { Vec3::ZERO }).collect();
+    // what is darker than a scan, or the photograph in that light, can tell apart says little
+    let photo_black = dark * middle.map(|m| std::f32::consts::PI * (-m).exp());
+    let black = |i: usize| Vec3::splat(BLACK) + if tested[i] { photo_black / irradiance[i] } else { Vec3::ZERO };
+    let damped = |albedo: Vec3, i: usize| (albedo + black(i)).map(f32::ln);
+    let apparent: Vec<Vec3> = (0..n).map(|i| damped(apparent[i].map(f32::exp), i)).collect();
+    let paint: Vec<Vec3> = (0..n).map(|i| damped(albedo[i], i)).collect();
+    let ratio: Vec<Vec3> = (0..n).map(|i| if tested[i] { apparent[i] - paint[i] } else { Vec3::ZERO }).collect();
     let unit = usual(surfaces.width, &ratio, |i, j| segments.of[i] == segments.of[j] && tested[i] && tested[j]);
-    let structure = structure(filter, segments, &weight, &apparent, albedo);
+    let structure = structure(filter, segments, &weight, &apparent, &paint);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let brightness: Vec<f32> = filter.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
     // light that is far off in brightness is none to judge a colour by
@@ -135,5 +138,5 @@ pub(crate) fn test(
         .into_par_iter()
         .map(|i| if lit[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
-    Texture { ratio, unit, structure, colour, brightness, offset: middle, tested }
+    Texture { paint, ratio, unit, structure, colour, brightness, offset: middle, tested }
 }

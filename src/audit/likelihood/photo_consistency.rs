@@ -211,16 +211,17 @@ pub(crate) struct Compared {
 }
 
 impl Compared {
-    /// Carries the light of all probes into the view. `soft` is the photograph as soft as each probe, `dark` the darkest value that it tells.
+    /// Carries the light of all probes into the view. `soft` is the photograph as soft as each probe, `dark` the darkest light that it
+    /// tells.
     pub(crate) fn new(
         surfaces: &GeometryBuffer,
         sights: &Sights,
         probes: &[ProbeView],
         soft: Vec<Vec<Vec3>>,
         radiometry: &Radiometry,
-        dark: f32,
+        dark: Vec3,
     ) -> Self {
-        let dark: Vec<Vec3> = radiometry.gains.iter().map(|g| dark * (radiometry.offset - *g).map(f32::exp)).collect();
+        let dark: Vec<Vec3> = radiometry.gains.iter().map(|g| dark * (-*g).map(f32::exp)).collect();
         let of: Vec<Vec<Carried>> = soft
             .into_iter()
             .enumerate()

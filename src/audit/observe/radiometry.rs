@@ -55,6 +55,11 @@ impl Radiometry {
     pub(crate) fn at(&self, radius2: f32) -> Vec3 {
         self.offset + Vec3::splat(self.vignetting * radius2)
     }
+
+    /// The darkest value that the photograph tells, in the probes' light.
+    pub(crate) fn dark(&self, value: f32) -> Vec3 {
+        value * self.offset.map(f32::exp)
+    }
 }
 
 /// So many pixels must be seen for a probe's gain, or variance, to be told.
