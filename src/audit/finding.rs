@@ -259,8 +259,8 @@ pub struct AuditedView {
     pub verdicts: Vec<Verdict>,
     /// Why no more is said of it.
     pub reasons: Vec<Reason>,
-    /// How much each pixel is suspected, 0..=1: by the likeliest finding or doubt that has it, or else is near it, and by itself; by itself alone where none is near, and
-    /// less than any doubt is told with.
+    /// How much each pixel is suspected, 0..=1: by the likeliest finding or doubt that it is in, and by itself; in none, by itself alone and less than any doubt is
+    /// told with, or a little by one near it.
     pub suspicion: Vec<f32>,
     /// For each finding or doubt that this view shows: its id and the pixels it covers.
     pub masks: Vec<(String, Vec<bool>)>,

@@ -61,12 +61,13 @@ impl Scores {
     pub(crate) fn own(&self, unlike: &Unlike) -> Vec<f32> {
         let bands = |i: usize| unlike.iter().map(|band| band[i]).sum::<f32>() / unlike.len() as f32;
         let tests = self.texture.iter().zip(&self.geometry).enumerate();
-        tests.map(|(i, (t, g))| t.ln_1p() + g.ln_1p() + bands(i)).collect()
+        // half of it, since they see the same differences
+        tests.map(|(i, (t, g))| 0.5 * (t.ln_1p() + g.ln_1p() + bands(i))).collect()
     }
 }
 
-/// How much each pixel is suspected, 0..=1: by the likeliest region that is told and has it, or else is near it, and by itself, the odds of both
-/// together; near none, by itself alone and less than `least`, the least that a region is told with.
+/// How much each pixel is suspected, 0..=1: by the likeliest region that is told and has it, and by itself, the odds of both together; in
+/// none, by itself alone and less than `least`, the least that a region is told with, or by as small a share of the odds of a region near it.
 pub(crate) fn suspicion<'a>(
     own: &[f32],
     width: usize,
@@ -80,7 +81,8 @@ pub(crate) fn suspicion<'a>(
     let with = |log_odds: f32, i: usize| probability(log_odds + own[i]) as f32;
     for (region, log_odds) in &told {
         let near = near(region, width, own.len());
-        (0..own.len()).filter(|i| near[*i]).for_each(|i| all[i] = with(*log_odds, i));
+        let beside = log_odds + least.ln() as f32;
+        (0..own.len()).filter(|i| near[*i]).for_each(|i| all[i] = all[i].max(with(beside, i)));
     }
     for (region, log_odds) in &told {
         region.iter().for_each(|i| all[*i] = with(*log_odds, *i));
@@ -105,8 +107,8 @@ mod tests {
         own[99] = -9.0;
         let (sure, doubt) = ([0], [1, 2]);
         let all = suspicion(&own, 100, [(&sure[..], 2.0), (&doubt[..], -1.0)].into_iter(), 0.1);
-        // what is in none is told with the likeliest near it
-        let expected = [5.0, -2.0, -1.0, 11.0].map(|odds| probability(odds) as f32);
+        // what is in none is told with the likeliest near it, by a tenth of its odds
+        let expected = [5.0, -2.0, -1.0, 2.0 + 0.1f64.ln() as f32 + 9.0].map(|odds| probability(odds) as f32);
         assert_eq!(all[..4], expected);
         // near none, however much it stands out, less than the least that is told
         assert!(all[99] < all[98] && all[98] < 0.1 && all[3] > 0.9, "{all:?}");

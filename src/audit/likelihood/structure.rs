@@ -62,16 +62,16 @@ pub(crate) fn structure(
     segments: &Segments,
     weight: &[f32],
     photo: &[Vec3],
-    paint: &[Vec3],
+    albedo: &[Vec3],
 ) -> Structure {
     let n = weight.len();
-    let log = |p: &Vec3| luminance(p.map(f32::exp)).max(1e-6).ln();
+    let log = |p: Vec3| luminance(p).max(1e-6).ln();
     let band = |v: Vec<f32>| -> Vec<f32> {
         let smooth = filter.mean(&v, weight, BAND);
         (0..n).map(|i| if weight[i] > 0.0 { v[i] - smooth[i] } else { 0.0 }).collect()
     };
-    let a = band(photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p) } else { 0.0 }).collect());
-    let b = band(paint.iter().map(log).collect());
+    let a = band(photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p.map(f32::exp)) } else { 0.0 }).collect());
+    let b = band(albedo.iter().map(|p| log(*p + Vec3::splat(BLACK))).collect());
     let smoothed = filter.smoothed(weight, WINDOW);
     let mean = |f: &dyn Fn(usize) -> f32| {
         let values: Vec<f32> = (0..n).map(f).collect();
@@ -197,7 +197,7 @@ mod tests {
     fn share(photo: &[f32], albedo: &[f32], threshold: f32) -> f32 {
         let filter = EdgeAware::open(SIDE, SIDE);
         let photo: Vec<Vec3> = photo.iter().map(|v| Vec3::splat(v.ln())).collect();
-        let albedo: Vec<Vec3> = albedo.iter().map(|v| Vec3::splat(v.ln())).collect();
+        let albedo: Vec<Vec3> = albedo.iter().map(|v| Vec3::splat(*v)).collect();
         let odds = structure(&filter, &Segments::new(&filter), &[1.0; SIDE * SIDE], &photo, &albedo).odds;
         let inner = |i: &usize| (8..SIDE - 8).contains(&(i % SIDE)) && (8..SIDE - 8).contains(&(i / SIDE));
         let all: Vec<usize> = (0..SIDE * SIDE).filter(inner).collect();
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn structure_that_the_model_lacks_is_told_all_over_it() {
         let filter = EdgeAware::open(SIDE, SIDE);
-        let albedo = vec![Vec3::splat(0.4f32.ln()); SIDE * SIDE];
+        let albedo = vec![Vec3::splat(0.4); SIDE * SIDE];
         let other = blotches(2);
         let within = |i: usize| (20..44).contains(&(i % SIDE)) && (20..44).contains(&(i / SIDE));
         // even light around it, as bright and as dark
