@@ -124,8 +124,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let photo = photograph.reduced(n as usize);
     let usable: Vec<f32> = photo.unusable.iter().map(|r| if *r == Reason::None { 1.0 } else { 0.0 }).collect();
     let relit = Relit { scene, light: prepared.light, volume: prepared.volume, volume_only: false };
-    let (camera, pose) = aligned(scene, &relit, &first, &photo, settings);
-    let (surfaces, frame) = look(scene, &relit, &camera);
+    let (camera, pose, (surfaces, frame)) = aligned(scene, &relit, first, &photo, settings);
     let blurred = Blurred::new(&photo.pixels, &usable, &surfaces.shape);
     let sights = Sights::look(&surfaces, &prepared.probes, &usable);
     let soft: Vec<Vec<Vec3>> = prepared
@@ -171,17 +170,20 @@ fn look(scene: &Scene, relit: &Relit, camera: &Camera) -> (GeometryBuffer, Frame
     (GeometryBuffer::look(scene, camera), render(scene, relit, camera, 4, &|_, _| {}))
 }
 
-/// The camera by which the model lies over the photograph, and how far it was moved from `first`.
+/// The camera by which the model lies over the photograph, how far it was moved from `first`, and what it shows.
 fn aligned(
     scene: &Scene,
     relit: &Relit,
-    first: &Camera,
+    first: Camera,
     photo: &Reduced,
     settings: &Settings,
-) -> (Camera, PoseCorrection) {
-    let (mut camera, mut pose) = (*first, PoseCorrection::default());
-    if !settings.refine_pose {
-        return (camera, pose);
+) -> (Camera, PoseCorrection, (GeometryBuffer, Frame)) {
+    let (mut camera, mut pose) = (first, PoseCorrection::default());
+    let (mut surfaces, mut frame) = look(scene, relit, &camera);
+    // a model without colours shows nothing to lay over a photograph
+    let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
+    if !settings.refine_pose || 2 * coloured <= surfaces.triangle.iter().filter(|t| **t != NONE).count() {
+        return (camera, pose, (surfaces, frame));
     }
     // a clipped pixel is still as bright as that: its edges tell of the pose
     let pictured = |(r, p): (&Reason, &Vec3)| matches!(r, Reason::None | Reason::Clipped) && Picture::valid(*p);
@@ -189,21 +191,20 @@ fn aligned(
         photo.unusable.iter().zip(&photo.pixels).map(pictured).map(|p| if p { 1.0 } else { 0.0 }).collect();
     let brightness: Vec<f32> = photo.pixels.iter().map(|p| luminance(*p)).collect();
     for _ in 0..2 {
-        let (surfaces, frame) = look(scene, relit, &camera);
-        // a model without colours shows nothing to lay over a photograph
-        let coloured = frame.albedo.pixels.iter().filter(|a| luminance(**a) > BLACK).count();
-        if 2 * coloured <= surfaces.triangle.iter().filter(|t| **t != NONE).count() {
-            break;
-        }
         let shown: Vec<f32> = frame.radiance.pixels.iter().map(|p| luminance(*p)).collect();
-        let aligned = pose::align(scene, &surfaces, &camera, first, &shown, &brightness, &to_align);
+        let aligned = pose::align(scene, &surfaces, &camera, &first, &shown, &brightness, &to_align);
         let before = pose.mean_px;
         (camera, pose) = (aligned.camera, aligned.correction);
-        if !pose.refined || (pose.mean_px - before).abs() < 0.2 {
+        if !pose.refined {
+            break;
+        }
+        drop((surfaces, frame));
+        (surfaces, frame) = look(scene, relit, &camera);
+        if (pose.mean_px - before).abs() < 0.2 {
             break;
         }
     }
-    (camera, pose)
+    (camera, pose, (surfaces, frame))
 }
 
 /// Standard deviation, pixels, of the blur by which a photograph gets as coarse in a pixel as the model's own colours can be: these are means

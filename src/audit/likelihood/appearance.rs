@@ -6,6 +6,7 @@
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
+use crate::audit::likelihood::photo_consistency::damped;
 use crate::audit::likelihood::step::usual;
 use crate::audit::likelihood::structure::{BLACK, Structure, structure};
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
@@ -122,9 +123,8 @@ pub(crate) fn test(
     // what is darker than a scan, or the photograph in that light, can tell apart says little
     let photo_black = dark * middle.map(|m| std::f32::consts::PI * (-m).exp());
     let black = |i: usize| Vec3::splat(BLACK) + if tested[i] { photo_black / irradiance[i] } else { Vec3::ZERO };
-    let damped = |albedo: Vec3, i: usize| (albedo + black(i)).map(f32::ln);
-    let apparent: Vec<Vec3> = (0..n).map(|i| damped(apparent[i].map(f32::exp), i)).collect();
-    let paint: Vec<Vec3> = (0..n).map(|i| damped(albedo[i], i)).collect();
+    let apparent: Vec<Vec3> = (0..n).map(|i| damped(apparent[i], black(i))).collect();
+    let paint: Vec<Vec3> = (0..n).map(|i| (albedo[i] + black(i)).map(f32::ln)).collect();
     let ratio: Vec<Vec3> = (0..n).map(|i| if tested[i] { apparent[i] - paint[i] } else { Vec3::ZERO }).collect();
     let unit = usual(surfaces.width, &ratio, |i, j| segments.of[i] == segments.of[j] && tested[i] && tested[j]);
     let structure = structure(filter, segments, &weight, &apparent, albedo);

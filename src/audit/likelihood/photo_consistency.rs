@@ -132,7 +132,7 @@ impl Look {
 /// What a logarithm is with some light added to it: differences of what is darker than that, which a photograph's steps hide, are small,
 /// those of what is brighter as they were (a generalised logarithm; Durbin, Hardin, Hawkins and Rocke, *A variance-stabilizing
 /// transformation for gene-expression microarray data*, 2002).
-fn damped(log: Vec3, dark: Vec3) -> Vec3 {
+pub(crate) fn damped(log: Vec3, dark: Vec3) -> Vec3 {
     if dark == Vec3::ZERO { log } else { (log.map(f32::exp) + dark).map(f32::ln) }
 }
 
