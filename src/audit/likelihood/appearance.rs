@@ -127,7 +127,7 @@ pub(crate) fn test(
     let paint: Vec<Vec3> = (0..n).map(|i| (albedo[i] + black(i)).map(f32::ln)).collect();
     let ratio: Vec<Vec3> = (0..n).map(|i| if tested[i] { apparent[i] - paint[i] } else { Vec3::ZERO }).collect();
     let unit = usual(surfaces.width, &ratio, |i, j| segments.of[i] == segments.of[j] && tested[i] && tested[j]);
-    let structure = structure(filter, segments, &weight, &apparent, albedo);
+    let structure = structure(filter, segments, &weight, &apparent, &paint);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
     let brightness: Vec<f32> = filter.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
     // light that is far off in brightness is none to judge a colour by

@@ -56,7 +56,8 @@ pub(crate) struct Structure {
     pub(crate) tested: Vec<bool>,
 }
 
-/// How far the photograph follows the albedo's structure, over windows.
+/// How far the photograph follows the albedo's structure, over windows. Both are logarithms of albedo and of as much as cannot be
+/// told apart.
 pub(crate) fn structure(
     filter: &EdgeAware,
     segments: &Segments,
@@ -65,13 +66,14 @@ pub(crate) fn structure(
     albedo: &[Vec3],
 ) -> Structure {
     let n = weight.len();
-    let log = |p: Vec3| luminance(p).max(1e-6).ln();
-    let band = |v: Vec<f32>| -> Vec<f32> {
+    let band = |levels: &[Vec3]| -> Vec<f32> {
+        let v: Vec<f32> = (0..n)
+            .map(|i| if weight[i] > 0.0 { luminance(levels[i].map(f32::exp)).max(1e-6).ln() } else { 0.0 })
+            .collect();
         let smooth = filter.mean(&v, weight, BAND);
         (0..n).map(|i| if weight[i] > 0.0 { v[i] - smooth[i] } else { 0.0 }).collect()
     };
-    let a = band(photo.iter().zip(weight).map(|(p, w)| if *w > 0.0 { log(p.map(f32::exp)) } else { 0.0 }).collect());
-    let b = band(albedo.iter().map(|p| log(*p + Vec3::splat(BLACK))).collect());
+    let (a, b) = (band(photo), band(albedo));
     let smoothed = filter.smoothed(weight, WINDOW);
     let mean = |f: &dyn Fn(usize) -> f32| {
         let values: Vec<f32> = (0..n).map(f).collect();
@@ -148,13 +150,13 @@ impl Sums {
     }
 }
 
-/// The same over a set of pixels, for the place within a pixel's slack where the photograph agrees best, and how much
+/// The same over those of a set of pixels where the albedo has structure, for the place within a pixel's slack where the photograph agrees best, and how much
 /// of the albedo's structure is there then (1: as much as usual). Each pixel counts by the variance around it, so that a
 /// shadow's edge does not drown what the rest of the set says.
 pub(crate) fn odds_of(of: &Structure, width: usize, pixels: &[usize]) -> (f32, f32) {
     let [a, b] = &of.bands;
     let n = a.len();
-    let all: Vec<usize> = pixels.iter().copied().filter(|i| of.tested[*i]).collect();
+    let all: Vec<usize> = pixels.iter().copied().filter(|i| of.structured[*i]).collect();
     let mut best: Option<(f32, f32)> = None;
     for dy in -SLACK_PX..=SLACK_PX {
         for dx in -SLACK_PX..=SLACK_PX {
@@ -197,7 +199,7 @@ mod tests {
     fn share(photo: &[f32], albedo: &[f32], threshold: f32) -> f32 {
         let filter = EdgeAware::open(SIDE, SIDE);
         let photo: Vec<Vec3> = photo.iter().map(|v| Vec3::splat(v.ln())).collect();
-        let albedo: Vec<Vec3> = albedo.iter().map(|v| Vec3::splat(*v)).collect();
+        let albedo: Vec<Vec3> = albedo.iter().map(|v| Vec3::splat((*v + BLACK).ln())).collect();
         let odds = structure(&filter, &Segments::new(&filter), &[1.0; SIDE * SIDE], &photo, &albedo).odds;
         let inner = |i: &usize| (8..SIDE - 8).contains(&(i % SIDE)) && (8..SIDE - 8).contains(&(i / SIDE));
         let all: Vec<usize> = (0..SIDE * SIDE).filter(inner).collect();
@@ -226,7 +228,7 @@ mod tests {
     #[test]
     fn structure_that_the_model_lacks_is_told_all_over_it() {
         let filter = EdgeAware::open(SIDE, SIDE);
-        let albedo = vec![Vec3::splat(0.4); SIDE * SIDE];
+        let albedo = vec![Vec3::splat(0.4f32.ln()); SIDE * SIDE];
         let other = blotches(2);
         let within = |i: usize| (20..44).contains(&(i % SIDE)) && (20..44).contains(&(i / SIDE));
         // even light around it, as bright and as dark
