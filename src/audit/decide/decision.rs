@@ -2,14 +2,14 @@
 
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::odds::{self, ABSENT, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
-use crate::audit::decide::scores::{COLOUR, ODDS, PIXELS_OFF, RATIO, Scores, lacking};
+use crate::audit::decide::scores::{COLOUR, ODDS, RATIO, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::Absent;
 use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::plane_sweep::sweep;
-use crate::audit::hypothesis::retextured::{Relaid, SLACK_PX, relaid};
+use crate::audit::hypothesis::retextured::{Relaid, relaid};
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
 use crate::audit::likelihood::structure::odds_of;
@@ -62,15 +62,6 @@ pub(crate) fn size(observed: &Observations, pixels: usize) -> f32 {
     (pixels as f32 / observed.usable.len() as f32).ln()
 }
 
-/// Pixels by which a region would be elsewhere in the photograph if it lay so many metres off along its normals.
-fn shift_px(observed: &Observations, region: &Region, metres: f64) -> f32 {
-    let s = &observed.surfaces;
-    mean(region, |i| {
-        let (here, there) = (s.position[i], s.position[i] + s.normal[i] * metres as f32);
-        Some(s.project(there)?.distance(s.project(here)?))
-    })
-}
-
 /// Pixels of the smallest region.
 pub(crate) fn least(observed: &Observations) -> usize {
     LEAST_PX.max((LEAST_SHARE * observed.usable.len() as f64) as usize)
@@ -107,7 +98,7 @@ pub(crate) fn shape(
     let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(region, observed.surfaces.width);
-    let moved = explains > RATIO && sure && swept.pixels > PIXELS_OFF && swept.pixels <= thickness && !swept.twin;
+    let moved = explains > RATIO && sure && swept.pixels <= thickness;
     let (here, there) = behind(prepared, observed, region).unwrap_or((1.0, f32::NAN));
     let gone = there < BEHIND * here;
     let (covered, whole) = region
@@ -120,10 +111,8 @@ pub(crate) fn shape(
         (true, _) if covered / whole.max(1.0) > WHOLE => What::Moved,
         _ => What::Missing,
     };
-    // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way; but a
-    // surface that has hardly moved in the photograph shows its picture there, too
+    // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way
     let vouched = share(region, |i| t.structure.structured[i] && t.structure.odds[i] <= -ODDS);
-    let vouched = if moved && shift_px(observed, region, swept.best_m) < SLACK_PX { f32::NAN } else { vouched };
     let other = share(region, |i| t.structure.structured[i] && t.structure.odds[i] >= ODDS);
     let (log_odds, evidence) = SHAPE.weigh([
         apart,
@@ -169,7 +158,7 @@ fn picture_or_laid(
     let size = size(observed, region.pixels.len());
     // where nothing else meets its borders they say nothing against it
     let borders = observed.borders(&region.pixels);
-    let step = observed.colour_step(&borders).unwrap_or(unexplained).min(odds::STEP);
+    let step = observed.colour_step(&borders).unwrap_or(unexplained);
     let by_colours = PICTURE.weigh([
         slope,
         size,

@@ -56,9 +56,6 @@ pub(crate) const LARGE: f32 = -4.0;
 /// Difference of colour that is usual between a model's material and the real one, ΔE00.
 pub(crate) const COLOURED: f32 = 3.0;
 
-/// Step of colour at a region's borders beyond which a greater one says no more, ΔE00.
-pub(crate) const STEP: f32 = 12.0;
-
 // The weights are no constants set by hand: they are fitted, as `docs/audit.md` says.
 
 /// A region that photograph and probes do not agree on.
@@ -81,8 +78,8 @@ pub(crate) static PICTURE: Cues<9> = Cues {
         Cue::new("share of the usual structure", "share", [-0.5, 1.5], 0.5, -1.04),
         Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], SMALL, 0.44),
         Cue::new("colour difference that light does not explain", "ΔE00", [0.0, 25.0], COLOURED, 0.14),
-        Cue::new("so much of it ends at its borders", "ΔE00", [0.0, STEP], COLOURED, 0.15),
-        Cue::new("any colour difference that ends there", "ΔE00", [0.0, STEP], COLOURED, 0.24),
+        Cue::new("so much of it ends at its borders", "ΔE00", [0.0, 12.0], COLOURED, 0.15),
+        Cue::new("any colour difference that ends there", "ΔE00", [0.0, 12.0], COLOURED, 0.24),
         Cue::new("step at its borders, times size", "ΔE00 × logarithm", [-7.0, 20.0], 0.0, 0.13),
         Cue::new("geometry mismatch", "× variance", [0.0, 6.0], 1.0, -0.53),
         Cue::new("structure that the model lacks", "logarithm of × usual", [-3.0, 3.0], 0.0, 0.46),

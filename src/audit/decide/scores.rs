@@ -13,7 +13,6 @@ pub(crate) const ODDS: f32 = 3.0;
 pub(crate) const COLOUR: f32 = 6.5;
 pub(crate) const MISMATCH: f32 = 3.0;
 pub(crate) const PIXELS_OFF: f32 = 0.7;
-pub(crate) const GAIN: f32 = 250.0;
 /// How many times better than what is left a displacement must explain a difference.
 pub(crate) const RATIO: f32 = 1.0;
 /// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
@@ -49,7 +48,7 @@ impl Scores {
                 }
                 let wrong = g.mismatch[i] / MISMATCH;
                 let off = g.best_m[i].abs() * g.parallax[i] / PIXELS_OFF;
-                let moved = (g.ratio[i] / RATIO).min(g.gain[i] / GAIN).min(off);
+                let moved = (g.ratio[i] / RATIO).min(off);
                 wrong.max(moved)
             })
             .collect();

@@ -16,22 +16,15 @@ pub(crate) struct Swept {
     pub(crate) uncertainty_m: f64,
     /// Pixels of parallax that this is.
     pub(crate) pixels: f32,
-    /// Another place does nearly as well.
-    pub(crate) twin: bool,
 }
-
-/// If at least this share of a region's pixels tells something of its place, the others are not asked.
-const TELLING_SHARE: f32 = 0.25;
 
 /// Moves a region along its normals and asks which place explains the photograph best.
 pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Region) -> Swept {
     let (w, h) = observed.size();
     let g = &observed.geometry;
     let wide = dilated(&mask_of(&region.pixels, w * h), w, h, 2);
-    let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0).collect();
     // what shows nothing fits no place better than another, and would only hide that the rest does
-    let telling: Vec<usize> = pixels.iter().copied().filter(|i| g.tells(*i)).collect();
-    let pixels = if telling.len() as f32 >= TELLING_SHARE * pixels.len() as f32 { telling } else { pixels };
+    let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0 && g.tells(*i)).collect();
     let chosen: Vec<usize> = at_most(&pixels, MOST_PX).collect();
     let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
     let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;
@@ -68,15 +61,11 @@ pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Reg
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
-    let twin = (1..PLACES - 1)
-        .filter(|k| k.abs_diff(at) > 4 && *k != HERE && mean[*k] < mean[k - 1] && mean[*k] < mean[k + 1])
-        .any(|k| mean[k] < least + 0.15 * (mean[HERE] - least));
     Swept {
         here: mean[HERE] as f32,
         least: least as f32,
         best_m,
         uncertainty_m,
         pixels: (best_m.abs() * parallax) as f32,
-        twin,
     }
 }

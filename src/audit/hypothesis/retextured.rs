@@ -25,7 +25,7 @@ const ODDS: f32 = 3.0;
 pub(crate) const EVIDENCE: &str = "odds of another laying";
 
 /// A texture may be off its place by so many pixels without being wrong.
-pub(crate) const SLACK_PX: f32 = 2.0;
+const SLACK_PX: f32 = 2.0;
 
 /// Surfaces are tried so far off their place, metres, in steps of so many pixels, but no more steps than this each way;
 /// then in finer ones down to this many pixels.

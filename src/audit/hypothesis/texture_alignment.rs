@@ -7,7 +7,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::audit::likelihood::structure::{ALIKE_PX, BAND};
 use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::observe::uv_islands::Gradient;
-use crate::audit::picture::coding::Coded;
 use crate::audit::picture::fourier::{Complex, Fourier};
 use crate::audit::picture::regions::{MOST_PX, bounds};
 use crate::audit::picture::{EVEN, FEWEST, log_luminance};
@@ -54,8 +53,6 @@ pub(crate) struct TexturePatch<'a> {
     smoothed: Vec<f32>,
     /// Whether the cut-out is blocks of the picture, one below the other.
     in_blocks: bool,
-    /// How they are coded.
-    coded: Option<Coded>,
     /// The pixels' indices in the cut-out, places, the structure that the photograph shows there and how much it counts.
     pixels: Vec<usize>,
     pub(crate) places: Vec<Place>,
@@ -147,18 +144,16 @@ impl<'a> TexturePatch<'a> {
         let real = |i: &usize| log_luminance(observed.albedo[*i] * observed.texture.ratio[*i].map(f32::exp));
         let photo = all.iter().map(real);
         let weight = all.iter().map(|i| 1.0 / observed.texture.structure.variance[*i]).collect();
-        let coded = observed.photo.coding.as_ref().map(|c| c.coded(&all));
-        Some(Self { in_blocks, ..Self::new(texture, filter, pixels, places, coded, photo, weight) })
+        Some(Self { in_blocks, ..Self::new(texture, filter, pixels, places, photo, weight) })
     }
 
-    /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, how they are coded, the
+    /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, the
     /// logarithm of what the photograph shows of the texture there and how much it counts.
     fn new(
         texture: Cow<'a, Texture>,
         filter: EdgeAware,
         pixels: Vec<usize>,
         places: Vec<Place>,
-        coded: Option<Coded>,
         photo: impl Iterator<Item = f32>,
         weight: Vec<f32>,
     ) -> Self {
@@ -187,7 +182,6 @@ impl<'a> TexturePatch<'a> {
             here,
             smoothed,
             in_blocks: false,
-            coded,
             pixels,
             places,
             photo: Vec::new(),
@@ -261,16 +255,12 @@ impl<'a> TexturePatch<'a> {
         Vec2::new(self.spread[0].sqrt(), self.spread[2].sqrt()).max(Vec2::splat(1e-6))
     }
 
-    /// What is not smooth of values at the places, as far as coding leaves it.
+    /// What is not smooth of values at the places.
     fn structure(&self, values: impl Iterator<Item = f32>) -> Vec<f32> {
         let mut plane = vec![0.0f32; self.here.len()];
         self.pixels.iter().zip(values).for_each(|(k, v)| plane[*k] = v);
         let smooth = self.filter.mean_with(&plane, &self.here, &self.smoothed, BAND);
-        let mut structure = self.pixels.iter().map(|k| plane[*k] - smooth[*k]).collect::<Vec<f32>>();
-        if let Some(coded) = &self.coded {
-            coded.leave(&mut structure);
-        }
-        structure
+        self.pixels.iter().map(|k| plane[*k] - smooth[*k]).collect()
     }
 
     /// Correlation between the photograph's structure and that of the texture laid so.
@@ -461,7 +451,6 @@ pub(crate) mod tests {
             filter,
             (0..SIDE * SIDE).collect(),
             places,
-            None,
             photo.into_iter(),
             vec![1.0; SIDE * SIDE],
         )

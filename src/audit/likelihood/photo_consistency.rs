@@ -62,9 +62,7 @@ pub(crate) struct Geometry {
     /// Mean squared difference over the window at the model's own place in the probe that agrees best, in units of the
     /// variance that a right model has.
     pub(crate) mismatch: Vec<f32>,
-    /// How much less the sum over all probes becomes at the best place.
-    pub(crate) gain: Vec<f32>,
-    /// The same over what is left there.
+    /// How much less the sum over all probes becomes at the best place, over what is left there.
     pub(crate) ratio: Vec<f32>,
     /// The best place, metres along the normal.
     pub(crate) best_m: Vec<f32>,
@@ -284,7 +282,6 @@ pub(crate) fn test(
     (0..n).for_each(|i| first[i + 1] += first[i]);
     let mut geometry = Geometry {
         mismatch: vec![0.0; n],
-        gain: vec![],
         ratio: vec![],
         best_m: vec![],
         sensitivity: vec![],
@@ -330,7 +327,6 @@ pub(crate) fn test(
         }
     }
     let window_area = 4.0 * std::f32::consts::PI * SWEEP_WINDOW * SWEEP_WINDOW;
-    geometry.gain = (0..n).map(|i| (here[i] - least[i]) * window_area).collect();
     geometry.ratio =
         (0..n).map(|i| (here[i] - least[i]) / (least[i] + 0.3 * f32::from(geometry.able[i].max(1)))).collect();
     geometry.sensitivity = (0..n).map(|i| (back[i].min(front[i]) - least[i]) * window_area).collect();

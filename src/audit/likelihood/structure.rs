@@ -17,9 +17,6 @@ const WINDOW: f32 = 5.0;
 /// Structure is alike over some three or four pixels each way: so many tell as much as one.
 pub(crate) const ALIKE_PX: f32 = 12.0;
 
-/// A photograph that shows less than this share of the albedo's contrast all over is too soft to be compared.
-const SOFTEST: f32 = 0.3;
-
 /// With less than this share of the energy expected there is nothing to compare.
 const FAINT: f32 = 0.25;
 
@@ -92,7 +89,7 @@ pub(crate) fn structure(
     // faint structure has less of it than strong structure as bright: the lesser of both
     let contrast: Vec<f32> = (0..n).map(|i| if structured[i] { sums[i].bb } else { f32::NAN }).collect();
     let usually = |bins: &Bins| -> Vec<[f32; 2]> {
-        let slope = bins.quantile(&slope, 0.75, |i| structured[i]).map(|s| s.clamp(SOFTEST, 1.0));
+        let slope = bins.quantile(&slope, 0.75, |i| structured[i]).map(|s| s.clamp(0.0, 1.0));
         let rest = bins.quantile(&rest, 0.75, |i| structured[i]);
         bins.of.iter().map(|k| [slope[*k], rest[*k]]).collect()
     };

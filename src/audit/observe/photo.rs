@@ -3,7 +3,6 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::audit::picture::coding::Coding;
 use crate::audit::verdict::Reason;
 use crate::edge_aware::EdgeAware;
 use crate::panorama::{Picture, luminance};
@@ -28,8 +27,6 @@ pub(crate) struct Reduced {
     pub(crate) dark: f32,
     /// Relative noise of a pixel, as a robust standard deviation.
     pub(crate) noise: f32,
-    /// How it is coded, where that shows: only at its full size.
-    pub(crate) coding: Option<Coding>,
 }
 
 impl From<Photograph> for Photo {
@@ -90,8 +87,7 @@ impl Photo {
         let mut unusable: Vec<Reason> = blocks.iter().map(|b| b.1).collect();
         let noise = noise(width, height, &pixels, &unusable);
         mark_dark(&pixels, &mut unusable);
-        let coding = if n == 1 { Coding::of(width, height, &source.pixels) } else { None };
-        Reduced { pixels, unusable, dark: self.dark, noise, coding }
+        Reduced { pixels, unusable, dark: self.dark, noise }
     }
 }
 

@@ -1,7 +1,6 @@
 //! Pictures as such: regions, colour, waves, and how a coder leaves them.
 
 pub(crate) mod by_luminance;
-pub(crate) mod coding;
 pub(crate) mod colour;
 pub(crate) mod fourier;
 pub(crate) mod regions;
