@@ -193,3 +193,42 @@ impl Small {
         all
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDE: usize = 64;
+
+    /// A patterned square of 20 pixels before a patterned wall, as the model has it, and a photograph in which it stands so many pixels beside.
+    fn square(beside: usize) -> Small {
+        let hash = |k: usize| ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f32 / 1000.0 - 0.5;
+        let within = |i: usize, left: usize| (left..left + 20).contains(&(i % WIDE)) && (22..42).contains(&(i / WIDE));
+        let shown =
+            |i: usize, left: usize| if within(i, left) { 0.4 + 0.5 * hash(i - left) } else { 0.3 * hash(i + 7777) };
+        let all = |left: usize| (0..WIDE * WIDE).map(|i| shown(i, left)).collect::<Vec<f32>>();
+        Small {
+            by: 1,
+            width: WIDE,
+            height: WIDE,
+            part: (0..WIDE * WIDE).map(|i| u32::from(within(i, 20))).collect(),
+            distance: (0..WIDE * WIDE).map(|i| if within(i, 20) { 2.0 } else { 4.0 }).collect(),
+            models: [all(20), all(20)],
+            photo: all(20 + beside),
+            usable: vec![1.0; WIDE * WIDE],
+        }
+    }
+
+    #[test]
+    fn a_part_is_found_where_its_outline_fits() {
+        for beside in [0, 4] {
+            let small = square(beside);
+            let members = small.members();
+            let fit = small.fit(&members[1]).unwrap();
+            let off = (fit.shift[0] - beside as f32).hypot(fit.shift[1]);
+            assert!(off < 0.3 && (fit.odds > 0.0) == (beside > 0), "{:?}, odds {}", fit.shift, fit.odds);
+            // the wall ends nowhere before something
+            assert!(small.fit(&members[0]).is_none());
+        }
+    }
+}
