@@ -174,11 +174,21 @@ fn with_relaid(mut judged: Vec<Judged>, piece: Judged, observed: &Observations) 
     judged
 }
 
-/// Adds parts that stand beside their place.
-fn with_shifted(judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Observations) -> Vec<Judged> {
-    let may_be_told =
-        |j: &Judged| j.score() >= observed.settings.least_probability && j.region.pixels.len() >= least(observed);
-    shifted.into_iter().map(decision::outline).filter(may_be_told).fold(judged, absorbed)
+/// Adds parts that stand beside their place; where a picture within one is surer to be wrong, the part may well be in its place.
+fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Observations) -> Vec<Judged> {
+    for part in shifted {
+        let part = decision::outline(part);
+        let repainted = |j: &Judged| {
+            j.kind == Kind::Texture && j.log_odds > part.log_odds && mostly_within(&j.region, &part.region)
+        };
+        if part.score() >= observed.settings.least_probability
+            && part.region.pixels.len() >= least(observed)
+            && !judged.iter().any(repainted)
+        {
+            judged = absorbed(judged, part);
+        }
+    }
+    judged
 }
 
 /// Adds a region that is judged as a whole.

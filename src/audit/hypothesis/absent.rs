@@ -7,6 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::audit::hypothesis::borders::odds;
+use crate::audit::hypothesis::sideways::LARGEST;
 use crate::audit::likelihood::noise::EVERY;
 use crate::audit::likelihood::step::{ASIDE, BESIDE, Place, border};
 use crate::audit::picture::FEWEST;
@@ -14,9 +15,6 @@ use crate::audit::picture::regions::mask_of;
 use crate::audit::view::{AuditScene, Observations};
 use crate::components::members;
 use crate::statistics::median;
-
-/// A part larger than this share of the picture is its room.
-const LARGEST: f32 = 0.35;
 
 /// A part of the model over whose contours the photograph may go on.
 pub(crate) struct Absent {

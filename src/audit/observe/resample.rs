@@ -11,6 +11,9 @@ use crate::audit::observe::probe_view::{ProbeView, Sight};
 const SPACING: f32 = 18.0;
 const FEWEST: usize = 4;
 
+/// A patch that is longer than this many pixels cannot be compared: the probe sees the surface too flatly.
+const LONGEST: f32 = 96.0;
+
 /// A patch with more than this share of itself on another surface or clipped cannot be compared.
 const BESIDE: f32 = 0.15;
 
@@ -54,6 +57,9 @@ fn at(surfaces: &GeometryBuffer, probe: &ProbeView, photo: &Blurred, usable: &[f
     let long = u.length().max(v.length());
     if long < 0.5 {
         return photo.at(i, 0.0);
+    }
+    if long > LONGEST {
+        return Vec3::NAN;
     }
     // the finest structure that the taps may step over: their spacing across the patch
     let blur = 0.22 * u.perp_dot(v).abs() / u.length().max(v.length()).max(1e-6);

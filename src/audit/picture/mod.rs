@@ -1,4 +1,4 @@
-//! Pictures as such: regions, colour, waves, and how a coder leaves them.
+//! Pictures as such: regions, colour and waves.
 
 pub(crate) mod by_luminance;
 pub(crate) mod colour;
