@@ -150,15 +150,17 @@ fn picture_or_laid(
 ) -> Judged {
     let t = &observed.texture;
     let (odds, slope) = odds_of(&t.structure, observed.surfaces.width, &region.pixels);
-    let colour = t.mean_colour(observed, &region);
+    // what is mirrored has colours of its own
+    let matt = 1.0 - mirrored(observed, &region);
+    let colour = matt * t.mean_colour(observed, &region);
     let as_is = as_is(observed, &region);
     let bright = mean(&region, |i| t.tested[i].then_some(t.brightness[i]));
-    // light that is far off in brightness may as well be so in colour, and what is mirrored has colours of its own
-    let unexplained = colour * (-bright).exp() * (1.0 - mirrored(observed, &region));
+    // light that is far off in brightness may as well be so in colour
+    let unexplained = colour * (-bright).exp();
     let size = size(observed, region.pixels.len());
     // where nothing else meets its borders they say nothing against it
     let borders = observed.borders(&region.pixels);
-    let step = observed.colour_step(&borders).unwrap_or(unexplained);
+    let step = observed.colour_step(&borders).map_or(unexplained, |step| matt * step);
     let by_colours = PICTURE.weigh([
         slope,
         size,

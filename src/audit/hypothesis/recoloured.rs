@@ -1,4 +1,4 @@
-//! Another colour than the model's: what is left of a difference once gloss and the lights around have had their share.
+//! Another colour than the model's: what is left of a difference once the lights around have had their share.
 
 use glam::Vec2;
 
@@ -12,34 +12,14 @@ use crate::statistics::quantile;
 const LIGHTS: [f64; 2] = [0.01, 0.99];
 
 impl Texture {
-    /// Mean over pixels of the colour that the albedo lacks, as logarithms of red and blue over green, if a surface mirrors this
-    /// share of what it may.
-    fn chroma(&self, observed: &Observations, pixels: &[usize], mirrored: f32) -> Vec2 {
-        let dull = |i: usize| {
-            let light = observed.log_photo[i].map(f32::exp);
-            let scattered = (light - observed.mirrored[i] * mirrored).max(light * 0.1);
-            chroma(self.ratio[i] + (scattered / light).map(f32::ln))
-        };
-        pixels.iter().map(|i| dull(*i)).sum::<Vec2>() / pixels.len().max(1) as f32
-    }
-
-    /// ΔE00 over a region between the model's colours and what the photograph says they are, brightness apart, whatever the
-    /// surface mirrors, and without what other light would do: around the region, the light's colours go along a line from one
-    /// light to another.
+    /// ΔE00 over a region between the model's colours and what the photograph says they are, brightness apart, and without what other
+    /// light would do: around the region, the light's colours go along a line from one light to another.
     pub(crate) fn mean_colour(&self, observed: &Observations, region: &Region) -> f32 {
         let tested: Vec<usize> = region.pixels.iter().copied().filter(|i| self.tested[*i]).collect();
         let (line, [low, high]) = lights(observed, region, &tested);
-        least_mirrored(|share| {
-            let mean = self.chroma(observed, &tested, share);
-            mean - line * mean.dot(line).clamp(low, high)
-        })
+        let mean = tested.iter().map(|i| chroma(self.ratio[*i])).sum::<Vec2>() / tested.len().max(1) as f32;
+        colour_of(mean - line * mean.dot(line).clamp(low, high))
     }
-}
-
-/// The least ΔE00 of a change of chroma that hangs on how much of what a surface may mirror it does.
-fn least_mirrored(change: impl Fn(f32) -> Vec2) -> f32 {
-    let shares = (0..=4).map(|k| k as f32 / 4.0);
-    shares.map(&change).map(colour_of).fold(f32::INFINITY, f32::min)
 }
 
 /// The line along which the light's colours lie in and around a region, and how far along it light from around would change what
