@@ -185,10 +185,18 @@ fn with_shifted(mut judged: Vec<Judged>, shifted: Vec<Shifted>, observed: &Obser
             && part.region.pixels.len() >= least(observed)
             && !judged.iter().any(repainted)
         {
-            judged = absorbed(judged, part);
+            judged = if part.is_likely() { with_moved(judged, part) } else { absorbed(judged, part) };
         }
     }
     judged
+}
+
+/// Adds a part that likely stands beside its place: what is wrong with the shape of either place is of it, and as sure.
+fn with_moved(judged: Vec<Judged>, mut part: Judged) -> Vec<Judged> {
+    let of_it = |j: &Judged| j.kind == Kind::Geometry && mostly_within(&j.region, &part.region);
+    let (own, others): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(of_it);
+    part.log_odds = own.iter().map(|j| j.log_odds).fold(part.log_odds, f32::max);
+    absorbed(others, part)
 }
 
 /// Adds a region that is judged as a whole.
@@ -290,6 +298,10 @@ mod tests {
         assert_eq!(told(&joined), told(&pieces()));
         let joined = with_piece(pieces(), judged(Kind::Texture, 0.5, 0..60));
         assert_eq!(told(&joined), [(Kind::Texture, 3.0, 60)]);
+        // what has moved says what it is
+        let moved = Judged { what: What::Moved, ..judged(Kind::Geometry, 1.0, 0..60) };
+        let joined = with_moved(misshapen(2.0), moved);
+        assert!(told(&joined) == [(Kind::Geometry, 2.0, 60)] && joined[0].what == What::Moved);
         // within a surer one it adds nothing
         let joined = absorbed(pieces(), judged(Kind::Geometry, 1.0, 12..30));
         assert_eq!(told(&joined), told(&pieces()));

@@ -35,7 +35,8 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     for (a, squares) in assessed.iter_mut().zip(squares) {
         for (f, squares) in a.found.iter_mut().zip(squares) {
             if let Some(odds) = f.part.and_then(|(part, _)| outlines.get(&part)) {
-                (f.log_odds, f.finding.evidence) = OUTLINE.weigh([*odds]);
+                let (log_odds, evidence) = OUTLINE.weigh([*odds]);
+                (f.log_odds, f.finding.evidence) = (log_odds.max(f.log_odds), evidence);
             }
             if let Some(squares) = squares {
                 odds::learn(&mut f.finding, &mut f.log_odds, squares);

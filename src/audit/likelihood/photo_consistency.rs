@@ -243,11 +243,13 @@ impl Compared {
         Self { of, noise, dark }
     }
 
-    /// Some places as photograph and probes see them, spread over the picture.
+    /// Some places as photograph and probes see them, spread over the picture: so few that each tells by itself.
     pub(crate) fn pairs(&self) -> Vec<Pair> {
+        // prime, so that no picture has them all in a few columns
+        const APART: usize = 97;
         let light = |log: Vec3| luminance(log.map(f32::exp));
         let all = self.of.iter().enumerate().flat_map(|(probe, all)| all.iter().map(move |c| (probe, c)));
-        all.filter(|(_, c)| (c.pixel as usize).is_multiple_of(EVERY * EVERY))
+        all.filter(|(_, c)| (c.pixel as usize).is_multiple_of(APART))
             .map(|(probe, c)| {
                 let variance = self.noise.variance(probe, c.by);
                 Pair { pixel: c.pixel as usize, probe, photo: light(c.photo), here: light(c.here), variance }

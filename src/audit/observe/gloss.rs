@@ -4,7 +4,7 @@
 //! direction times its Fresnel reflectance. How much of it a surface shows is told by all that photograph and probes show of it: two eyes
 //! differ by as large a share of what it would mirror towards either. What they differ by within these bounds is no fault of the model.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
@@ -20,9 +20,11 @@ use crate::volume::Nearby;
 /// Reflectance of varnish, wax and polished stone seen straight on: refractive index 1.5.
 const STRAIGHT: f32 = 0.04;
 
-/// How far from the mirrored direction such surfaces may show what they mirror, radians: they spread it, and a model's normals are off by
-/// half as much, 5 mm over 20 cm.
-const LOBE: f32 = 0.05;
+/// How far from the mirrored direction wax and varnish spread what they mirror, radians.
+const LOBE: f32 = 0.1;
+
+/// How far off a smooth surface may mirror, radians: twice what a model's normals are off by, 5 mm over 20 cm.
+const OFF: f32 = 0.05;
 
 /// A surface shows no less than this share of its light by scattering.
 const LEAST: f32 = 0.05;
@@ -33,11 +35,8 @@ const STRIDE: usize = 3;
 /// Side of the parts that a surface is told by, pixels.
 const BLOCK: usize = 48;
 
-/// Places around are off by the same: so many count as one.
-const ALIKE: f64 = 4.0;
-
-/// A place mirrors at most so many times as much as the surface does all over: what it spreads, and where its normals are off, is missed.
-const MOST_TIMES: f64 = 4.0;
+/// A place mirrors at most so many times as much as the surface does all over: it may spread it less, or be more polished.
+const MOST_TIMES: f64 = 2.0;
 
 /// What a probe and the photograph show of one place, as luminances, and the variance of their ratio's logarithm.
 pub(crate) struct Pair {
@@ -56,6 +55,12 @@ struct Seen {
     /// How much brighter the camera saw it, and the variance of that.
     brighter: f64,
     variance: f64,
+}
+
+/// What a place mirrors, radiance: the mean over the whole lobe, and what comes from its middle.
+struct Mirrored {
+    spread: Vec3,
+    sharp: Vec3,
 }
 
 /// What a view's surfaces may mirror.
@@ -107,13 +112,13 @@ impl<'a> Gloss<'a> {
             for (column, cell) in cells.iter_mut().enumerate() {
                 let i = at(row * wide + column);
                 if surfaces.triangle[i] != NONE && wanted(i) {
-                    let (point, normal) = (surfaces.position[i], surfaces.normal[i]);
-                    *cell = self.mirrored(point, normal, (point - eye).normalize_or_zero(), &mut scratch);
+                    let mirrored = self.mirrored(surfaces.position[i], surfaces.normal[i], eye, &mut scratch);
+                    *cell = brighter(mirrored.spread, mirrored.sharp);
                 }
             }
         });
         let label: Vec<u32> = (0..wide * high).map(|cell| surfaces.label[at(cell)]).collect();
-        let cells = spread(cells, &label, wide, (LOBE * surfaces.focal / STRIDE as f32).ceil() as usize);
+        let cells = spread(cells, &label, wide, (OFF * surfaces.focal / STRIDE as f32).ceil() as usize);
         (0..w * h).map(|i| self.share[i] * cells[i / w / STRIDE * wide + i % w / STRIDE]).collect()
     }
 
@@ -122,13 +127,18 @@ impl<'a> Gloss<'a> {
         let scene = self.relit.scene;
         let scanned = scene.materials.len() < 2 || !scene.mesh.colours.is_empty();
         let of = |i: usize| (surfaces.material[i], if scanned { surfaces.label[i] } else { 0 });
+        let towards = |eye: Vec3, i: usize, scratch: &mut Nearby| {
+            luminance(self.mirrored(surfaces.position[i], surfaces.normal[i], eye, scratch).spread)
+        };
+        let mut asked: Vec<usize> = pairs.iter().map(|pair| pair.pixel).collect();
+        asked.sort_unstable();
+        asked.dedup();
+        let to_camera = asked.par_iter().map_init(Nearby::default, |scratch, i| towards(surfaces.origin, *i, scratch));
+        let to_camera: BTreeMap<usize, f32> = asked.iter().copied().zip(to_camera.collect::<Vec<_>>()).collect();
         let seen: Vec<Seen> = pairs
             .par_iter()
             .map_init(Nearby::default, |scratch, pair| {
-                let (point, normal) = (surfaces.position[pair.pixel], surfaces.normal[pair.pixel]);
-                let mut towards =
-                    |eye: Vec3| luminance(self.mirrored(point, normal, (point - eye).normalize_or_zero(), scratch));
-                let more = towards(surfaces.origin) - towards(self.probes[pair.probe].origin);
+                let more = to_camera[&pair.pixel] - towards(self.probes[pair.probe].origin, pair.pixel, scratch);
                 Seen {
                     more: f64::from(more / pair.here),
                     brighter: f64::from(pair.photo / pair.here - 1.0),
@@ -152,15 +162,29 @@ impl<'a> Gloss<'a> {
         (0..surfaces.label.len()).into_par_iter().map(|i| most.get(&of(i)).copied().unwrap_or(1.0)).collect()
     }
 
-    /// What a smooth dielectric mirrors along a direction of view.
-    fn mirrored(&self, point: Vec3, normal: Vec3, along: Vec3, scratch: &mut Nearby) -> Vec3 {
+    /// What a dielectric mirrors towards an eye, radiance.
+    fn mirrored(&self, point: Vec3, normal: Vec3, eye: Vec3, scratch: &mut Nearby) -> Mirrored {
+        let along = (point - eye).normalize_or_zero();
         let cos = -normal.dot(along);
         if cos.is_nan() || cos <= 0.0 {
-            return Vec3::ZERO;
+            return Mirrored { spread: Vec3::ZERO, sharp: Vec3::ZERO };
         }
         // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
         let share = STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5);
-        self.radiance(point, along + normal * (2.0 * cos), scratch) * share
+        let middle = along + normal * (2.0 * cos);
+        let (right, up) = middle.any_orthonormal_pair();
+        let (mut sum, mut sharp, mut rays) = (Vec3::ZERO, Vec3::ZERO, 0.0f32);
+        for aside in lobe() {
+            let direction = (middle + LOBE * (aside.x * right + aside.y * up)).normalize();
+            if direction.dot(normal) > 0.0 {
+                let light = self.radiance(point, direction, scratch);
+                (sum, rays) = (sum + light, rays + 1.0);
+                if aside == Vec2::ZERO {
+                    sharp = light;
+                }
+            }
+        }
+        Mirrored { spread: share * sum / rays.max(1.0), sharp: share * sharp }
     }
 
     /// Radiance that arrives at a point from a direction: what the nearest probe saw there, and where none did, what is relit.
@@ -203,7 +227,7 @@ fn mirrored_share(seen: &[Seen]) -> Option<(f64, f64)> {
         let spread = sum * xx - x1 * x1;
         slope = (sum * xy - x1 * y1) / spread;
         offset = (y1 - slope * x1) / sum;
-        error = ALIKE * sum / spread * (rest / seen.len() as f64).max(1.0);
+        error = sum / spread * (rest / seen.len() as f64).max(1.0);
     }
     (slope.is_finite() && error.is_finite() && error > 0.0).then_some((slope, error))
 }
@@ -238,6 +262,12 @@ pub(crate) fn without(light: Vec3, mirrored: Vec3, matt: Vec3) -> Vec3 {
     if share > 0.0 { (light - share * mirrored).max(LEAST * light) } else { light }
 }
 
+/// Directions within a lobe of radius 1: the middle and two rings of six.
+fn lobe() -> impl Iterator<Item = Vec2> {
+    let all = (-2i32..=2).flat_map(|j| (-2i32..=2).map(move |i| (i, j))).filter(|(i, j)| i * i + i * j + j * j <= 3);
+    all.map(|(i, j)| Vec2::new((i as f32 + 0.5 * j as f32) / 3f32.sqrt(), 0.5 * j as f32))
+}
+
 /// The brightest of what the squares around show up to so many away, on the same surface: on a smooth one neighbours mirror directions
 /// beside.
 fn spread(mut cells: Vec<Vec3>, label: &[u32], wide: usize, far: usize) -> Vec<Vec3> {
@@ -262,6 +292,14 @@ fn brighter(a: Vec3, b: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lobe_is_asked_evenly() {
+        let all: Vec<Vec2> = lobe().collect();
+        assert!(all.len() == 13 && all.iter().all(|p| p.length() < 1.001));
+        assert_eq!(all.iter().filter(|p| **p == Vec2::ZERO).count(), 1);
+        assert!(all.iter().sum::<Vec2>().length() < 1e-5);
+    }
 
     #[test]
     fn a_streak_may_show_beside_its_place_on_the_same_surface() {
