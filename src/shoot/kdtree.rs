@@ -37,8 +37,35 @@ impl<T: Copy + Send + Sync> KdTree<T> {
     /// Calls `found` with the value and the squared distance of every entry nearer to `point` than `radius`, in an
     /// order that depends on the tree and the point alone.
     pub fn within(&self, point: Vec3, radius: f32, mut found: impl FnMut(&T, f32)) {
-        let search = Search { point, radius2: radius * radius };
-        search.visit(&self.entries, &self.axes, Vec3::ZERO, &mut found);
+        let mut search = Search {
+            point,
+            radius2: radius * radius,
+            found: |value: &T, distance2| {
+                found(value, distance2);
+                radius * radius
+            },
+        };
+        search.visit(&self.entries, &self.axes, Vec3::ZERO);
+    }
+
+    /// The `count` entries with the least squares of how far off they are, least first. `off2` tells these from a value and its squared
+    /// distance, no less than it; infinity for what does not count.
+    pub fn nearest(&self, point: Vec3, count: usize, off2: impl Fn(&T, f32) -> f32) -> Vec<(f32, T)> {
+        let mut nearest: Vec<(f32, T)> = Vec::with_capacity(count + 1);
+        let mut search = Search {
+            point,
+            radius2: f32::INFINITY,
+            found: |value: &T, distance2| {
+                let off2 = off2(value, distance2);
+                if off2 < f32::INFINITY {
+                    nearest.insert(nearest.partition_point(|n| n.0 <= off2), (off2, *value));
+                    nearest.truncate(count);
+                }
+                if nearest.len() < count { f32::INFINITY } else { nearest.last().map_or(0.0, |n| n.0) }
+            },
+        };
+        search.visit(&self.entries, &self.axes, Vec3::ZERO);
+        nearest
     }
 
     /// All entries, in tree order.
@@ -83,18 +110,21 @@ fn longest_side(keys: &[(Vec3, u32)]) -> usize {
     (high - low).max_position()
 }
 
-/// A ball around a point.
-struct Search {
+/// A ball around a point. What is found in it tells the radius from there on.
+struct Search<F> {
     point: Vec3,
     radius2: f32,
+    found: F,
 }
 
-impl Search {
-    /// Visits a node; `offset` leads from the point to the nearest place of the node's part of space.
-    fn visit<T>(&self, entries: &[(Vec3, T)], axes: &[u8], offset: Vec3, found: &mut impl FnMut(&T, f32)) {
+impl<F> Search<F> {
+    /// Visits a node, the nearer half first; `offset` leads from the point to the nearest place of the node's part of space.
+    fn visit<T>(&mut self, entries: &[(Vec3, T)], axes: &[u8], offset: Vec3)
+    where
+        F: FnMut(&T, f32) -> f32,
+    {
         let Some((&axis, below)) = axes.split_first() else {
-            self.test(entries, found);
-            return;
+            return self.test(entries);
         };
         let axis = usize::from(axis);
         let (first, rest) = entries.split_at(entries.len() / 2);
@@ -103,22 +133,23 @@ impl Search {
         let beyond = self.point[axis] - median[0].0[axis];
         let mut across = offset;
         across[axis] = beyond;
-        let near_is_first = beyond < 0.0;
-        let (offset_first, offset_second) = if near_is_first { (offset, across) } else { (across, offset) };
-        if offset_first.length_squared() < self.radius2 {
-            self.visit(first, below_first, offset_first, found);
-        }
-        self.test(median, found);
-        if offset_second.length_squared() < self.radius2 {
-            self.visit(second, below_second, offset_second, found);
+        let (first, second) = ((first, below_first), (second, below_second));
+        let (near, far) = if beyond < 0.0 { (first, second) } else { (second, first) };
+        self.visit(near.0, near.1, offset);
+        self.test(median);
+        if across.length_squared() < self.radius2 {
+            self.visit(far.0, far.1, across);
         }
     }
 
-    fn test<T>(&self, entries: &[(Vec3, T)], found: &mut impl FnMut(&T, f32)) {
+    fn test<T>(&mut self, entries: &[(Vec3, T)])
+    where
+        F: FnMut(&T, f32) -> f32,
+    {
         for (position, value) in entries {
             let distance2 = self.point.distance_squared(*position);
             if distance2 < self.radius2 {
-                found(value, distance2);
+                self.radius2 = (self.found)(value, distance2);
             }
         }
     }
@@ -162,6 +193,26 @@ mod tests {
             radius in prop_oneof![Just(0.0f32), Just(0.25), 0.0f32..20.0],
         ) {
             prop_assert_eq!(found(&tree(&points), place, radius), brute_force(&points, place, radius));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_nearest_are_those_of_all(
+            points in prop::collection::vec(prop_oneof![lattice_point(), loose_point()], 0..400),
+            place in prop_oneof![lattice_point(), loose_point()],
+            count in 1usize..30,
+        ) {
+            // odd ones do not count, and height counts twice
+            let off2 = |i: u32, d2: f32| if i % 2 == 1 { f32::INFINITY } else { d2 + (points[i as usize] - place).z.powi(2) };
+            let told: Vec<f32> = tree(&points).nearest(place, count, |&i, d2| off2(i, d2)).iter().map(|n| n.0).collect();
+            let mut all: Vec<f32> = (0..points.len() as u32)
+                .map(|i| off2(i, place.distance_squared(points[i as usize])))
+                .filter(|d| d.is_finite())
+                .collect();
+            all.sort_by(f32::total_cmp);
+            all.truncate(count);
+            prop_assert_eq!(told, all);
         }
     }
 

@@ -10,8 +10,6 @@ use crate::scene::Scene;
 /// Trusted records in shade, found by where they lie.
 pub(super) struct Neighbours {
     tree: KdTree<Neighbour>,
-    /// The first search's radius and the last one's, metres.
-    reach_m: [f32; 2],
 }
 
 #[derive(Clone, Copy)]
@@ -23,9 +21,6 @@ struct Neighbour {
 
 /// About so many records are kept.
 const MOST: usize = 1 << 15;
-
-/// The first search's radius, as a share of the box around all records.
-const FIRST_REACH: f32 = 1.0 / 128.0;
 
 /// So many are asked whether they are seen, the nearest first, and so many that are make a mean.
 const ASKED: usize = 24;
@@ -41,11 +36,7 @@ const ONE: f32 = 0.9;
 impl Neighbours {
     pub(super) fn new(probes: &[Records]) -> Self {
         let places = shaded(probes, MOST).map(|(position, normal, light)| Neighbour { position, normal, light });
-        let entries: Vec<_> = places.map(|n| (n.position, n)).collect();
-        let (low, high) =
-            entries.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), e| (l.min(e.0), h.max(e.0)));
-        let across = if entries.is_empty() { 0.0 } else { low.distance(high) };
-        Self { tree: KdTree::new(entries), reach_m: [FIRST_REACH * across, 2.0 * across] }
+        Self { tree: KdTree::new(places.map(|n| (n.position, n)).collect()) }
     }
 
     /// Irradiance at a point by the nearest records that face alike and that it sees; else by the nearest that lies on the
@@ -66,38 +57,16 @@ impl Neighbours {
         seen(scene, point, normal, &self.nearest(point, normal))
     }
 
-    /// The nearest records that face alike, nearest first.
+    /// The nearest records that face alike, nearest first, with the square of how far.
     fn nearest(&self, point: Vec3, normal: Vec3) -> Vec<(f32, Neighbour)> {
-        let [mut reach, last] = self.reach_m;
-        loop {
-            let mut found = self.around(point, normal, reach);
-            // beyond the radius none is nearer than these
-            let enough = found.get(ASKED - 1).is_some_and(|f| f.0 <= reach * reach);
-            if enough || reach >= last {
-                found.truncate(ASKED);
-                return found;
-            }
-            reach = (2.0 * reach).max(f32::MIN_POSITIVE);
-        }
-    }
-
-    /// What lies within a radius and faces alike, nearest first, with the square of how far.
-    fn around(&self, point: Vec3, normal: Vec3, reach_m: f32) -> Vec<(f32, Neighbour)> {
-        let mut found = Vec::new();
-        self.tree.within(point, reach_m, |n, distance2| {
+        self.tree.nearest(point, ASKED, |n, distance2| {
             if n.normal.dot(normal) <= ALIKE {
-                return;
+                return f32::INFINITY;
             }
             let way = n.position - point;
             let off = way.dot(normal).abs().max(way.dot(n.normal).abs()) * OFF_PLANE;
-            found.push((distance2 + off * off, *n));
-        });
-        let order = |a: &(f32, Neighbour), b: &(f32, Neighbour)| {
-            let key = |n: &Neighbour| n.position.to_array();
-            a.0.total_cmp(&b.0).then_with(|| key(&a.1).partial_cmp(&key(&b.1)).unwrap_or(std::cmp::Ordering::Equal))
-        };
-        found.sort_by(order);
-        found
+            distance2 + off * off
+        })
     }
 }
 
