@@ -7,7 +7,7 @@ use super::picture::Level;
 use super::raster::Raster;
 use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
-use crate::scene::{Face, Hit, Ray, Scene};
+use crate::scene::{Face, Ray, Scene};
 
 /// A pose in the scene's local frame: where the eye is, and its axes in the program's.
 #[derive(Clone, Copy, Debug)]
@@ -52,14 +52,14 @@ impl GeometryBuffer {
             .directions
             .par_chunks(raster.width)
             .map(|row| {
-                let directions: Vec<Vec3> = row.iter().map(|d| pose.rotation * *d).collect();
-                let mut hits = vec![None; row.len()];
-                for (d, h) in directions.chunks(32).zip(hits.chunks_mut(32)) {
-                    scene.tracer.closest_packet(pose.origin, d, NEAREST_M, h);
-                }
                 let mut ready = None;
-                let one = |(direction, hit): (&Vec3, &Option<Hit>)| {
-                    let Some(hit) = hit else { return ((f32::INFINITY, Vec3::ZERO), (0.0, false)) };
+                // one by one: a dense scan has many triangles between two of them
+                let one = |cell: &Vec3| {
+                    let direction = pose.rotation * *cell;
+                    let ray = Ray { origin: pose.origin, direction };
+                    let Some(hit) = scene.tracer.closest(&ray, NEAREST_M) else {
+                        return ((f32::INFINITY, Vec3::ZERO), (0.0, false));
+                    };
                     if ready.as_ref().is_some_and(|(face, _): &(Face, _)| face.triangle != hit.triangle) {
                         ready = None;
                     }
@@ -68,15 +68,14 @@ impl GeometryBuffer {
                         let paint = scene.paint(&face, true);
                         (face, paint)
                     });
-                    let ray = Ray { origin: pose.origin, direction: *direction };
                     let s = face.surface(&ray, hit.t);
-                    let cos = s.normal.dot(*direction).abs().max(0.1);
+                    let cos = s.normal.dot(direction).abs().max(0.1);
                     let width = hit.t * angle / cos.sqrt();
                     let lamp = scene.emission(hit.triangle) != Vec3::ZERO;
                     let albedo = luminance(paint.albedo(s.barycentric, width)).max(DARKEST_ALBEDO);
                     ((hit.t, to_picture * s.normal), (if lamp { 0.0 } else { albedo.ln() }, lamp))
                 };
-                directions.iter().zip(&hits).map(one).collect()
+                row.iter().map(one).collect()
             })
             .collect();
         let ((distance, normal), (log_albedo, lamp)) = rows.into_iter().flatten().unzip();
