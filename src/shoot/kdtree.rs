@@ -51,7 +51,7 @@ impl<T: Copy + Send + Sync> KdTree<T> {
     /// The `count` entries with the least squares of how far off they are, least first. `off2` tells these from a value and its squared
     /// distance, no less than it; infinity for what does not count.
     pub fn nearest(&self, point: Vec3, count: usize, off2: impl Fn(&T, f32) -> f32) -> Vec<(f32, T)> {
-        let mut nearest: Vec<(f32, T)> = Vec::with_capacity(count + 1);
+        let mut nearest: Vec<(f32, T)> = Vec::with_capacity(count.min(self.entries.len()).saturating_add(1));
         let mut search = Search {
             point,
             radius2: f32::INFINITY,
@@ -214,6 +214,13 @@ mod tests {
             all.truncate(count);
             prop_assert_eq!(told, all);
         }
+    }
+
+    #[test]
+    fn more_may_be_asked_for_than_there_are() {
+        let all = tree(&[Vec3::X, Vec3::ZERO]).nearest(Vec3::ZERO, usize::MAX, |_, distance2| distance2);
+        assert_eq!(all, [(0.0, 1), (1.0, 0)]);
+        assert!(tree(&[Vec3::X]).nearest(Vec3::ZERO, 0, |_, distance2| distance2).is_empty());
     }
 
     #[test]
