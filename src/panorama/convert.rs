@@ -1,6 +1,6 @@
 //! From one projection and size to another.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -22,9 +22,10 @@ pub fn convert(panorama: &Panorama, target: Projection, width: usize, height: us
 /// As [`convert`], and whether the panorama shows the middle of each pixel.
 fn resampled(panorama: &Panorama, target: Projection, width: usize, height: usize) -> (Picture, Vec<bool>) {
     let direction = halves(target, width, height);
+    let least = rim(panorama);
     let shown = |columns: usize, rows: usize, first: usize| -> Vec<bool> {
         let row = |y: usize| (0..columns).map(move |x| (2 * x + first, 2 * y + first));
-        let shows = |(i, k)| direction(i, k).is_some_and(|d| panorama.shows(d));
+        let shows = |(i, k)| direction(i, k).is_some_and(|d| d.y >= least && panorama.shows(d));
         (0..rows).into_par_iter().flat_map_iter(row).map(shows).collect()
     };
     let (corners, middles) = (shown(width + 1, height + 1, 0), shown(width, height, 1));
@@ -52,6 +53,20 @@ fn resampled(panorama: &Panorama, target: Projection, width: usize, height: usiz
         }
     });
     (picture, middles)
+}
+
+/// The cosine of the angle from forward beyond which a photograph shows nothing; −1 of what may show all directions.
+fn rim(panorama: &Panorama) -> f64 {
+    const EVERYTHING: f64 = -1.0;
+    let Projection::Camera(model) = panorama.projection else { return EVERYTHING };
+    let (w, h) = (panorama.picture().width, panorama.picture().height);
+    // the lens takes a frame's inside to the inside of what it takes the frame itself to
+    let sides = (0..=w).flat_map(|x| [(x, 0), (x, h)]).chain((0..=h).flat_map(|y| [(0, y), (w, y)]));
+    let angle = |(x, y)| panorama.projection.direction(w, h, x as f64, y as f64).map(|d| d.y.clamp(-1.0, 1.0).acos());
+    let Some(most) = sides.map(angle).try_fold(0.0, |most, a| Some(f64::max(most, a?))) else { return EVERYTHING };
+    // from one place on the frame to the next it may be as much as a pixel farther
+    let pixel = model.stretch(w, h).recip() / model.focal;
+    (most + pixel.max_element()).min(PI).cos()
 }
 
 /// The directions of a picture's places half a pixel apart: even ones are pixels' corners, odd ones their middles.
@@ -130,6 +145,7 @@ fn average(from: usize, to: usize, value: impl Fn(usize) -> Vec3) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panorama::{CameraModel, Distortion, Lens};
     use glam::DVec2;
 
     /// A smooth function on the sphere with something in every direction.
@@ -176,6 +192,25 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_photograph_is_shown_to_its_corners() {
+        let mut barrel = CameraModel::with_fov([60, 40], 63.0);
+        barrel.centre.x += 7.0;
+        barrel.distortion = Distortion::brown([-0.1, 0.01, 0.0, 0.0], [0.01, -0.02]);
+        let fisheye =
+            CameraModel { lens: Lens::Fisheye, focal: DVec2::splat(20.0), distortion: Distortion::default(), ..barrel };
+        let photographs =
+            [Projection::Perspective { fov_y: 1.1 }, Projection::Camera(barrel), Projection::Camera(fisheye)];
+        for projection in photographs {
+            let panorama = Panorama::new(Picture::new(60, 40), projection, DMat3::IDENTITY);
+            assert!(rim(&panorama) > -1.0);
+            let (w, h) = (720, 360);
+            let (_, shown) = resampled(&panorama, Projection::LatLong, w, h);
+            let middle = |i: usize| latlong::direction(w, h, (i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+            assert!((0..w * h).all(|i| shown[i] == panorama.shows(middle(i))), "{projection:?}");
         }
     }
 

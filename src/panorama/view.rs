@@ -32,9 +32,11 @@ impl Panorama {
         let picture = if picture.pixels.is_empty() { Picture::new(1, 1) } else { picture };
         let to_camera = rotation.transpose().as_mat3();
         let (w, h) = (picture.width, picture.height);
+        let projection = projection.calibrated(w, h);
         let middle = |i: usize| projection.direction(w, h, (i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
         let shown = match projection {
-            Projection::LatLong | Projection::Perspective { .. } => Vec::new(),
+            Projection::LatLong => Vec::new(),
+            Projection::Camera(model) if model.is_pinhole() => Vec::new(),
             _ => (0..w * h).into_par_iter().map(|i| middle(i).is_some()).collect(),
         };
         Self { picture, projection, rotation, to_camera, shown }

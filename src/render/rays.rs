@@ -2,7 +2,15 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
+use crate::scene::Hit;
 use crate::site::Camera;
+
+/// A sample's ray, and what it meets first.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Cast {
+    pub(super) direction: Vec3,
+    pub(super) hit: Option<Hit>,
+}
 
 /// Directions of a camera's rays, fast for a lens without distortion.
 pub struct PrimaryRays {

@@ -6,8 +6,9 @@ use std::f32::consts::PI;
 
 use super::frame::Pixel;
 use super::lattice::Lattice;
+use super::rays::Cast;
 use super::{Irradiance, Lit, PrimaryRays, ShadingPoint, Source};
-use crate::scene::{Face, Hit, Paint, Ray, Scene, Surface, Texture};
+use crate::scene::{Face, Paint, Ray, Scene, Surface, Texture};
 use crate::site::Camera;
 use crate::volume::Nearby;
 
@@ -33,7 +34,8 @@ pub(super) struct Shader<'a> {
     fragments: Vec<Fragment>,
     /// The samples of fragments that are not all of a pixel.
     members: Vec<u32>,
-    /// Per pixel its first fragment, and what that shows.
+    /// Per pixel whether the lens shows it, its first fragment, and what that shows.
+    shown: Vec<bool>,
     spots: Vec<Option<ShadingPoint>>,
     firsts: Vec<u32>,
     lits: Vec<Option<Lit>>,
@@ -72,31 +74,50 @@ impl<'a> Shader<'a> {
         let origin = scene.local(camera.pose.position);
         let shares = relit.shares();
         let faces = Faces { scene, white_lamps: shares, ready: vec![None; FACES] };
-        let (samples, fragments, members, spots, firsts, lits, near) = Default::default();
-        Self { relit, rays, camera, origin, shares, faces, samples, fragments, members, spots, firsts, lits, near }
-    }
-
-    /// Shades whole rows, `top` the first.
-    pub(super) fn strip(&mut self, hits: &[Option<Hit>], top: usize, pixels: &mut [Pixel]) {
-        let width = self.camera.width as usize;
-        for left in (0..width).step_by(TILE) {
-            self.tile(hits, left..(left + TILE).min(width), top, pixels);
+        let (samples, fragments, members) = Default::default();
+        let (shown, spots, firsts, lits, near) = Default::default();
+        Self {
+            relit,
+            rays,
+            camera,
+            origin,
+            shares,
+            faces,
+            samples,
+            fragments,
+            members,
+            shown,
+            spots,
+            firsts,
+            lits,
+            near,
         }
     }
 
-    fn tile(&mut self, hits: &[Option<Hit>], columns: std::ops::Range<usize>, top: usize, pixels: &mut [Pixel]) {
+    /// Shades whole rows, `top` the first.
+    pub(super) fn strip(&mut self, casts: &[Cast], top: usize, pixels: &mut [Pixel]) {
+        let width = self.camera.width as usize;
+        for left in (0..width).step_by(TILE) {
+            self.tile(casts, left..(left + TILE).min(width), top, pixels);
+        }
+    }
+
+    fn tile(&mut self, casts: &[Cast], columns: std::ops::Range<usize>, top: usize, pixels: &mut [Pixel]) {
         let (width, n) = (self.camera.width as usize, self.rays.offsets.len());
         let (wide, tall) = (columns.len(), pixels.len() / width);
         self.fragments.clear();
         self.members.clear();
         self.spots.clear();
+        self.shown.clear();
         self.firsts.clear();
         for y in 0..tall {
             for x in columns.clone() {
                 let first = self.fragments.len();
-                if self.camera.shows(x as f64 + 0.5, (top + y) as f64 + 0.5) {
-                    self.collect(&hits[(y * width + x) * n..][..n], (x, top + y));
+                let shown = self.camera.shows(x as f64 + 0.5, (top + y) as f64 + 0.5);
+                if shown {
+                    self.collect(&casts[(y * width + x) * n..][..n], (x, top + y));
                 }
+                self.shown.push(shown);
                 self.firsts.push(first as u32);
                 self.spots.push(self.fragments.get(first).map(|f| f.spot));
             }
@@ -117,7 +138,7 @@ impl<'a> Shader<'a> {
                 let i = y * wide + x - columns.start;
                 let pixel = &mut pixels[y * width + x];
                 *pixel = Pixel { depth: f32::INFINITY, agreement: 1.0, ..Pixel::default() };
-                let hits = &hits[(y * width + x) * n..][..n];
+                let casts = &casts[(y * width + x) * n..][..n];
                 let (first, last) = (self.firsts[i] as usize, self.firsts[i + 1] as usize);
                 for k in first..last {
                     let fragment = self.fragments[k];
@@ -127,9 +148,11 @@ impl<'a> Shader<'a> {
                             .beside(&fragment.spot, (x - columns.start, y), (wide, tall))
                             .unwrap_or_else(|| ask(&fragment.spot)),
                     };
-                    self.add(pixel, &fragment, &lit, hits, (x, top + y));
+                    self.add(pixel, &fragment, &lit, casts);
                 }
-                self.finish(pixel, first, hits, (x, top + y));
+                if self.shown[i] {
+                    self.finish(pixel, first, casts);
+                }
             }
         }
         self.near = near;
@@ -152,22 +175,22 @@ impl<'a> Shader<'a> {
     }
 
     /// Finds the fragments of a pixel.
-    fn collect(&mut self, hits: &[Option<Hit>], (x, y): (usize, usize)) {
-        let Some(Some(first)) = hits.first() else { return self.part(hits, (x, y)) };
+    fn collect(&mut self, casts: &[Cast], (x, y): (usize, usize)) {
+        let Some(Cast { hit: Some(first), .. }) = casts.first() else { return self.part(casts, (x, y)) };
         let whole = self.shares
-            && hits.iter().enumerate().all(|(i, hit)| {
-                hit.is_some_and(|hit| {
+            && casts.iter().all(|cast| {
+                cast.hit.is_some_and(|hit| {
                     hit.triangle == first.triangle || {
-                        let point = self.origin + self.rays.direction(x, y, i) * hit.t;
+                        let point = self.origin + cast.direction * hit.t;
                         self.faces.carry_on(first.triangle, hit.triangle, point)
                     }
                 })
             });
         if !whole {
-            return self.part(hits, (x, y));
+            return self.part(casts, (x, y));
         }
         let (mut least, mut most) = (f32::INFINITY, 0.0f32);
-        for hit in hits.iter().flatten() {
+        for hit in casts.iter().filter_map(|cast| cast.hit) {
             (least, most) = (least.min(hit.t), most.max(hit.t));
         }
         let (face, paint) = self.faces.get(first.triangle);
@@ -177,16 +200,16 @@ impl<'a> Shader<'a> {
         let surface = face.surface(&ray, distance);
         let albedo = paint.patch(face, surface.barycentric, face.covered(direction, sides, distance), Texture::APART);
         let spot = ShadingPoint::new(&surface, NEAR * distance);
-        self.fragments.push(Fragment { spot, count: hits.len() as u32, first: ALL, albedo, distance });
+        self.fragments.push(Fragment { spot, count: casts.len() as u32, first: ALL, albedo, distance });
     }
 
     /// Finds the fragments of a pixel whose samples meet several triangles.
-    fn part(&mut self, hits: &[Option<Hit>], (x, y): (usize, usize)) {
+    fn part(&mut self, casts: &[Cast], (x, y): (usize, usize)) {
         let start = self.fragments.len();
         self.samples.clear();
-        for (i, hit) in hits.iter().enumerate() {
+        for (i, &Cast { direction, hit }) in casts.iter().enumerate() {
             let Some(hit) = hit else { continue };
-            let ray = Ray { origin: self.origin, direction: self.rays.direction(x, y, i) };
+            let ray = Ray { origin: self.origin, direction };
             let surface = self.faces.get(hit.triangle).0.surface(&ray, hit.t);
             let spot = ShadingPoint::new(&surface, NEAR * hit.t);
             let mine = &self.fragments[start..];
@@ -258,8 +281,8 @@ impl<'a> Shader<'a> {
     }
 
     /// Adds a fragment's light to its pixel; sums, not means.
-    fn add(&self, pixel: &mut Pixel, f: &Fragment, lit: &Lit, hits: &[Option<Hit>], at: (usize, usize)) {
-        let sun = if lit.needs_shadow_ray { self.sun_share(f, hits, at) } else { 1.0 };
+    fn add(&self, pixel: &mut Pixel, f: &Fragment, lit: &Lit, casts: &[Cast]) {
+        let sun = if lit.needs_shadow_ray { self.sun_share(f, casts) } else { 1.0 };
         let e = if sun < 1.0 { lit.shade.lerp(lit.sun, sun) } else { lit.sun };
         let count = f.count as f32;
         pixel.radiance += f.albedo * e * (count / PI);
@@ -275,12 +298,12 @@ impl<'a> Shader<'a> {
     }
 
     /// The share of a fragment's samples that the sun reaches; asks a few, and all only where they differ.
-    fn sun_share(&self, f: &Fragment, hits: &[Option<Hit>], (x, y): (usize, usize)) -> f32 {
+    fn sun_share(&self, f: &Fragment, casts: &[Cast]) -> f32 {
         let sample = |k: u32| if f.first == ALL { k as usize } else { self.members[(f.first + k) as usize] as usize };
         let reached = |k: u32| {
-            let i = sample(k);
-            let t = hits[i].map_or(f.distance, |h| h.t);
-            self.relit.in_sun(self.origin + self.rays.direction(x, y, i) * t, f.spot.normal)
+            let Cast { direction, hit } = casts[sample(k)];
+            let t = hit.map_or(f.distance, |h| h.t);
+            self.relit.in_sun(self.origin + direction * t, f.spot.normal)
         };
         let last = f.count - 1;
         let first = reached(0);
@@ -292,16 +315,13 @@ impl<'a> Shader<'a> {
     }
 
     /// Turns sums into means, and adds the sky.
-    fn finish(&self, pixel: &mut Pixel, first: usize, hits: &[Option<Hit>], (x, y): (usize, usize)) {
-        if !self.camera.shows(x as f64 + 0.5, y as f64 + 0.5) {
-            return;
-        }
-        if (pixel.surface as usize) < hits.len() {
-            for (i, _) in hits.iter().enumerate().filter(|h| h.1.is_none()) {
-                pixel.radiance += self.relit.sky(self.rays.direction(x, y, i));
+    fn finish(&self, pixel: &mut Pixel, first: usize, casts: &[Cast]) {
+        if (pixel.surface as usize) < casts.len() {
+            for cast in casts.iter().filter(|cast| cast.hit.is_none()) {
+                pixel.radiance += self.relit.sky(cast.direction);
             }
         }
-        pixel.radiance *= 1.0 / hits.len() as f32;
+        pixel.radiance *= 1.0 / casts.len() as f32;
         if pixel.surface > 0 {
             let fragments = &self.fragments[first..];
             pixel.normal = fragments[0].spot.normal;

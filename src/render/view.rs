@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use std::time::Instant;
 
 use super::frame::{Frame, Pixel};
+use super::rays::Cast;
 use super::shade::Shader;
 use super::{Irradiance, PrimaryRays};
-use crate::scene::{Hit, Ray, Scene};
+use crate::scene::{Ray, Scene};
 use crate::shoot::Light;
 use crate::site::Camera;
 
@@ -42,19 +43,19 @@ pub fn render(
     let mut frame = Frame::new(width, height);
     // a band at a time: what shading needs of a pixel is as large as what is kept of it
     let mut band = vec![Pixel::default(); width * BAND.min(height)];
-    let mut hits = vec![None; band.len() * n];
+    let mut casts = vec![Cast::default(); band.len() * n];
     let (mut surface, mut recorded) = (0u64, 0u64);
     for top in (0..height).step_by(BAND) {
         let pixels = &mut band[..width * BAND.min(height - top)];
-        let hits = &mut hits[..pixels.len() * n];
+        let casts = &mut casts[..pixels.len() * n];
         let start = Instant::now();
-        cast_band(scene, &rays, origin, width, top, hits);
+        cast_band(scene, &rays, origin, width, top, casts);
         frame.rays_s += start.elapsed().as_secs_f64();
         let start = Instant::now();
         let shader = || Shader::new(scene, relit, &rays, camera);
-        let strips = pixels.par_chunks_mut(STRIP * width).zip(hits.par_chunks(STRIP * width * n));
-        strips.enumerate().for_each_init(shader, |shader, (strip, (pixels, hits))| {
-            shader.strip(hits, top + strip * STRIP, pixels);
+        let strips = pixels.par_chunks_mut(STRIP * width).zip(casts.par_chunks(STRIP * width * n));
+        strips.enumerate().for_each_init(shader, |shader, (strip, (pixels, casts))| {
+            shader.strip(casts, top + strip * STRIP, pixels);
         });
         surface += pixels.iter().map(|p| u64::from(p.surface)).sum::<u64>();
         recorded += pixels.iter().map(|p| u64::from(p.recorded)).sum::<u64>();
@@ -68,15 +69,15 @@ pub fn render(
     frame
 }
 
-/// Finds the hits of a band of rows, a pixel's samples next to each other.
-fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top: usize, hits: &mut [Option<Hit>]) {
+/// Casts the rays of a band of rows, a pixel's samples next to each other.
+fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top: usize, casts: &mut [Cast]) {
     let n = rays.offsets.len();
     // packets want rays that stay together: square tiles of pixels, each pixel's samples in a row
     let side = TILE_SIDES.into_iter().find(|s| s * s * n <= PACKET).unwrap_or(1);
-    hits.par_chunks_mut(width * n * side).enumerate().for_each_init(
+    casts.par_chunks_mut(width * n * side).enumerate().for_each_init(
         Vec::new,
-        |directions: &mut Vec<Vec3>, (i, hits)| {
-            let tall = hits.len() / (width * n);
+        |directions: &mut Vec<Vec3>, (i, casts)| {
+            let tall = casts.len() / (width * n);
             let mut found = [None; PACKET];
             for left in (0..width).step_by(side) {
                 let wide = side.min(width - left);
@@ -90,9 +91,9 @@ fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top:
                     let found = &mut found[..directions.len()];
                     found.fill(None);
                     scene.tracer.closest_packet(origin, directions, NEAREST_M, found);
-                    for (k, hit) in found.iter().enumerate() {
+                    for (k, (&direction, &hit)) in directions.iter().zip(&*found).enumerate() {
                         let (pixel, sample) = ((chunk * PACKET + k) / n, (chunk * PACKET + k) % n);
-                        hits[((pixel / wide) * width + left + pixel % wide) * n + sample] = *hit;
+                        casts[((pixel / wide) * width + left + pixel % wide) * n + sample] = Cast { direction, hit };
                     }
                 }
             }

@@ -95,6 +95,14 @@ impl Projection {
         }
     }
 
+    /// The same for pictures of this size alone: of a field of view the lens, which is costly to find for each pixel anew.
+    pub(super) fn calibrated(self, width: usize, height: usize) -> Self {
+        match self {
+            Self::Perspective { fov_y } => camera(fov_y, width, height),
+            other => other,
+        }
+    }
+
     /// Whether it shows a part of the surroundings only, as a photograph does: its field of view is its own.
     pub fn is_photograph(&self) -> bool {
         matches!(self, Self::Perspective { .. } | Self::Camera(_))
