@@ -12,8 +12,8 @@ use crate::audit::decide::scores::{self, LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::absent;
 use crate::audit::hypothesis::extent::{Places, without_gaps};
+use crate::audit::hypothesis::laying::{parts, retextured};
 use crate::audit::hypothesis::opening::openings;
-use crate::audit::hypothesis::retextured;
 use crate::audit::hypothesis::sideways::{Shifted, shifted};
 use crate::audit::picture::regions::{Region, closed, components, mask_of, opened};
 use crate::audit::verdict::{Reason, Verdict};
@@ -144,9 +144,10 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations) -> Judgement
 fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> Vec<Judged> {
     let segments = &observed.surfaces.segments;
     let mut pieces = Vec::new();
-    for (k, found) in retextured::segments(prepared.scene, observed, least(observed)) {
-        let piece = &segments.pixels[k];
-        let within = |j: &Judged| j.pixels().iter().filter(|i| segments.of[**i] as usize == k).count();
+    let whole = retextured::segments(prepared.scene, observed, least(observed));
+    let whole = whole.into_iter().map(|(k, found)| (segments.pixels[k].clone(), found));
+    for (piece, found) in whole.chain(parts::parts(prepared.scene, observed)) {
+        let within = |j: &Judged| j.pixels().iter().filter(|i| piece.binary_search(i).is_ok()).count();
         let misshapen: usize = judged.iter().filter(|j| observed.calls_misshapen(j)).map(within).sum();
         if 3 * misshapen > piece.len() {
             continue;
@@ -157,7 +158,7 @@ fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> 
         let size = decision::size(observed, piece.len());
         let (log_odds, evidence) = LAYING.weigh([found.odds, as_is, found.best, size]);
         let kind = if moved { Kind::Geometry } else { Kind::Texture };
-        let region = Region { pixels: piece.clone() };
+        let region = Region { pixels: piece };
         pieces.push(Judged {
             displacement: moved
                 .then_some(Displacement { metres: found.off_m.into(), uncertainty_m: found.uncertainty_m.into() }),

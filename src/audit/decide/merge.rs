@@ -14,7 +14,7 @@ use crate::audit::decide::lines_of_sight::{are_one_thing, support};
 use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
-use crate::audit::hypothesis::retextured;
+use crate::audit::hypothesis::laying::retextured;
 use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::{components, mask_of};
 use crate::audit::verdict::Reason;

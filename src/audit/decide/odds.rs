@@ -4,7 +4,7 @@
 //! are fitted to the candidates of many audits (`docs/audit.md`); none is set by hand.
 
 use crate::audit::finding::{Evidence, Finding};
-use crate::audit::hypothesis::retextured::EVIDENCE;
+use crate::audit::hypothesis::laying::retextured::EVIDENCE;
 use crate::audit::verdict::Reason;
 
 /// Something measured of a candidate.

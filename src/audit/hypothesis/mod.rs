@@ -3,13 +3,11 @@
 pub(crate) mod absent;
 pub(crate) mod borders;
 pub(crate) mod extent;
+pub(crate) mod laying;
 pub(crate) mod opening;
 pub(crate) mod other_picture;
-pub(crate) mod phase_correlation;
 pub(crate) mod plane_sweep;
 pub(crate) mod recoloured;
-pub(crate) mod retextured;
 pub(crate) mod second_surface;
 pub(crate) mod sideways;
 pub(crate) mod silhouette;
-pub(crate) mod texture_alignment;

@@ -1,7 +1,7 @@
 //! What became of a region's texture: another laying of it, other colours, or another picture.
 
 use crate::audit::finding::What;
-use crate::audit::hypothesis::retextured::Relaid;
+use crate::audit::hypothesis::laying::retextured::Relaid;
 use crate::audit::picture::correlation;
 use crate::audit::picture::regions::Region;
 use crate::audit::view::Observations;

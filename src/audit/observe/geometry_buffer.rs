@@ -8,7 +8,7 @@ use crate::audit::picture::regions::Segments;
 use crate::edge_aware::EdgeAware;
 use crate::render::PrimaryRays;
 use crate::scene::{Ray, Scene};
-use crate::site::{Camera, Lens};
+use crate::site::Camera;
 
 /// No surface.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -91,7 +91,7 @@ impl GeometryBuffer {
             height,
             origin,
             focal: camera.focal.y as f32,
-            camera: (camera.lens != Lens::Perspective).then_some((*camera, scene.origin)),
+            camera: (!camera.is_pinhole()).then_some((*camera, scene.origin)),
             to_camera: camera.pose.rotation.transpose().as_mat3(),
             focals: camera.focal.as_vec2(),
             centre: camera.centre.as_vec2(),
@@ -172,7 +172,7 @@ impl GeometryBuffer {
         [i, j].iter().all(|k| line.dot(self.normal[*k]).abs() <= most)
     }
 
-    /// Where a point would be in the picture, lens distortion apart; `None` behind the camera.
+    /// Where a point is in the picture or beside it; `None` where the lens does not show it.
     pub(crate) fn project(&self, point: Vec3) -> Option<Vec2> {
         if let Some((camera, origin)) = &self.camera {
             return camera.project(point.as_dvec3() + *origin).map(|p| p.as_vec2());
@@ -201,5 +201,32 @@ impl GeometryBuffer {
         let half = DVec2::new(self.width as f64, self.height as f64) * 0.5;
         let at = DVec2::new((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
         ((at - half).length_squared() / half.length_squared()) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+    use crate::panorama::Distortion;
+    use crate::scene::testing::{grey, triangles};
+    use crate::site::Pose;
+
+    #[test]
+    fn a_pixel_s_surface_is_in_that_pixel_through_any_lens() {
+        let [a, b, c, d] = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, z)| Vec3::new(x, 3.0, z));
+        let scene = grey(triangles(&[[a, b, c], [a, c, d]]), 0.5);
+        let pose = Pose { position: DVec3::ZERO, rotation: DMat3::from_rotation_z(0.2) };
+        let pinhole = Camera::with_fov(pose, 60, 40, 70.0);
+        let bent = Camera { distortion: Distortion::brown([-0.1, 0.01, 0.0, 0.0], [0.002, -0.001]), ..pinhole };
+        for camera in [pinhole, bent] {
+            let surfaces = GeometryBuffer::look(&scene, &camera);
+            for i in 0..60 * 40 {
+                let middle = Vec2::new((i % 60) as f32 + 0.5, (i / 60) as f32 + 0.5);
+                let at = surfaces.project(surfaces.position[i]).unwrap();
+                assert!(at.distance(middle) < 1e-2, "{middle} is at {at}");
+            }
+        }
     }
 }

@@ -5,7 +5,7 @@
 
 use glam::{Mat2, Vec2};
 
-use crate::audit::hypothesis::texture_alignment::TexturePatch;
+use crate::audit::hypothesis::laying::texture_alignment::TexturePatch;
 use crate::audit::likelihood::structure::BAND;
 use crate::audit::picture::fourier::Complex;
 

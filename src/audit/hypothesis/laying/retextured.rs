@@ -4,7 +4,7 @@ use glam::{Mat2, Vec2};
 use rayon::prelude::*;
 
 use crate::audit::finding::What;
-use crate::audit::hypothesis::texture_alignment::{TexturePatch, UvTransform};
+use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
 use crate::audit::view::Observations;
 use crate::scene::Scene;
 
@@ -15,11 +15,11 @@ const FOUND: f32 = 0.45;
 const FITS: f32 = 0.75;
 
 /// Logarithm of the odds from which on another laying is told: many are tried.
-const TOLD: f32 = 24.0;
+pub(super) const TOLD: f32 = 24.0;
 
 /// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
 /// when it is shifted.
-const ODDS: f32 = 3.0;
+pub(super) const ODDS: f32 = 3.0;
 
 /// What the odds are called in the evidence.
 pub(crate) const EVIDENCE: &str = "odds of another laying";
@@ -34,9 +34,8 @@ const STEP_PX: f32 = 0.7;
 const MOST_STEPS: i32 = 100;
 const FINE_PX: f32 = 0.1;
 
-/// A close look finds at most so many times the correlation of a coarse one, and so much more.
-const COARSE: f32 = 1.6;
-const COARSE_MORE: f32 = 0.15;
+/// Layings that are looked at closely, of all that a coarse look leaves.
+const CLOSE: usize = 8;
 
 /// Scales that are tried, each way, and the ratio between them.
 const SCALES: i32 = 10;
@@ -77,6 +76,8 @@ pub(crate) struct Relaid {
     /// If the surface moved: how far, metres towards the camera's side, and how well that is known.
     pub(crate) off_m: f32,
     pub(crate) uncertainty_m: f32,
+    /// How it is laid.
+    pub(super) transform: UvTransform,
 }
 
 /// Looks for the laying of the texture on some pixels that the photograph shows; `None` where none fits better than the
@@ -87,74 +88,102 @@ pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -
     searched(&texture, (tried as f32).ln())
 }
 
+/// Logarithm of the odds of a laying by whose correlation the photograph's structure is told so, against another.
+pub(super) fn odds_of(laid: &TexturePatch) -> impl Fn(f32, f32) -> f32 + use<> {
+    // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
+    let n = laid.independent();
+    let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
+    move |from: f32, to: f32| 0.5 * n * (left(from) / left(to)).ln()
+}
+
+/// How well a laying fits that is known but for what the camera's pose is off by, and which that is.
+pub(super) fn near(laid: &TexturePatch, transform: UvTransform) -> (f32, UvTransform) {
+    laid.climbed(transform, 0.7, 1)
+}
+
 /// The laying that the photograph shows, if its odds are better than `told`.
-fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
-    let (as_is, _) = laid.climbed(UvTransform::AS_IS, 0.7, 1);
+pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
+    let (as_is, _) = near(laid, UvTransform::AS_IS);
     // a texture that fits is not laid otherwise
     if as_is > FITS {
         return None;
     }
-    let n = laid.independent();
-    // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
-    let odds = |from: f32, to: f32| {
-        let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
-        0.5 * n * (left(from) / left(to)).ln()
-    };
+    let odds = odds_of(laid);
     // even a perfect fit may not be enough
     if odds(as_is, 0.98) < told {
         return None;
     }
-    // most can be left after a coarse look, which sees somewhat less than a close one
-    let worth = |coarse: f32| odds(as_is, (COARSE * coarse + COARSE_MORE).min(0.98)) > told;
     let turns = candidates(laid.aspect());
     let shifts: Vec<Vec<(f32, Vec2)>> = turns.par_iter().map(|(_, turn)| laid.shifts(*turn)).collect();
-    let promising = |k: usize| shifts[k].iter().filter(|s| worth(s.0)).map(|s| s.1);
-    let fits: Vec<f32> = (0..turns.len()).into_par_iter().map(|k| best_shift(laid, turns[k].1, promising(k))).collect();
+    let mut close: Vec<(f32, usize, Vec2)> = shifts
+        .into_iter()
+        .enumerate()
+        .flat_map(|(k, all)| all.into_iter().map(move |(c, shift)| (c, k, shift)))
+        .collect();
+    close.sort_by(|a, b| b.0.total_cmp(&a.0));
+    close.truncate(CLOSE);
+    let climbed: Vec<(f32, UvTransform)> =
+        close.par_iter().map(|(_, k, shift)| climbed(laid, turns[*k].1, *shift)).collect();
     // a surface off its place shows its texture about shifted, but not all of it by the same way
-    let elsewhere = as_is < FOUND || promising(0).next().is_some();
-    let (moved, off_m) = if elsewhere { best_place(laid) } else { (0.0, 0.0) };
-    let names = std::iter::once(What::Moved).chain(turns.iter().map(|t| t.0));
-    let mut best: Option<(What, f32)> = None;
-    for (what, c) in names.zip(std::iter::once(moved).chain(fits)) {
+    let elsewhere = as_is < FOUND || close.iter().any(|(_, k, _)| *k == 0);
+    let moved = if elsewhere { best_place(laid) } else { nothing() };
+    let of_turn =
+        |k: usize| close.iter().zip(&climbed).filter(|(c, _)| c.1 == k).map(|(_, l)| *l).fold(nothing(), better);
+    let laid_so = turns.iter().enumerate().map(|(k, (what, _))| (*what, of_turn(k)));
+    let mut best: Option<(What, f32, UvTransform)> = None;
+    for (what, (c, transform)) in std::iter::once((What::Moved, moved)).chain(laid_so) {
         // the likelier comes first, and a less likely one must explain what the likelier cannot
-        let better = best.is_none_or(|(_, b)| odds(b, c) > ODDS);
+        let better = best.is_none_or(|(_, b, _)| odds(b, c) > ODDS);
         if c > FOUND && odds(as_is, c) > told && better {
-            best = Some((what, c));
+            best = Some((what, c, transform));
         }
     }
-    best.map(|(what, c)| Relaid {
+    best.map(|(what, c, transform)| Relaid {
         what,
         as_is,
         best: c,
         odds: odds(as_is, c),
-        off_m,
+        transform,
+        off_m: moved.1.off_m,
         uncertainty_m: FINE_PX / laid.parallax_px(),
     })
 }
 
-/// How well the texture fits where it fits best near one of these shifts, turned and scaled so.
-fn best_shift(laid: &TexturePatch, turn: Mat2, shifts: impl Iterator<Item = Vec2>) -> f32 {
-    let first = (0.5 * laid.step_px()).max(0.5);
-    let near = |shift: Vec2| turn == Mat2::IDENTITY && laid.length_px(shift) < SLACK_PX;
-    let climbed = shifts.map(|shift| laid.climbed(UvTransform { turn, shift, off_m: 0.0 }, first, 2));
-    climbed.filter(|(_, l)| !near(l.shift)).fold(0.0, |best, (c, _)| best.max(c))
+/// No laying.
+fn nothing() -> (f32, UvTransform) {
+    (0.0, UvTransform::AS_IS)
 }
 
-/// How well the texture fits where it fits best if the surface is off its place, and how far that is.
-fn best_place(laid: &TexturePatch) -> (f32, f32) {
+/// The one that fits better.
+fn better(a: (f32, UvTransform), b: (f32, UvTransform)) -> (f32, UvTransform) {
+    if b.0 > a.0 { b } else { a }
+}
+
+/// How well the texture fits where it fits best near a shift, turned and scaled so; nothing where that is as the model has it.
+fn climbed(laid: &TexturePatch, turn: Mat2, shift: Vec2) -> (f32, UvTransform) {
+    let climbed = laid.climbed(UvTransform { turn, shift, off_m: 0.0 }, (0.5 * laid.step_px()).max(0.5), 2);
+    let as_is = turn == Mat2::IDENTITY && laid.length_px(climbed.1.shift) < SLACK_PX;
+    if as_is { nothing() } else { climbed }
+}
+
+/// How well the texture fits where it fits best if the surface is off its place, and how it lies there; the pose may be off as much as where
+/// the model has it.
+fn best_place(laid: &TexturePatch) -> (f32, UvTransform) {
     let per_m = laid.parallax_px().max(1e-6);
     let steps = ((FARTHEST_M * per_m / STEP_PX) as i32).min(MOST_STEPS);
-    let at = |off_m: f32| (laid.fit(UvTransform { off_m, ..UvTransform::AS_IS }), off_m);
-    let better = |a: (f32, f32), b: (f32, f32)| if b.0 > a.0 { b } else { a };
+    let at = |off_m: f32| {
+        let place = UvTransform { off_m, ..UvTransform::AS_IS };
+        (laid.fit(place), place)
+    };
     let least = (SLACK_PX / STEP_PX).ceil() as i32;
     let tried: Vec<i32> = (least..=steps).flat_map(|k| [k, -k]).collect();
-    let all: Vec<(f32, f32)> = tried.par_iter().map(|k| at(*k as f32 * STEP_PX / per_m)).collect();
-    let (mut best, mut step) = (all.into_iter().fold((0.0, 0.0), better), 0.5 * STEP_PX / per_m);
+    let all: Vec<(f32, UvTransform)> = tried.par_iter().map(|k| at(*k as f32 * STEP_PX / per_m)).collect();
+    let (mut best, mut step) = (all.into_iter().fold(nothing(), better), 0.5 * STEP_PX / per_m);
     while best.0 > 0.0 && step * per_m >= FINE_PX {
-        best = better(better(best, at(best.1 - step)), at(best.1 + step));
+        best = better(better(best, at(best.1.off_m - step)), at(best.1.off_m + step));
         step *= 0.5;
     }
-    best
+    if best.0 > 0.0 { near(laid, best.1) } else { nothing() }
 }
 
 /// The pieces of texture, of at least so many pixels, that the photograph shows laid otherwise: each by its number.
@@ -169,7 +198,7 @@ pub(crate) fn segments(scene: &Scene, observed: &Observations, least: usize) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::audit::hypothesis::texture_alignment::tests::{blotches, photographed};
+    use crate::audit::hypothesis::laying::texture_alignment::tests::{blotches, photographed};
 
     #[test]
     fn another_laying_is_told_and_the_model_s_is_not() {

@@ -1,18 +1,17 @@
 //! How well a photograph shows a texture that is laid otherwise than the model has it: turned, mirrored, scaled or shifted.
 
-use glam::{Mat2, Vec2, Vec3};
+use glam::{Mat2, Vec2};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::audit::hypothesis::laying::plane_picture::Plane;
 use crate::audit::likelihood::structure::{ALIKE_PX, BAND};
-use crate::audit::observe::geometry_buffer::NONE;
 use crate::audit::observe::uv_islands::Gradient;
 use crate::audit::picture::fourier::{Complex, Fourier};
 use crate::audit::picture::regions::{MOST_PX, bounds};
 use crate::audit::picture::{EVEN, FEWEST, log_luminance};
 use crate::audit::view::Observations;
 use crate::edge_aware::EdgeAware;
-use crate::panorama::linear_to_code;
 use crate::scene::{Scene, Texture};
 
 /// Sides of the grids that a texture's period is divided into.
@@ -26,12 +25,6 @@ const BOX_PX: usize = 8 * MOST_PX;
 
 /// Structure is compared with itself up to so many pixels beside and below.
 const LAGS: usize = 16;
-
-/// A plane's picture is so many times as wide as pixels reach from their middle: what was shifted came from beside them.
-const PERIOD: f32 = 4.0;
-
-/// Surfaces lie in one plane if they are off it by less than this share of how far they reach from their middle.
-const OFF: f32 = 0.25;
 
 /// A pixel's place in a texture: its middle, and how far the pixel reaches to its right and down.
 #[derive(Clone, Copy)]
@@ -102,9 +95,13 @@ impl<'a> TexturePatch<'a> {
     /// do not.
     pub(crate) fn in_plane(observed: &Observations, pixels: &[usize]) -> Option<Self> {
         let tested = tested(observed, pixels);
-        let plane = Plane::of(observed, &tested)?;
+        Self::on(&Plane::of(observed, &tested)?, observed, &tested)
+    }
+
+    /// The same of pixels that could be tested, in a plane of theirs.
+    pub(crate) fn on(plane: &Plane, observed: &Observations, tested: &[usize]) -> Option<Self> {
         let position = &observed.surfaces.position;
-        Self::at(Cow::Owned(plane.picture(observed)), observed, &tested, |i| {
+        Self::at(Cow::Owned(plane.picture(observed, 2 * SIDES[1])), observed, tested, |i| {
             if plane.holds(observed, i) { place(observed, i, plane.at(position[i]), &plane.gradient) } else { None }
         })
     }
@@ -318,69 +315,8 @@ fn cut_out(
     (EdgeAware::new(width, height, both), places)
 }
 
-fn tested(observed: &Observations, pixels: &[usize]) -> Vec<usize> {
+pub(crate) fn tested(observed: &Observations, pixels: &[usize]) -> Vec<usize> {
     pixels.iter().copied().filter(|i| observed.texture.tested[*i]).collect()
-}
-
-/// A plane whose paint as the view shows it is a texture: a scan has no other.
-struct Plane {
-    origin: Vec3,
-    normal: Vec3,
-    /// How far pixels reach from the origin, metres.
-    reach: f32,
-    gradient: Gradient,
-}
-
-impl Plane {
-    /// That in which most of some pixels lie, if they do; a period is so many times as long as these reach from their middle.
-    fn of(observed: &Observations, pixels: &[usize]) -> Option<Self> {
-        let s = &observed.surfaces;
-        let normal = pixels.iter().map(|i| s.normal[*i]).sum::<Vec3>().try_normalize()?;
-        let origin = pixels.iter().map(|i| s.position[*i]).sum::<Vec3>() / pixels.len() as f32;
-        let reach = pixels.iter().map(|i| s.position[*i].distance(origin)).fold(0.0, f32::max).max(1e-3);
-        // pictures are mirrored along the level lines of walls, and along the building's axes on floors
-        let axis = if normal.z.abs() < std::f32::consts::FRAC_1_SQRT_2 { Vec3::Z } else { Vec3::Y };
-        let u = axis.cross(normal).normalize();
-        let v = normal.cross(u);
-        let period = PERIOD * reach;
-        let plane = Self { origin, normal, reach, gradient: Gradient::along(u / period, v / period) };
-        let held = pixels.iter().filter(|i| plane.holds(observed, **i)).count();
-        (4 * held > 3 * pixels.len()).then_some(plane)
-    }
-
-    /// Whether a pixel's surface lies in the plane.
-    fn holds(&self, observed: &Observations, i: usize) -> bool {
-        let s = &observed.surfaces;
-        let off = self.normal.dot(s.position[i] - self.origin).abs();
-        s.triangle[i] != NONE && off <= OFF * self.reach && s.normal[i].dot(self.normal) > 0.0
-    }
-
-    fn at(&self, point: Vec3) -> Vec2 {
-        self.gradient.step(point - self.origin) + Vec2::splat(0.5)
-    }
-
-    /// The model's albedo on it, where the view shows that; elsewhere its mean.
-    fn picture(&self, observed: &Observations) -> Texture {
-        let s = &observed.surfaces;
-        let side = 2 * SIDES[1];
-        let along = self.gradient.directions();
-        let albedo = |k: usize| {
-            let at = Vec2::new((k % side) as f32 + 0.5, (side - 1 - k / side) as f32 + 0.5) / side as f32 - 0.5;
-            let point = self.origin + along[0] * at.x + along[1] * at.y;
-            let seen = s.project(point).filter(|p| p.min_element() >= 0.0)?.as_usizevec2();
-            let i = (seen.x < s.width && seen.y < s.height).then(|| seen.y * s.width + seen.x)?;
-            self.holds(observed, i).then(|| observed.albedo[i])
-        };
-        let all: Vec<Option<Vec3>> = (0..side * side).map(albedo).collect();
-        let known = all.iter().flatten();
-        let mean = known.clone().sum::<Vec3>() / known.count().max(1) as f32;
-        let code = |a: Vec3| {
-            let [r, g, b] = a.to_array().map(linear_to_code);
-            [r, g, b, 255]
-        };
-        let texels = all.into_iter().map(|a| code(a.unwrap_or(mean))).collect();
-        Texture::new(String::new(), side, side, texels)
-    }
 }
 
 /// What a pixel shows of a texture, where that has such a place and changes so along the surface; `None` without extent.

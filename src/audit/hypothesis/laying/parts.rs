@@ -1,0 +1,161 @@
+//! Which parts of a scan the photograph shows laid otherwise than the model has them.
+//!
+//! A scan is not mapped in pieces. So it is looked at through windows, and where one shows another laying, that is followed over the
+//! surface for as far as it tells more of the photograph than the model's own.
+
+use glam::{Mat2, Vec3};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+use crate::audit::hypothesis::laying::plane_picture::Plane;
+use crate::audit::hypothesis::laying::retextured::{ODDS, Relaid, TOLD, near, odds_of, searched};
+use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
+use crate::audit::likelihood::structure;
+use crate::audit::view::Observations;
+use crate::scene::Scene;
+
+/// Sides of the windows that a scan is looked at through, pixels, and of the squares that a part of it is made of.
+const WINDOW_PX: usize = 64;
+const SQUARE_PX: usize = 16;
+
+/// A window on one smooth surface.
+struct Window {
+    plane: Plane,
+    tested: Vec<usize>,
+}
+
+impl Window {
+    /// The part of a surface that was tested around a pixel, if that is a third of the window and more.
+    fn around(observed: &Observations, label: u32, middle: [usize; 2]) -> Option<Self> {
+        let (w, h) = observed.size();
+        let half = WINDOW_PX / 2;
+        let side = |at: usize, most: usize| at.saturating_sub(half)..(at + half).min(most);
+        let all = side(middle[1], h).flat_map(|y| side(middle[0], w).map(move |x| y * w + x));
+        let tested: Vec<usize> =
+            all.filter(|i| observed.texture.tested[*i] && observed.surfaces.label[*i] == label).collect();
+        if 3 * tested.len() < WINDOW_PX * WINDOW_PX {
+            return None;
+        }
+        Some(Self { plane: Plane::of(observed, &tested)?, tested })
+    }
+
+    fn patch<'a>(&self, observed: &'a Observations) -> Option<TexturePatch<'a>> {
+        TexturePatch::on(&self.plane, observed, &self.tested)
+    }
+}
+
+/// Another laying in space: what the photograph shows at one point the model has at another, and so on all around.
+struct Laying {
+    from: Vec3,
+    to: Vec3,
+    turn: Mat2,
+    /// How far the surface is off its place, metres towards the camera's side.
+    off_m: f32,
+}
+
+impl Laying {
+    fn new(plane: &Plane, patch: &TexturePatch, transform: UvTransform) -> Self {
+        // a picture repeats, the plane does not: the nearest place
+        let shift = transform.shift - transform.shift.round();
+        Self {
+            from: plane.point(patch.centre),
+            to: plane.point(patch.centre + shift),
+            turn: transform.turn,
+            off_m: transform.off_m,
+        }
+    }
+
+    /// The same on another patch.
+    fn on(&self, plane: &Plane, patch: &TexturePatch) -> UvTransform {
+        let step = self.turn * plane.gradient.step(plane.point(patch.centre) - self.from);
+        let shift = plane.at(self.to + plane.along(step)) - patch.centre;
+        UvTransform { turn: self.turn, shift, off_m: self.off_m }
+    }
+}
+
+/// Parts of a scan that the photograph shows laid otherwise: their pixels, and how. A scan is not mapped in pieces. So it is looked at
+/// through windows, and where one shows another laying, that is followed for as far as it tells more of the photograph than the model's.
+pub(crate) fn parts(scene: &Scene, observed: &Observations) -> Vec<(Vec<usize>, Relaid)> {
+    if scene.mesh.colours.is_empty() {
+        return Vec::new();
+    }
+    let s = &observed.surfaces;
+    let (w, h) = observed.size();
+    let side = |most: usize| (WINDOW_PX / 2..most).step_by(WINDOW_PX);
+    let middles: Vec<[usize; 2]> = side(h).flat_map(|y| side(w).map(move |x| [x, y])).collect();
+    let mut seeds: Vec<(u32, [usize; 2], Laying, Relaid)> = middles
+        .into_par_iter()
+        .filter_map(|middle| {
+            let label = s.label[middle[1] * w + middle[0]];
+            let window = Window::around(observed, label, middle)?;
+            // only where the photograph does not follow the model's own structure
+            if structure::odds_of(&observed.texture.structure, w, &window.tested).0 <= 0.0 {
+                return None;
+            }
+            let patch = window.patch(observed)?;
+            let found = searched(&patch, TOLD)?;
+            Some((label, middle, Laying::new(&window.plane, &patch, found.transform), found))
+        })
+        .collect();
+    seeds.sort_by(|a, b| b.3.odds.total_cmp(&a.3.odds).then(a.1.cmp(&b.1)));
+    let mut taken = vec![false; w * h];
+    let mut parts = Vec::new();
+    for (label, middle, laying, found) in &seeds {
+        if taken[middle[1] * w + middle[0]] {
+            continue;
+        }
+        let (pixels, part) = followed(observed, *label, *middle, laying, *found);
+        pixels.iter().for_each(|i| taken[*i] = true);
+        if part.odds > TOLD {
+            parts.push((pixels, part));
+        }
+    }
+    parts
+}
+
+/// Follows a laying over a surface, from a window that shows it to its neighbours.
+fn followed(
+    observed: &Observations,
+    label: u32,
+    from: [usize; 2],
+    laying: &Laying,
+    found: Relaid,
+) -> (Vec<usize>, Relaid) {
+    let (w, h) = observed.size();
+    let start = from.map(|v| v / SQUARE_PX);
+    let mut asked = BTreeSet::from([start]);
+    let mut edge = vec![start];
+    let mut part: Vec<([usize; 2], [f32; 3])> = Vec::new();
+    while !edge.is_empty() {
+        let told: Vec<_> = edge
+            .into_par_iter()
+            .filter_map(|square| {
+                let window = Window::around(observed, label, square.map(|v| v * SQUARE_PX + SQUARE_PX / 2))?;
+                let patch = window.patch(observed)?;
+                let (as_is, _) = near(&patch, UvTransform::AS_IS);
+                let (best, _) = near(&patch, laying.on(&window.plane, &patch));
+                let odds = odds_of(&patch)(as_is, best);
+                (odds > ODDS).then_some((square, [odds, as_is, best]))
+            })
+            .collect();
+        edge = Vec::new();
+        for (square, values) in told {
+            part.push((square, values));
+            let [x, y] = square;
+            for next in [[x + 1, y], [x.wrapping_sub(1), y], [x, y + 1], [x, y.wrapping_sub(1)]] {
+                if next[0] < w.div_ceil(SQUARE_PX) && next[1] < h.div_ceil(SQUARE_PX) && asked.insert(next) {
+                    edge.push(next);
+                }
+            }
+        }
+    }
+    // each pixel is in so many windows
+    let share = (SQUARE_PX * SQUARE_PX) as f32 / (WINDOW_PX * WINDOW_PX) as f32;
+    let sum = |k: usize| part.iter().map(|p| p.1[k]).sum::<f32>();
+    let mean = |k: usize| sum(k) / part.len().max(1) as f32;
+    let squares: BTreeSet<[usize; 2]> = part.iter().map(|p| p.0).collect();
+    let of =
+        |i: &usize| observed.surfaces.label[*i] == label && squares.contains(&[i % w / SQUARE_PX, i / w / SQUARE_PX]);
+    let pixels = (0..w * h).filter(of).collect();
+    (pixels, Relaid { odds: share * sum(0), as_is: mean(1), best: mean(2), ..found })
+}
