@@ -142,11 +142,9 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations) -> Judgement
 
 /// Pieces of texture that the photograph shows laid otherwise, but for those whose shape is wrong.
 fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> Vec<Judged> {
-    let segments = &observed.surfaces.segments;
     let mut pieces = Vec::new();
-    let whole = retextured::segments(prepared.scene, observed, least(observed));
-    let whole = whole.into_iter().map(|(k, found)| (segments.pixels[k].clone(), found));
-    for (piece, found) in whole.chain(parts::parts(prepared.scene, observed)) {
+    let segments = retextured::segments(prepared.scene, observed, least(observed));
+    for (piece, found) in segments.into_iter().chain(parts::parts(prepared.scene, observed)) {
         let within = |j: &Judged| j.pixels().iter().filter(|i| piece.binary_search(i).is_ok()).count();
         let misshapen: usize = judged.iter().filter(|j| observed.calls_misshapen(j)).map(within).sum();
         if 3 * misshapen > piece.len() {
@@ -160,8 +158,10 @@ fn relaid(prepared: &AuditScene, observed: &Observations, judged: &[Judged]) -> 
         let kind = if moved { Kind::Geometry } else { Kind::Texture };
         let region = Region { pixels: piece };
         pieces.push(Judged {
-            displacement: moved
-                .then_some(Displacement { metres: found.off_m.into(), uncertainty_m: found.uncertainty_m.into() }),
+            displacement: moved.then_some(Displacement {
+                metres: found.transform.off_m.into(),
+                uncertainty_m: found.uncertainty_m.into(),
+            }),
             ..Judged::new(kind, found.what, log_odds, evidence, region)
         });
     }

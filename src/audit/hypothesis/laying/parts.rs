@@ -3,12 +3,12 @@
 //! A scan is not mapped in pieces. So it is looked at through windows, and where one shows another laying, that is followed over the
 //! surface for as far as it tells more of the photograph than the model's own.
 
-use glam::{Mat2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 use crate::audit::hypothesis::laying::plane_picture::Plane;
-use crate::audit::hypothesis::laying::retextured::{ODDS, Relaid, TOLD, near, odds_of, searched};
+use crate::audit::hypothesis::laying::retextured::{ODDS, Relaid, TOLD, laying_odds, near, searched};
 use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
 use crate::audit::likelihood::structure;
 use crate::audit::view::Observations;
@@ -48,63 +48,54 @@ impl Window {
 struct Laying {
     from: Vec3,
     to: Vec3,
-    turn: Mat2,
-    /// How far the surface is off its place, metres towards the camera's side.
-    off_m: f32,
+    /// But for its shift, which is another on each patch.
+    transform: UvTransform,
 }
 
 impl Laying {
     fn new(plane: &Plane, patch: &TexturePatch, transform: UvTransform) -> Self {
         // a picture repeats, the plane does not: the nearest place
         let shift = transform.shift - transform.shift.round();
-        Self {
-            from: plane.point(patch.centre),
-            to: plane.point(patch.centre + shift),
-            turn: transform.turn,
-            off_m: transform.off_m,
-        }
+        Self { from: plane.point(patch.centre), to: plane.point(patch.centre + shift), transform }
     }
 
     /// The same on another patch.
     fn on(&self, plane: &Plane, patch: &TexturePatch) -> UvTransform {
-        let step = self.turn * plane.gradient.step(plane.point(patch.centre) - self.from);
+        let step = self.transform.turn * plane.gradient.step(plane.point(patch.centre) - self.from);
         let shift = plane.at(self.to + plane.along(step)) - patch.centre;
-        UvTransform { turn: self.turn, shift, off_m: self.off_m }
+        UvTransform { shift, ..self.transform }
     }
 }
 
-/// Parts of a scan that the photograph shows laid otherwise: their pixels, and how. A scan is not mapped in pieces. So it is looked at
-/// through windows, and where one shows another laying, that is followed for as far as it tells more of the photograph than the model's.
+/// Parts of a scan that the photograph shows laid otherwise: their pixels, and how.
 pub(crate) fn parts(scene: &Scene, observed: &Observations) -> Vec<(Vec<usize>, Relaid)> {
     if scene.mesh.colours.is_empty() {
         return Vec::new();
     }
-    let s = &observed.surfaces;
     let (w, h) = observed.size();
     let side = |most: usize| (WINDOW_PX / 2..most).step_by(WINDOW_PX);
     let middles: Vec<[usize; 2]> = side(h).flat_map(|y| side(w).map(move |x| [x, y])).collect();
-    let mut seeds: Vec<(u32, [usize; 2], Laying, Relaid)> = middles
+    let mut seeds: Vec<([usize; 2], Laying, Relaid)> = middles
         .into_par_iter()
         .filter_map(|middle| {
-            let label = s.label[middle[1] * w + middle[0]];
-            let window = Window::around(observed, label, middle)?;
+            let window = Window::around(observed, label(observed, middle), middle)?;
             // only where the photograph does not follow the model's own structure
             if structure::odds_of(&observed.texture.structure, w, &window.tested).0 <= 0.0 {
                 return None;
             }
             let patch = window.patch(observed)?;
             let found = searched(&patch, TOLD)?;
-            Some((label, middle, Laying::new(&window.plane, &patch, found.transform), found))
+            Some((middle, Laying::new(&window.plane, &patch, found.transform), found))
         })
         .collect();
-    seeds.sort_by(|a, b| b.3.odds.total_cmp(&a.3.odds).then(a.1.cmp(&b.1)));
+    seeds.sort_by(|a, b| b.2.odds.total_cmp(&a.2.odds).then(a.0.cmp(&b.0)));
     let mut taken = vec![false; w * h];
     let mut parts = Vec::new();
-    for (label, middle, laying, found) in &seeds {
+    for (middle, laying, found) in &seeds {
         if taken[middle[1] * w + middle[0]] {
             continue;
         }
-        let (pixels, part) = followed(observed, *label, *middle, laying, *found);
+        let (pixels, part) = followed(observed, *middle, laying, *found);
         pixels.iter().for_each(|i| taken[*i] = true);
         if part.odds > TOLD {
             parts.push((pixels, part));
@@ -113,15 +104,15 @@ pub(crate) fn parts(scene: &Scene, observed: &Observations) -> Vec<(Vec<usize>, 
     parts
 }
 
+/// The smooth surface in a pixel.
+fn label(observed: &Observations, [x, y]: [usize; 2]) -> u32 {
+    observed.surfaces.label[y * observed.surfaces.width + x]
+}
+
 /// Follows a laying over a surface, from a window that shows it to its neighbours.
-fn followed(
-    observed: &Observations,
-    label: u32,
-    from: [usize; 2],
-    laying: &Laying,
-    found: Relaid,
-) -> (Vec<usize>, Relaid) {
+fn followed(observed: &Observations, from: [usize; 2], laying: &Laying, found: Relaid) -> (Vec<usize>, Relaid) {
     let (w, h) = observed.size();
+    let label = label(observed, from);
     let start = from.map(|v| v / SQUARE_PX);
     let mut asked = BTreeSet::from([start]);
     let mut edge = vec![start];
@@ -134,7 +125,7 @@ fn followed(
                 let patch = window.patch(observed)?;
                 let (as_is, _) = near(&patch, UvTransform::AS_IS);
                 let (best, _) = near(&patch, laying.on(&window.plane, &patch));
-                let odds = odds_of(&patch)(as_is, best);
+                let odds = laying_odds(&patch)(as_is, best);
                 (odds > ODDS).then_some((square, [odds, as_is, best]))
             })
             .collect();

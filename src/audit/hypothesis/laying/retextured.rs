@@ -73,11 +73,9 @@ pub(crate) struct Relaid {
     pub(crate) best: f32,
     /// Logarithm of the odds of this against the texture as it is.
     pub(crate) odds: f32,
-    /// If the surface moved: how far, metres towards the camera's side, and how well that is known.
-    pub(crate) off_m: f32,
+    /// How it is laid; if the surface moved, how well it is known how far.
+    pub(crate) transform: UvTransform,
     pub(crate) uncertainty_m: f32,
-    /// How it is laid.
-    pub(super) transform: UvTransform,
 }
 
 /// Looks for the laying of the texture on some pixels that the photograph shows; `None` where none fits better than the
@@ -89,7 +87,7 @@ pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -
 }
 
 /// Logarithm of the odds of a laying by whose correlation the photograph's structure is told so, against another.
-pub(super) fn odds_of(laid: &TexturePatch) -> impl Fn(f32, f32) -> f32 + use<> {
+pub(super) fn laying_odds(laid: &TexturePatch) -> impl Fn(f32, f32) -> f32 + use<> {
     // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
     let n = laid.independent();
     let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
@@ -108,7 +106,7 @@ pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
     if as_is > FITS {
         return None;
     }
-    let odds = odds_of(laid);
+    let odds = laying_odds(laid);
     // even a perfect fit may not be enough
     if odds(as_is, 0.98) < told {
         return None;
@@ -144,7 +142,6 @@ pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
         best: c,
         odds: odds(as_is, c),
         transform,
-        off_m: moved.1.off_m,
         uncertainty_m: FINE_PX / laid.parallax_px(),
     })
 }
@@ -186,13 +183,15 @@ fn best_place(laid: &TexturePatch) -> (f32, UvTransform) {
     if best.0 > 0.0 { near(laid, best.1) } else { nothing() }
 }
 
-/// The pieces of texture, of at least so many pixels, that the photograph shows laid otherwise: each by its number.
-pub(crate) fn segments(scene: &Scene, observed: &Observations, least: usize) -> Vec<(usize, Relaid)> {
+/// The pieces of texture, of at least so many pixels, that the photograph shows laid otherwise: their pixels, and how.
+pub(crate) fn segments(scene: &Scene, observed: &Observations, least: usize) -> Vec<(Vec<usize>, Relaid)> {
     let segments = &observed.surfaces.segments;
-    let large = |k: &usize| segments.pixels[*k].len() >= least;
-    let all: Vec<usize> = (0..segments.pixels.len()).filter(large).collect();
-    let relaid = |k: usize| Some((k, searched(&TexturePatch::mapped(scene, observed, &segments.pixels[k])?, TOLD)?));
-    all.into_par_iter().filter_map(relaid).collect()
+    let large: Vec<&Vec<usize>> = segments.pixels.iter().filter(|pixels| pixels.len() >= least).collect();
+    let relaid = |pixels: &Vec<usize>| {
+        let found = searched(&TexturePatch::mapped(scene, observed, pixels)?, TOLD)?;
+        Some((pixels.clone(), found))
+    };
+    large.into_par_iter().filter_map(relaid).collect()
 }
 
 #[cfg(test)]
@@ -222,7 +221,10 @@ mod tests {
         for off_m in [0.15, -0.08] {
             let told =
                 searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), TOLD).unwrap();
-            assert!(told.what == What::Moved && (told.off_m - off_m).abs() < 3.0 * told.uncertainty_m, "{told:?}");
+            assert!(
+                told.what == What::Moved && (told.transform.off_m - off_m).abs() < 3.0 * told.uncertainty_m,
+                "{told:?}"
+            );
         }
     }
 }
