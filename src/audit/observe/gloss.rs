@@ -127,18 +127,18 @@ impl<'a> Gloss<'a> {
         let scene = self.relit.scene;
         let scanned = scene.materials.len() < 2 || !scene.mesh.colours.is_empty();
         let of = |i: usize| (surfaces.material[i], if scanned { surfaces.label[i] } else { 0 });
-        let towards = |eye: Vec3, i: usize, scratch: &mut Nearby| {
-            luminance(self.mirrored(surfaces.position[i], surfaces.normal[i], eye, scratch).spread)
+        // each place by itself: what light is found for it must not depend on which thread asks for which
+        let towards = |eye: Vec3, i: usize| {
+            luminance(self.mirrored(surfaces.position[i], surfaces.normal[i], eye, &mut Nearby::default()).spread)
         };
         let mut asked: Vec<usize> = pairs.iter().map(|pair| pair.pixel).collect();
         asked.sort_unstable();
         asked.dedup();
-        let to_camera = asked.par_iter().map_init(Nearby::default, |scratch, i| towards(surfaces.origin, *i, scratch));
-        let to_camera: BTreeMap<usize, f32> = asked.iter().copied().zip(to_camera.collect::<Vec<_>>()).collect();
+        let to_camera: BTreeMap<usize, f32> = asked.par_iter().map(|i| (*i, towards(surfaces.origin, *i))).collect();
         let seen: Vec<Seen> = pairs
             .par_iter()
-            .map_init(Nearby::default, |scratch, pair| {
-                let more = to_camera[&pair.pixel] - towards(self.probes[pair.probe].origin, pair.pixel, scratch);
+            .map(|pair| {
+                let more = to_camera[&pair.pixel] - towards(self.probes[pair.probe].origin, pair.pixel);
                 Seen {
                     more: f64::from(more / pair.here),
                     brighter: f64::from(pair.photo / pair.here - 1.0),
