@@ -13,7 +13,7 @@ use crate::audit::observe::geometry_buffer::averaged_in;
 use crate::audit::observe::photo::Photo;
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::bounds;
-use crate::audit::verdict::{Reason, Verdict};
+use crate::audit::verdict::Reason;
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::Picture;
 use crate::site::{Site, View};
@@ -218,16 +218,6 @@ fn warnings(observed: &Observations) -> Vec<String> {
 }
 
 impl AuditedView {
-    /// Turns what was taken for a fault of shape in some pixels into one of texture.
-    pub(crate) fn call_texture(&mut self, pixels: &[usize]) {
-        for &i in pixels {
-            if self.verdicts[i] == Verdict::Geometry {
-                self.verdicts[i] = Verdict::Texture;
-            }
-        }
-        self.count();
-    }
-
     /// Width and height of its maps.
     pub(crate) fn size(&self) -> [u32; 2] {
         [self.render.width as u32, self.render.height as u32]

@@ -1,8 +1,10 @@
 //! A verdict for every pixel, and why it is no better.
 
+use crate::audit::decide::decision::AGREES;
 use crate::audit::finding::Kind;
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::NONE;
+use crate::audit::picture::regions::opened;
 use crate::audit::verdict::{Reason, Verdict};
 use crate::audit::view::Observations;
 use crate::panorama::luminance;
@@ -42,7 +44,47 @@ pub(crate) fn verdicts(observed: &Observations) -> (Vec<Verdict>, Vec<Reason>) {
             verdicts[i] = Verdict::Ok;
         }
     }
+    // a plain place tells too little by itself
+    let tested: Vec<bool> = verdicts.iter().map(|v| *v == Verdict::Ok).collect();
+    let plain = |i: usize| reasons[i] == Reason::NoTexture && g.sensitivity[i] < SENSITIVITY && g.mismatch[i] < AGREES;
+    let plain: Vec<bool> = (0..n).map(plain).collect();
+    let borne_out = with_between(&tested, &plain, &s.label, s.width);
+    for i in (0..n).filter(|i| plain[*i] && borne_out[*i]) {
+        (verdicts[i], reasons[i]) = (Verdict::Ok, Reason::None);
+    }
     (verdicts, reasons)
+}
+
+/// What was tested, and what is plain between: in a row, column or diagonal of pixels from one tested place of a smooth surface to another,
+/// plain all along. A surface that is in its place at both ends is there between them. What is thinner than a diamond of five pixels is left out.
+fn with_between(tested: &[bool], plain: &[bool], label: &[u32], width: usize) -> Vec<bool> {
+    let height = tested.len() / width.max(1);
+    let (w, h) = (width as isize, height as isize);
+    let inside = |x: isize, y: isize| (0..w).contains(&x) && (0..h).contains(&y);
+    let mut all = tested.to_vec();
+    for (right, down) in [(1, 0), (0, 1), (1, 1), (-1, 1)] {
+        for start in (0..w * h).filter(|i| !inside(i % w - right, i / w - down)) {
+            let (mut x, mut y) = (start % w, start / w);
+            // the last tested place's surface, and what is plain since
+            let (mut surface, mut since) = (None, Vec::new());
+            while inside(x, y) {
+                let i = (y * w + x) as usize;
+                let same = surface == Some(label[i]);
+                if tested[i] {
+                    let between = since.drain(..).filter(|_| same);
+                    between.for_each(|i: usize| all[i] = true);
+                    surface = Some(label[i]);
+                } else if same && plain[i] {
+                    since.push(i);
+                } else {
+                    surface = None;
+                    since.clear();
+                }
+                (x, y) = (x + right, y + down);
+            }
+        }
+    }
+    opened(&all, width, height, 2)
 }
 
 /// Marks a region: as a fault, or, where there is a reason to, as a doubt.
@@ -54,5 +96,26 @@ pub(crate) fn mark(verdicts: &mut [Verdict], reasons: &mut [Reason], pixels: &[u
     };
     for &i in pixels {
         (verdicts[i], reasons[i]) = (verdict, reason);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_places_between_tested_ones_of_the_same_surface_are_borne_out() {
+        const SIDE: usize = 40;
+        let at = |i: usize| (i % SIDE, i / SIDE);
+        let picture = |f: &dyn Fn((usize, usize)) -> bool| (0..SIDE * SIDE).map(|i| f(at(i))).collect::<Vec<bool>>();
+        // two surfaces side by side; the left one was tested at both sides, the right one at one
+        let label: Vec<u32> = (0..SIDE * SIDE).map(|i| u32::from(at(i).0 >= 24)).collect();
+        let tested = picture(&|(x, _)| x < 6 || (18..30).contains(&x));
+        let plain = picture(&|at| !tested[at.1 * SIDE + at.0]);
+        assert!(with_between(&tested, &plain, &label, SIDE) == picture(&|(x, _)| x < 30));
+        // what does not agree on the way is no bridge, nor is what is thin
+        let broken = picture(&|(x, y)| plain[y * SIDE + x] && (x != 12 || y == 20));
+        let all = with_between(&tested, &broken, &label, SIDE);
+        assert!((0..SIDE * SIDE).filter(|i| (9..16).contains(&at(*i).0)).all(|i| !all[i]));
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -149,10 +150,15 @@ impl Fault {
             && are_one_thing((own_eye, &self.pixels), (eye, &other.pixels))
     }
 
+    /// Whether it is a finding, and not a doubt.
+    fn is_sure(&self) -> bool {
+        self.finding.reason == Reason::None
+    }
+
     /// Whether it is a fault of surfaces that the model has: those are wrong in whichever view shows them. What the model lacks stands
     /// before or behind its surfaces, elsewhere in each view.
     fn of_modelled_surfaces(&self) -> bool {
-        self.finding.reason == Reason::None && self.finding.what != What::Missing
+        self.is_sure() && self.finding.what != What::Missing
     }
 
     /// Adds what a view shows of it.
@@ -208,37 +214,35 @@ fn unexplained(faults: &mut [Fault], doubts: Vec<Fault>, assessed: &mut [Assesse
     left
 }
 
-/// Merges what several views show of one fault, numbers findings and doubts, and names their masks.
-pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut assessed: Vec<Assessed>) -> Audit {
+/// What all views show, a fault each: what one view doubts is a part of what another is sure of.
+fn faults(assessed: &mut [Assessed], metres_per_unit: f64) -> Vec<Fault> {
     let mut all: Vec<(usize, Found)> = Vec::new();
     for (v, a) in assessed.iter_mut().enumerate() {
         all.extend(std::mem::take(&mut a.found).into_iter().map(|f| (v, f)));
     }
-    // the surest first; ties by view and place, so that the order is always the same
-    let surest = |(v, a): (usize, &Finding), (u, b): (usize, &Finding)| {
-        b.score.total_cmp(&a.score).then(v.cmp(&u)).then(a.bbox.cmp(&b.bbox))
-    };
     all.sort_by(|(v, a), (u, b)| {
         let (a, b) = (&a.finding, &b.finding);
         by_texture(a).cmp(&by_texture(b)).then_with(|| surest((*v, a), (*u, b)))
     });
     let mut faults: Vec<Fault> = Vec::new();
     for (v, f) in all {
-        let metres = site.frame.metres_per_unit;
-        let eye = |v: usize| &assessed[v].eye;
-        let as_sure = |k: &Fault| (k.finding.reason == Reason::None) == (f.finding.reason == Reason::None);
+        let doubted = f.finding.reason != Reason::None;
         let same = |k: &&mut Fault| {
-            k.view != v && as_sure(k) && (k.is_also(&f, metres) || k.is_thing(&f, eye(k.view), eye(v)))
+            let eyes = (&assessed[k.view].eye, &assessed[v].eye);
+            k.view != v
+                && (k.is_sure() || doubted)
+                && (k.is_also(&f, metres_per_unit) || k.is_thing(&f, eyes.0, eyes.1))
         };
         match faults.iter_mut().find(same) {
             Some(fault) => {
                 let k = &mut fault.finding;
-                if k.kind != f.finding.kind {
-                    assessed[v].view.call_texture(&f.pixels);
-                }
                 k.area_cm2 = k.area_cm2.max(f.finding.area_cm2);
                 k.false_alarms = k.false_alarms.zip(f.finding.false_alarms).map(|(a, b)| a.min(b));
-                fault.show(v, &f.finding.view, f.pixels);
+                if fault.is_sure() {
+                    fault.mark(v, &mut assessed[v].view, f.pixels);
+                } else {
+                    fault.show(v, &f.finding.view, f.pixels);
+                }
             }
             None => {
                 let shown = BTreeMap::from([(v, f.pixels.clone())]);
@@ -246,8 +250,19 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
             }
         }
     }
+    faults
+}
+
+/// The surest first; ties by view and place, so that the order is always the same.
+fn surest((v, a): (usize, &Finding), (u, b): (usize, &Finding)) -> Ordering {
+    b.score.total_cmp(&a.score).then(v.cmp(&u)).then(a.bbox.cmp(&b.bbox))
+}
+
+/// Merges what several views show of one fault, numbers findings and doubts, and names their masks.
+pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut assessed: Vec<Assessed>) -> Audit {
+    let mut faults = faults(&mut assessed, site.frame.metres_per_unit);
     faults.iter_mut().filter(|f| f.of_modelled_surfaces()).for_each(|f| f.mark_elsewhere(&mut assessed));
-    let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(|f| f.finding.reason == Reason::None);
+    let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(Fault::is_sure);
     let mut left = unexplained(&mut faults, doubts, &mut assessed);
     faults.append(&mut left);
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
@@ -334,6 +349,30 @@ mod tests {
         assert_eq!(faults[0].shown[&0].len(), 400);
         let verdict = |x: usize| assessed[0].view.verdicts[30 * SIDE + x];
         assert_eq!((verdict(46), verdict(30)), (Verdict::Geometry, Verdict::Ok));
+    }
+
+    #[test]
+    fn what_one_view_doubts_is_a_part_of_what_another_is_sure_of() {
+        let of_view = |name: &str, found: Vec<Found>| Assessed {
+            view: testing::view(testing::summary(name, [SIDE as u32; 2])),
+            field: Field::new(SIDE, vec![0.0; SIDE * SIDE]),
+            own: vec![],
+            eye: eye(),
+            found,
+        };
+        let at = |reason: Reason, log_odds: f32, left: usize, x: f64| {
+            let mut part = part(What::Moved, reason, log_odds, left);
+            (part.finding.position, part.finding.score) = ([x, 0.0, 0.0], odds::probability(log_odds));
+            part
+        };
+        let sure = vec![at(Reason::None, 3.0, 60, 1.0)];
+        let doubts = vec![at(Reason::Usual, -1.0, 70, 1.1), at(Reason::Usual, -1.0, 10, 2.0)];
+        let mut assessed = [of_view("a", sure), of_view("b", doubts)];
+        let all = faults(&mut assessed, 1.0);
+        assert_eq!(all.iter().map(|f| f.is_sure()).collect::<Vec<_>>(), [true, false]);
+        assert_eq!((&all[0].finding.also_in[..], all[0].shown.len()), (&["b".to_owned()][..], 2));
+        let verdict = |x: usize| assessed[1].view.verdicts[30 * SIDE + x];
+        assert_eq!((verdict(75), verdict(15)), (Verdict::Geometry, Verdict::Ok));
     }
 
     #[test]
