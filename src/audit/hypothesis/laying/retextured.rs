@@ -27,6 +27,10 @@ pub(crate) const EVIDENCE: &str = "odds of another laying";
 /// A texture may be off its place by so many pixels without being wrong.
 const SLACK_PX: f32 = 2.0;
 
+/// A scan's surface may be off its place by so many metres without being wrong, and its picture with it: frames that a hand-held camera
+/// took are fused to no better.
+const OFF_M: f32 = 0.02;
+
 /// Surfaces are tried so far off their place, metres, in steps of so many pixels, but no more steps than this each way;
 /// then in finer ones down to this many pixels.
 const FARTHEST_M: f32 = 0.3;
@@ -146,6 +150,11 @@ pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
     })
 }
 
+/// By how many pixels a texture may be off its place without being wrong.
+fn slack_px(laid: &TexturePatch) -> f32 {
+    if laid.is_of_view() { SLACK_PX.max(OFF_M * laid.parallax_px()) } else { SLACK_PX }
+}
+
 /// No laying.
 fn nothing() -> (f32, UvTransform) {
     (0.0, UvTransform::AS_IS)
@@ -159,7 +168,7 @@ fn better(a: (f32, UvTransform), b: (f32, UvTransform)) -> (f32, UvTransform) {
 /// How well the texture fits where it fits best near a shift, turned and scaled so; nothing where that is as the model has it.
 fn climbed(laid: &TexturePatch, turn: Mat2, shift: Vec2) -> (f32, UvTransform) {
     let climbed = laid.climbed(UvTransform { turn, shift, off_m: 0.0 }, (0.5 * laid.step_px()).max(0.5), 2);
-    let as_is = turn == Mat2::IDENTITY && laid.length_px(climbed.1.shift) < SLACK_PX;
+    let as_is = turn == Mat2::IDENTITY && laid.length_px(climbed.1.shift) < slack_px(laid);
     if as_is { nothing() } else { climbed }
 }
 
@@ -172,7 +181,7 @@ fn best_place(laid: &TexturePatch) -> (f32, UvTransform) {
         let place = UvTransform { off_m, ..UvTransform::AS_IS };
         (laid.fit(place), place)
     };
-    let least = (SLACK_PX / STEP_PX).ceil() as i32;
+    let least = (slack_px(laid) / STEP_PX).ceil() as i32;
     let tried: Vec<i32> = (least..=steps).flat_map(|k| [k, -k]).collect();
     let all: Vec<(f32, UvTransform)> = tried.par_iter().map(|k| at(*k as f32 * STEP_PX / per_m)).collect();
     let (mut best, mut step) = (all.into_iter().fold(nothing(), better), 0.5 * STEP_PX / per_m);

@@ -241,6 +241,11 @@ impl<'a> TexturePatch<'a> {
         (shift - shift.round()).abs().dot(self.pixel().recip().min(Vec2::splat(1e6)))
     }
 
+    /// Whether the texture is what the view shows of the model in a plane: that of a scan, which has none.
+    pub(crate) fn is_of_view(&self) -> bool {
+        matches!(self.texture, Cow::Owned(_))
+    }
+
     /// By how many pixels the texture moves when the surface comes a metre towards the camera's side.
     pub(crate) fn parallax_px(&self) -> f32 {
         let mean = self.places.iter().map(|p| p.parallax).sum::<Vec2>() / self.places.len() as f32;
