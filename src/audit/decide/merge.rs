@@ -140,7 +140,10 @@ impl Fault {
         let shifted = by_texture(b) && a.what == What::Shifted;
         // a picture is on one plane; a thing has several sides
         let one_plane = a.kind == Kind::Geometry || self.normal.dot(other.normal) > 0.9;
-        (a.kind == b.kind || shifted) && one_plane && a.material == b.material && apart < 0.6 * a.size_m.max(b.size_m)
+        // a large doubt is no part of a small finding beside its middle
+        let doubt_of_finding = self.is_sure() && b.reason != Reason::None;
+        let size_m = if doubt_of_finding { a.size_m.min(b.size_m) } else { a.size_m.max(b.size_m) };
+        (a.kind == b.kind || shifted) && one_plane && a.material == b.material && apart < 0.6 * size_m
     }
 
     /// Whether another view's finding is of the same thing that the model lacks: it hides other surfaces there.
@@ -366,7 +369,9 @@ mod tests {
             part
         };
         let sure = vec![at(Reason::None, 3.0, 60, 1.0)];
-        let doubts = vec![at(Reason::Usual, -1.0, 70, 1.1), at(Reason::Usual, -1.0, 10, 2.0)];
+        let mut large = at(Reason::Usual, -1.0, 10, 1.5);
+        large.finding.size_m = 3.0;
+        let doubts = vec![at(Reason::Usual, -1.0, 70, 1.1), large];
         let mut assessed = [of_view("a", sure), of_view("b", doubts)];
         let all = faults(&mut assessed, 1.0);
         assert_eq!(all.iter().map(|f| f.is_sure()).collect::<Vec<_>>(), [true, false]);
