@@ -8,6 +8,7 @@ use crate::audit::finding::PoseCorrection;
 use crate::audit::likelihood::agreement::{Unlike, unlike};
 use crate::audit::likelihood::appearance::{self, Texture};
 use crate::audit::likelihood::photo_consistency::{self, Compared, Geometry};
+use crate::audit::likelihood::placement::Placement;
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE, reduced};
 use crate::audit::observe::gloss::{Gloss, without};
@@ -109,6 +110,7 @@ pub struct Observations {
     /// The most that surfaces may mirror towards the camera, radiance.
     pub(crate) mirrored: Vec<Vec3>,
     pub(crate) geometry: Geometry,
+    pub(crate) placement: Placement,
     pub(crate) texture: Texture,
     pub(crate) pose: PoseCorrection,
     pub(crate) settings: Settings,
@@ -143,6 +145,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
     let compared = Compared::new(&surfaces, &sights, &prepared.probes, soft, &radiometry, dark);
     let gloss = Gloss::fit(&relit, &surfaces, &prepared.probes, &compared.pairs());
     let geometry = photo_consistency::test(&surfaces, &sights, &prepared.probes, compared, &gloss);
+    let placement = Placement::of(&surfaces, &geometry, &prepared.probes);
     let e = appearance::irradiance(scene, &surfaces, prepared.light, prepared.volume);
     let texture = appearance::test(&surfaces, &log_photo, &usable, &frame.albedo.pixels, &e, dark);
     Observations {
@@ -159,6 +162,7 @@ pub fn examine(prepared: &AuditScene, camera: &Camera, photograph: &Photo, setti
         usable,
         mirrored: gloss.to_camera,
         geometry,
+        placement,
         texture,
         pose,
         settings: settings.clone(),

@@ -9,11 +9,11 @@ use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::laying::retextured::{Relaid, relaid};
 use crate::audit::hypothesis::opening::Opening;
 use crate::audit::hypothesis::other_picture::{as_is, explain};
-use crate::audit::hypothesis::plane_sweep::sweep;
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
+use crate::audit::likelihood::plane_sweep::{Swept, sweep};
 use crate::audit::likelihood::structure::odds_of;
-use crate::audit::picture::regions::{Region, bounds};
+use crate::audit::picture::regions::{MOST_PX, Region, bounds, dilated, mask_of};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::luminance;
 
@@ -93,12 +93,16 @@ pub(crate) fn shape(
     if apart < AGREES {
         return None;
     }
-    let swept = sweep(prepared, observed, region);
+    let swept = swept(prepared, observed, region);
     // share of the difference that it explains, as a ratio to what it leaves
     let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(region, observed.surfaces.width);
     let moved = explains > RATIO && sure && swept.pixels <= thickness;
+    // as far off as others are it is in its place
+    if moved && swept.best_m.abs() <= observed.placement.usual_m(&region.pixels).into() {
+        return None;
+    }
     let (here, there) = behind(prepared, observed, region).unwrap_or((1.0, f32::NAN));
     let gone = there < BEHIND * here;
     let (covered, whole) = region
@@ -128,6 +132,13 @@ pub(crate) fn shape(
             .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
         ..Judged::new(Kind::Geometry, what, log_odds, evidence, region.clone())
     })
+}
+
+/// Where a region fits best, with what is just beside it.
+fn swept(prepared: &AuditScene, observed: &Observations, region: &Region) -> Swept {
+    let (w, h) = observed.size();
+    let wide = dilated(&mask_of(&region.pixels, w * h), w, h, 2);
+    sweep(&observed.surfaces, &observed.geometry, &prepared.probes, (0..w * h).filter(|i| wide[*i]), MOST_PX)
 }
 
 /// Per pixel, whether it is well within an outline of the model.

@@ -6,7 +6,6 @@ pub(crate) mod extent;
 pub(crate) mod laying;
 pub(crate) mod opening;
 pub(crate) mod other_picture;
-pub(crate) mod plane_sweep;
 pub(crate) mod recoloured;
 pub(crate) mod second_surface;
 pub(crate) mod sideways;

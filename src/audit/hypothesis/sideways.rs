@@ -52,8 +52,9 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
     };
     let spacing = |i: &usize| prepared.vertex_spacing(observed.surfaces.triangle[*i]);
     let known = |p: &Shifted| SPACINGS * median(p.pixels.iter().filter_map(spacing)).unwrap_or(0.0);
+    let usual = |p: &Shifted| observed.placement.usual_m(&p.pixels);
     let parts = fits.iter().filter(beside).map(|f| whole(&small, observed, f));
-    parts.filter(|p| p.shift.words().1 >= LEAST_M.max(known(p).into())).collect()
+    parts.filter(|p| p.shift.words().1 >= LEAST_M.max(known(p).max(usual(p)).into())).collect()
 }
 
 /// The part at the audit's size.

@@ -33,7 +33,7 @@ const LEAST: f32 = 0.05;
 const STRIDE: usize = 3;
 
 /// Side of the parts that a surface is told by, pixels.
-const BLOCK: usize = 48;
+pub(crate) const BLOCK: usize = 48;
 
 /// A place mirrors at most so many times as much as the surface does all over: it may spread it less, or be more polished.
 const MOST_TIMES: f64 = 2.0;

@@ -27,10 +27,6 @@ pub(crate) const EVIDENCE: &str = "odds of another laying";
 /// A texture may be off its place by so many pixels without being wrong.
 const SLACK_PX: f32 = 2.0;
 
-/// A scan's surface may be off its place by so many metres without being wrong, and its picture with it: frames that a hand-held camera
-/// took are fused to no better.
-const OFF_M: f32 = 0.02;
-
 /// Surfaces are tried so far off their place, metres, in steps of so many pixels, but no more steps than this each way;
 /// then in finer ones down to this many pixels.
 const FARTHEST_M: f32 = 0.3;
@@ -150,9 +146,9 @@ pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
     })
 }
 
-/// By how many pixels a texture may be off its place without being wrong.
+/// By how many pixels a texture may be off its place without being wrong: its surface may be as far off its own as others are.
 fn slack_px(laid: &TexturePatch) -> f32 {
-    if laid.is_of_view() { SLACK_PX.max(OFF_M * laid.parallax_px()) } else { SLACK_PX }
+    SLACK_PX.max(laid.usual_m * laid.parallax_px())
 }
 
 /// No laying.

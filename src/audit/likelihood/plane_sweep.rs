@@ -1,12 +1,13 @@
-//! Where a region's surface fits best, over all pixels that some probe can tell the place of.
+//! Where a surface fits best, over all of its pixels that some probe can tell the place of.
 
 use rayon::prelude::*;
 
-use crate::audit::likelihood::photo_consistency::{HERE, PLACES, place};
-use crate::audit::picture::regions::{MOST_PX, Region, at_most, dilated, mask_of};
-use crate::audit::view::{AuditScene, Observations};
+use crate::audit::likelihood::photo_consistency::{Geometry, HERE, PLACES, place};
+use crate::audit::observe::geometry_buffer::GeometryBuffer;
+use crate::audit::observe::probe_view::ProbeView;
+use crate::audit::picture::regions::at_most;
 
-/// A region's cost over the sweep.
+/// A surface's cost over the sweep.
 pub(crate) struct Swept {
     /// Mean cost per probe and pixel at the model's own place.
     pub(crate) here: f32,
@@ -18,19 +19,22 @@ pub(crate) struct Swept {
     pub(crate) pixels: f32,
 }
 
-/// Moves a region along its normals and asks which place explains the photograph best.
-pub(crate) fn sweep(prepared: &AuditScene, observed: &Observations, region: &Region) -> Swept {
-    let (w, h) = observed.size();
-    let g = &observed.geometry;
-    let wide = dilated(&mask_of(&region.pixels, w * h), w, h, 2);
+/// Moves some pixels' surface along its normals and asks which place explains the photograph best, by so many of them at most.
+pub(crate) fn sweep(
+    surfaces: &GeometryBuffer,
+    g: &Geometry,
+    probes: &[ProbeView],
+    pixels: impl Iterator<Item = usize>,
+    most_px: usize,
+) -> Swept {
     // what shows nothing fits no place better than another, and would only hide that the rest does
-    let pixels: Vec<usize> = (0..w * h).filter(|i| wide[*i] && g.able[*i] > 0 && g.tells(*i)).collect();
-    let chosen: Vec<usize> = at_most(&pixels, MOST_PX).collect();
+    let pixels: Vec<usize> = pixels.filter(|i| g.able[*i] > 0 && g.tells(*i)).collect();
+    let chosen: Vec<usize> = at_most(&pixels, most_px).collect();
     let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
     let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;
     // per probe and pixel
     let cost = |metres: f64| -> f64 {
-        let costs = chosen.iter().map(|i| f64::from(g.cost(&observed.surfaces, &prepared.probes, *i, metres as f32)));
+        let costs = chosen.iter().map(|i| f64::from(g.cost(surfaces, probes, *i, metres as f32)));
         costs.sum::<f64>() / weights.max(1.0)
     };
     let mean: Vec<f64> = (0..PLACES).into_par_iter().map(|k| cost(place(k).into())).collect();
