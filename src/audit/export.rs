@@ -9,7 +9,6 @@ use std::path::Path;
 use crate::atomic_write::write_atomically;
 use crate::audit::error::AuditError;
 use crate::audit::finding::{Audit, Finding, Method, ViewSummary};
-use crate::audit::verdict::Reason;
 use crate::csv::Table;
 
 /// What `findings.json` holds.
@@ -68,7 +67,7 @@ impl Audit {
                 f.material.clone(),
                 f.bbox.map(|v| v.to_string()).join(" "),
                 f.mask.clone(),
-                if f.reason == Reason::None { String::new() } else { f.reason.name().to_owned() },
+                if f.is_sure() { String::new() } else { f.reason.name().to_owned() },
                 f.note.clone(),
                 f.shift.map_or(String::new(), |s| number(s.right_m, 4)),
                 f.shift.map_or(String::new(), |s| number(s.down_m, 4)),
@@ -167,7 +166,7 @@ mod tests {
     use super::*;
     use crate::audit::finding::{AuditedView, Shares, What};
     use crate::audit::testing;
-    use crate::audit::verdict::Verdict;
+    use crate::audit::verdict::{Reason, Verdict};
 
     fn audit() -> Audit {
         let (material, note) = ("stone, grey".to_owned(), "the \"wall\" stands 5 cm back".to_owned());

@@ -291,6 +291,13 @@ pub struct Audit {
     pub warnings: Vec<String>,
 }
 
+impl Finding {
+    /// Whether it is a finding, and not a doubt.
+    pub fn is_sure(&self) -> bool {
+        self.reason == Reason::None
+    }
+}
+
 impl Shares {
     /// Counts a view's verdicts.
     pub fn of(verdicts: &[Verdict]) -> Self {

@@ -166,7 +166,7 @@ pub(crate) fn note(f: &Finding) -> String {
             metres * 100.0
         );
     }
-    if f.reason != Reason::None {
+    if !f.is_sure() {
         text += &format!("; not sure, because {}", f.reason.words());
     }
     text

@@ -65,7 +65,7 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
         a.view.suspicion = scores::suspicion(&a.own, a.eye.camera.width as usize, told, settings.least_probability);
         a.found = with_whole_things(std::mem::take(&mut a.found), &a.eye);
         a.found.iter_mut().for_each(|f| f.finding.note = note(&f.finding));
-        let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.reason == Reason::None);
+        let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.is_sure());
         for f in doubts.into_iter().chain(findings) {
             label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.pixels, f.finding.kind, f.finding.reason);
         }
@@ -100,7 +100,7 @@ fn outlines(assessed: &[Assessed]) -> BTreeMap<u32, f32> {
 /// What a view shows of things that the model lacks, a finding each: parts that are no farther apart in the photograph than the windows
 /// that they were told over are of one.
 fn with_whole_things(found: Vec<Found>, eye: &Eye) -> Vec<Found> {
-    let is_thing = |f: &Found| f.finding.what == What::Missing && f.finding.reason == Reason::None;
+    let is_thing = |f: &Found| f.finding.what == What::Missing && f.finding.is_sure();
     let (mut parts, mut all): (Vec<Found>, Vec<Found>) = found.into_iter().partition(is_thing);
     let pixels: Vec<usize> = parts.iter().flat_map(|f| f.pixels.iter().copied()).collect();
     let near = eye.near(&pixels);
@@ -141,7 +141,7 @@ impl Fault {
         // a picture is on one plane; a thing has several sides
         let one_plane = a.kind == Kind::Geometry || self.normal.dot(other.normal) > 0.9;
         // a large doubt is no part of a small finding beside its middle
-        let doubt_of_finding = self.is_sure() && b.reason != Reason::None;
+        let doubt_of_finding = a.is_sure() && !b.is_sure();
         let size_m = if doubt_of_finding { a.size_m.min(b.size_m) } else { a.size_m.max(b.size_m) };
         (a.kind == b.kind || shifted) && one_plane && a.material == b.material && apart < 0.6 * size_m
     }
@@ -153,15 +153,10 @@ impl Fault {
             && are_one_thing((own_eye, &self.pixels), (eye, &other.pixels))
     }
 
-    /// Whether it is a finding, and not a doubt.
-    fn is_sure(&self) -> bool {
-        self.finding.reason == Reason::None
-    }
-
     /// Whether it is a fault of surfaces that the model has: those are wrong in whichever view shows them. What the model lacks stands
     /// before or behind its surfaces, elsewhere in each view.
     fn of_modelled_surfaces(&self) -> bool {
-        self.is_sure() && self.finding.what != What::Missing
+        self.finding.is_sure() && self.finding.what != What::Missing
     }
 
     /// Adds what a view shows of it.
@@ -229,11 +224,11 @@ fn faults(assessed: &mut [Assessed], metres_per_unit: f64) -> Vec<Fault> {
     });
     let mut faults: Vec<Fault> = Vec::new();
     for (v, f) in all {
-        let doubted = f.finding.reason != Reason::None;
+        let doubted = !f.finding.is_sure();
         let same = |k: &&mut Fault| {
             let eyes = (&assessed[k.view].eye, &assessed[v].eye);
             k.view != v
-                && (k.is_sure() || doubted)
+                && (k.finding.is_sure() || doubted)
                 && (k.is_also(&f, metres_per_unit) || k.is_thing(&f, eyes.0, eyes.1))
         };
         match faults.iter_mut().find(same) {
@@ -241,7 +236,7 @@ fn faults(assessed: &mut [Assessed], metres_per_unit: f64) -> Vec<Fault> {
                 let k = &mut fault.finding;
                 k.area_cm2 = k.area_cm2.max(f.finding.area_cm2);
                 k.false_alarms = k.false_alarms.zip(f.finding.false_alarms).map(|(a, b)| a.min(b));
-                if fault.is_sure() {
+                if fault.finding.is_sure() {
                     fault.mark(v, &mut assessed[v].view, f.pixels);
                 } else {
                     fault.show(v, &f.finding.view, f.pixels);
@@ -265,14 +260,14 @@ fn surest((v, a): (usize, &Finding), (u, b): (usize, &Finding)) -> Ordering {
 pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut assessed: Vec<Assessed>) -> Audit {
     let mut faults = faults(&mut assessed, site.frame.metres_per_unit);
     faults.iter_mut().filter(|f| f.of_modelled_surfaces()).for_each(|f| f.mark_elsewhere(&mut assessed));
-    let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(Fault::is_sure);
+    let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(|fault| fault.finding.is_sure());
     let mut left = unexplained(&mut faults, doubts, &mut assessed);
     faults.append(&mut left);
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
     for Fault { view: best, finding: mut f, shown, .. } in faults {
         (f.bbox, f.area_px) = assessed[best].view.in_photograph(&shown[&best]);
-        let sure = f.reason == Reason::None;
+        let sure = f.is_sure();
         let list = if sure { &mut findings } else { &mut doubts };
         f.id = format!("{}{}", if sure { "F" } else { "D" }, list.len() + 1);
         for (v, pixels) in shown {
@@ -374,7 +369,7 @@ mod tests {
         let doubts = vec![at(Reason::Usual, -1.0, 70, 1.1), large];
         let mut assessed = [of_view("a", sure), of_view("b", doubts)];
         let all = faults(&mut assessed, 1.0);
-        assert_eq!(all.iter().map(|f| f.is_sure()).collect::<Vec<_>>(), [true, false]);
+        assert_eq!(all.iter().map(|f| f.finding.is_sure()).collect::<Vec<_>>(), [true, false]);
         assert_eq!((&all[0].finding.also_in[..], all[0].shown.len()), (&["b".to_owned()][..], 2));
         let verdict = |x: usize| assessed[1].view.verdicts[30 * SIDE + x];
         assert_eq!((verdict(75), verdict(15)), (Verdict::Geometry, Verdict::Ok));

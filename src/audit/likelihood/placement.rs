@@ -6,8 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::audit::likelihood::photo_consistency::Geometry;
 use crate::audit::likelihood::plane_sweep::sweep;
-use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
-use crate::audit::observe::gloss::BLOCK;
+use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::probe_view::ProbeView;
 use crate::audit::picture::{FEWEST, FREEDOM};
 
@@ -31,17 +30,16 @@ pub(crate) struct Placement {
 impl Placement {
     /// Sweeps each part of a surface whose place some probe tells.
     pub(crate) fn of(surfaces: &GeometryBuffer, geometry: &Geometry, probes: &[ProbeView]) -> Self {
-        let w = surfaces.width;
-        let mut blocks: BTreeMap<(u32, usize, usize), Vec<usize>> = BTreeMap::new();
-        for i in (0..surfaces.label.len()).filter(|i| surfaces.triangle[*i] != NONE && geometry.tells(*i)) {
-            blocks.entry((surfaces.label[i], i / w / BLOCK, i % w / BLOCK)).or_default().push(i);
+        let mut parts: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for i in (0..surfaces.label.len()).filter(|i| geometry.tells(*i)) {
+            parts.entry(surfaces.part(i)).or_default().push(i);
         }
-        let blocks: Vec<Vec<usize>> = blocks.into_values().filter(|pixels| pixels.len() >= FEWEST).collect();
+        let parts: Vec<Vec<usize>> = parts.into_values().filter(|pixels| pixels.len() >= FEWEST).collect();
         let part = |pixels: Vec<usize>| {
             let swept = sweep(surfaces, geometry, probes, pixels.iter().copied(), ASKED_PX);
             Part { pixel: pixels[pixels.len() / 2], off_m: swept.best_m, variance: swept.uncertainty_m.powi(2) }
         };
-        Self { parts: blocks.into_par_iter().map(part).collect() }
+        Self { parts: parts.into_par_iter().map(part).collect() }
     }
 
     /// How far off its place, metres, what is on some pixels (in order) may be without being wrong: two standard deviations of what all others

@@ -28,7 +28,7 @@ pub(crate) fn sweep(
     most_px: usize,
 ) -> Swept {
     // what shows nothing fits no place better than another, and would only hide that the rest does
-    let pixels: Vec<usize> = pixels.filter(|i| g.able[*i] > 0 && g.tells(*i)).collect();
+    let pixels: Vec<usize> = pixels.filter(|i| g.tells(*i)).collect();
     let chosen: Vec<usize> = at_most(&pixels, most_px).collect();
     let weights: f64 = chosen.iter().map(|i| f64::from(g.able[*i])).sum();
     let parallax = chosen.iter().map(|i| f64::from(g.parallax[*i])).sum::<f64>() / chosen.len().max(1) as f64;

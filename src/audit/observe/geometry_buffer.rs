@@ -16,6 +16,9 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Two places lie in one plane if the line between them leaves either's surface by less than this sine of an angle.
 const FLAT: f32 = 0.1;
 
+/// Side of the parts that a smooth surface is looked at in, pixels.
+const PART_PX: usize = 48;
+
 /// Nearer surfaces are not looked at, metres.
 const NEAREST_M: f32 = 1e-3;
 
@@ -163,6 +166,11 @@ impl GeometryBuffer {
         // a step as deep as a pixel is wide, seen at 45°, is an edge
         let step = 1.0 * self.distance[i].min(self.distance[j]) / self.focal;
         a.dot(b) > 0.95 && a.dot(gap).abs().max(b.dot(gap).abs()) < step.max(2e-3)
+    }
+
+    /// The part of a smooth surface that a pixel is in.
+    pub(crate) fn part(&self, i: usize) -> (u32, usize, usize) {
+        (self.label[i], i / self.width / PART_PX, i % self.width / PART_PX)
     }
 
     /// Whether two pixels' surfaces lie in one plane.

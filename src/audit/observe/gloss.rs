@@ -32,9 +32,6 @@ const LEAST: f32 = 0.05;
 /// Sides of the squares of pixels that mirrored light is looked up once for: a streak on a column is not much wider.
 const STRIDE: usize = 3;
 
-/// Side of the parts that a surface is told by, pixels.
-pub(crate) const BLOCK: usize = 48;
-
 /// A place mirrors at most so many times as much as the surface does all over: it may spread it less, or be more polished.
 const MOST_TIMES: f64 = 2.0;
 
@@ -146,13 +143,11 @@ impl<'a> Gloss<'a> {
                 }
             })
             .collect();
-        let w = surfaces.width;
-        let block = |i: usize| (surfaces.label[i], i / w / BLOCK, i % w / BLOCK);
         let mut surface: BTreeMap<(u32, u32), BTreeMap<_, Vec<Seen>>> = BTreeMap::new();
         // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is
         let told = |(_, seen): &(&Pair, Seen)| seen.more.abs() <= 1.0 && seen.brighter.is_finite();
         for (pair, seen) in pairs.iter().zip(seen).filter(told) {
-            surface.entry(of(pair.pixel)).or_default().entry(block(pair.pixel)).or_default().push(seen);
+            surface.entry(of(pair.pixel)).or_default().entry(surfaces.part(pair.pixel)).or_default().push(seen);
         }
         let most = |blocks: BTreeMap<_, Vec<Seen>>| -> f32 {
             let shares: Vec<(f64, f64)> = blocks.values().filter_map(|seen| mirrored_share(seen)).collect();

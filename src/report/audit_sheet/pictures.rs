@@ -177,7 +177,7 @@ fn outlines(svg: &mut Svg, shown: &[Shown], frame: [f64; 4], scale: f64) {
         let line = Style::line(look_of(finding), 0.5 * scale);
         svg.group("finding", "", |svg| {
             svg.area(&rings, &Style::line(WHITE, 1.1 * scale));
-            svg.area(&rings, &if sure(finding) { line } else { line.dashed(1.4 * scale, 0.8 * scale) });
+            svg.area(&rings, &if finding.is_sure() { line } else { line.dashed(1.4 * scale, 0.8 * scale) });
         });
         if let Some([x, y]) = cells.middle() {
             let middle = [frame[0] + x * frame[2], frame[1] + y * frame[3]];
@@ -188,10 +188,6 @@ fn outlines(svg: &mut Svg, shown: &[Shown], frame: [f64; 4], scale: f64) {
     for ((id, _), [x, y]) in labels.iter().zip(apart(&places, LABEL * scale, frame)) {
         svg.text([x, y + 1.4 * scale], id, &Text::new(3.8 * scale).bold().anchor(Anchor::Middle).halo(0.7 * scale));
     }
-}
-
-fn sure(finding: &Finding) -> bool {
-    finding.reason == crate::audit::Reason::None
 }
 
 fn placed(rings: &[Vec<Point>], [x, y, w, h]: [f64; 4]) -> Vec<Vec<Point>> {

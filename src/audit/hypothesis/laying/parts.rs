@@ -84,7 +84,7 @@ pub(crate) fn parts(scene: &Scene, observed: &Observations) -> Vec<(Vec<usize>, 
                 return None;
             }
             let patch = window.patch(observed)?;
-            let found = searched(&patch, TOLD)?;
+            let found = searched(&patch, TOLD, observed.placement.usual_m(&window.tested))?;
             Some((middle, Laying::new(&window.plane, &patch, found.transform), found))
         })
         .collect();

@@ -83,7 +83,7 @@ pub(crate) struct Relaid {
 pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -> Option<Relaid> {
     let texture = TexturePatch::mapped(scene, observed, pixels).or_else(|| TexturePatch::in_plane(observed, pixels))?;
     let tried = candidates(texture.aspect()).len() * texture.side * texture.side;
-    searched(&texture, (tried as f32).ln())
+    searched(&texture, (tried as f32).ln(), observed.placement.usual_m(pixels))
 }
 
 /// Logarithm of the odds of a laying by whose correlation the photograph's structure is told so, against another.
@@ -99,8 +99,11 @@ pub(super) fn near(laid: &TexturePatch, transform: UvTransform) -> (f32, UvTrans
     laid.climbed(transform, 0.7, 1)
 }
 
-/// The laying that the photograph shows, if its odds are better than `told`.
-pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
+/// The laying that the photograph shows, if its odds are better than `told`, of a surface that may be so many metres off its place without
+/// being wrong.
+pub(super) fn searched(laid: &TexturePatch, told: f32, usual_m: f32) -> Option<Relaid> {
+    // and so may its texture, beside what a pose is off by
+    let slack_px = SLACK_PX.max(usual_m * laid.parallax_px());
     let (as_is, _) = near(laid, UvTransform::AS_IS);
     // a texture that fits is not laid otherwise
     if as_is > FITS {
@@ -121,10 +124,10 @@ pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
     close.sort_by(|a, b| b.0.total_cmp(&a.0));
     close.truncate(CLOSE);
     let climbed: Vec<(f32, UvTransform)> =
-        close.par_iter().map(|(_, k, shift)| climbed(laid, turns[*k].1, *shift)).collect();
+        close.par_iter().map(|(_, k, shift)| climbed(laid, turns[*k].1, *shift, slack_px)).collect();
     // a surface off its place shows its texture about shifted, but not all of it by the same way
     let elsewhere = as_is < FOUND || close.iter().any(|(_, k, _)| *k == 0);
-    let moved = if elsewhere { best_place(laid) } else { nothing() };
+    let moved = if elsewhere { best_place(laid, slack_px) } else { nothing() };
     let of_turn =
         |k: usize| close.iter().zip(&climbed).filter(|(c, _)| c.1 == k).map(|(_, l)| *l).fold(nothing(), better);
     let laid_so = turns.iter().enumerate().map(|(k, (what, _))| (*what, of_turn(k)));
@@ -146,11 +149,6 @@ pub(super) fn searched(laid: &TexturePatch, told: f32) -> Option<Relaid> {
     })
 }
 
-/// By how many pixels a texture may be off its place without being wrong: its surface may be as far off its own as others are.
-fn slack_px(laid: &TexturePatch) -> f32 {
-    SLACK_PX.max(laid.usual_m * laid.parallax_px())
-}
-
 /// No laying.
 fn nothing() -> (f32, UvTransform) {
     (0.0, UvTransform::AS_IS)
@@ -161,23 +159,24 @@ fn better(a: (f32, UvTransform), b: (f32, UvTransform)) -> (f32, UvTransform) {
     if b.0 > a.0 { b } else { a }
 }
 
-/// How well the texture fits where it fits best near a shift, turned and scaled so; nothing where that is as the model has it.
-fn climbed(laid: &TexturePatch, turn: Mat2, shift: Vec2) -> (f32, UvTransform) {
+/// How well the texture fits where it fits best near a shift, turned and scaled so; nothing where that is within so many pixels of how the
+/// model has it.
+fn climbed(laid: &TexturePatch, turn: Mat2, shift: Vec2, slack_px: f32) -> (f32, UvTransform) {
     let climbed = laid.climbed(UvTransform { turn, shift, off_m: 0.0 }, (0.5 * laid.step_px()).max(0.5), 2);
-    let as_is = turn == Mat2::IDENTITY && laid.length_px(climbed.1.shift) < slack_px(laid);
+    let as_is = turn == Mat2::IDENTITY && laid.length_px(climbed.1.shift) < slack_px;
     if as_is { nothing() } else { climbed }
 }
 
-/// How well the texture fits where it fits best if the surface is off its place, and how it lies there; the pose may be off as much as where
-/// the model has it.
-fn best_place(laid: &TexturePatch) -> (f32, UvTransform) {
+/// How well the texture fits where it fits best if the surface is more than so many pixels off its place, and how it lies there; the pose may
+/// be off as much as where the model has it.
+fn best_place(laid: &TexturePatch, slack_px: f32) -> (f32, UvTransform) {
     let per_m = laid.parallax_px().max(1e-6);
     let steps = ((FARTHEST_M * per_m / STEP_PX) as i32).min(MOST_STEPS);
     let at = |off_m: f32| {
         let place = UvTransform { off_m, ..UvTransform::AS_IS };
         (laid.fit(place), place)
     };
-    let least = (slack_px(laid) / STEP_PX).ceil() as i32;
+    let least = (slack_px / STEP_PX).ceil() as i32;
     let tried: Vec<i32> = (least..=steps).flat_map(|k| [k, -k]).collect();
     let all: Vec<(f32, UvTransform)> = tried.par_iter().map(|k| at(*k as f32 * STEP_PX / per_m)).collect();
     let (mut best, mut step) = (all.into_iter().fold(nothing(), better), 0.5 * STEP_PX / per_m);
@@ -193,7 +192,8 @@ pub(crate) fn segments(scene: &Scene, observed: &Observations, least: usize) -> 
     let segments = &observed.surfaces.segments;
     let large: Vec<&Vec<usize>> = segments.pixels.iter().filter(|pixels| pixels.len() >= least).collect();
     let relaid = |pixels: &Vec<usize>| {
-        let found = searched(&TexturePatch::mapped(scene, observed, pixels)?, TOLD)?;
+        let texture = TexturePatch::mapped(scene, observed, pixels)?;
+        let found = searched(&texture, TOLD, observed.placement.usual_m(pixels))?;
         Some((pixels.clone(), found))
     };
     large.into_par_iter().filter_map(relaid).collect()
@@ -208,7 +208,7 @@ mod tests {
     fn another_laying_is_told_and_the_model_s_is_not() {
         let texture = blotches();
         let found = |turn, shift, noise| {
-            searched(&photographed(&texture, UvTransform { turn, shift, off_m: 0.0 }, noise), TOLD)
+            searched(&photographed(&texture, UvTransform { turn, shift, off_m: 0.0 }, noise), TOLD, 0.0)
         };
         let as_it_is = |noise| found(Mat2::IDENTITY, Vec2::ZERO, noise);
         assert!(as_it_is(0.0).is_none() && as_it_is(0.3).is_none() && as_it_is(3.0).is_none());
@@ -225,7 +225,7 @@ mod tests {
         }
         for off_m in [0.15, -0.08] {
             let told =
-                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), TOLD).unwrap();
+                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), TOLD, 0.0).unwrap();
             assert!(
                 told.what == What::Moved && (told.transform.off_m - off_m).abs() < 3.0 * told.uncertainty_m,
                 "{told:?}"

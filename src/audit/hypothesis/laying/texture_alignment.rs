@@ -51,8 +51,6 @@ pub(crate) struct TexturePatch<'a> {
     pub(crate) places: Vec<Place>,
     pub(crate) photo: Vec<f32>,
     pub(crate) weight: Vec<f32>,
-    /// How far off its place, metres, the surface may be without being wrong.
-    pub(crate) usual_m: f32,
     /// Middle of the places.
     pub(crate) centre: Vec2,
     /// Covariance of the patch of texture that a disk of radius 1 pixel has as its own: [uu, uv, vv].
@@ -143,8 +141,7 @@ impl<'a> TexturePatch<'a> {
         let real = |i: &usize| log_luminance(observed.albedo[*i] * observed.texture.ratio[*i].map(f32::exp));
         let photo = all.iter().map(real);
         let weight = all.iter().map(|i| 1.0 / observed.texture.structure.variance[*i]).collect();
-        let usual_m = observed.placement.usual_m(tested);
-        Some(Self { in_blocks, usual_m, ..Self::new(texture, filter, pixels, places, photo, weight) })
+        Some(Self { in_blocks, ..Self::new(texture, filter, pixels, places, photo, weight) })
     }
 
     /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, the
@@ -186,7 +183,6 @@ impl<'a> TexturePatch<'a> {
             places,
             photo: Vec::new(),
             weight,
-            usual_m: 0.0,
             centre,
             spread,
             fourier,
