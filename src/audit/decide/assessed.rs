@@ -4,9 +4,12 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::audit::decide::false_alarms::Field;
+use crate::audit::decide::odds;
 use crate::audit::finding::{AuditedView, Finding};
 use crate::audit::likelihood::agreement::near;
 use crate::audit::picture::regions::mask_of;
+use crate::audit::verdict::Verdict;
+use crate::audit::view::Settings;
 use crate::site::Camera;
 
 /// A place is on a surface if their distances differ by at most this share.
@@ -32,6 +35,18 @@ pub(crate) struct Found {
     pub(crate) log_odds: f32,
     /// The part of the model whose outline told it, and the logarithm of the odds against its place.
     pub(crate) part: Option<(u32, f32)>,
+}
+
+impl Assessed {
+    /// Per pixel, whether it is found right: tested, and in no region that may be a fault.
+    pub(crate) fn right(&self) -> Vec<bool> {
+        let mut right: Vec<bool> = self.view.verdicts.iter().map(|v| *v == Verdict::Ok).collect();
+        let least = Settings::default().least_probability;
+        for f in self.found.iter().filter(|f| odds::probability(f.log_odds) >= least) {
+            f.pixels.iter().for_each(|i| right[*i] = false);
+        }
+        right
+    }
 }
 
 impl Found {

@@ -3,9 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::audit::decide::assessed::{Assessed, Eye, Found};
-use crate::audit::decide::odds;
-use crate::audit::finding::What;
+use crate::audit::decide::assessed::Eye;
 use crate::audit::picture::regions::mask_of;
 
 /// Pixels from one line of sight to the next that is followed, and places tried on each.
@@ -14,60 +12,6 @@ const PLACES: usize = 48;
 
 /// The nearest place, as a share of the way to the modelled surface.
 const NEAREST: f32 = 0.125;
-
-/// What another photograph says of a region.
-#[derive(Clone, Copy)]
-pub(crate) struct Support {
-    /// How many times likelier a fault it is.
-    pub(crate) times: f32,
-    /// Whether it is rather the thing that the other photograph shows than one of its own.
-    pub(crate) is_theirs: bool,
-}
-
-impl Support {
-    /// By a region of the other photograph that is a fault with some probability: of this one a share lies on its lines of sight, which
-    /// are a share of the whole photograph. The same thing may be seen on those lines, and not just anywhere: 1 − p + p · here / usual
-    /// (Bayes' rule).
-    fn new(likely: f32, here: f32, usual: f32) -> Self {
-        let theirs = likely * here / usual;
-        Self { times: 1.0 - likely + theirs, is_theirs: theirs > 1.0 - likely }
-    }
-}
-
-/// What other photographs say of each region of each view that may be something that the model lacks.
-pub(crate) fn support(assessed: &[Assessed]) -> Vec<Vec<Option<Support>>> {
-    (0..assessed.len()).map(|v| of_view(&assessed[v], assessed[..v].iter().chain(&assessed[v + 1..]))).collect()
-}
-
-fn of_view<'a>(own: &Assessed, others: impl Iterator<Item = &'a Assessed>) -> Vec<Option<Support>> {
-    let grid = grid(&own.eye);
-    let lines_of = |f: &Found| -> Vec<usize> {
-        let may_be_lacking = matches!(f.finding.what, What::Missing | What::Changed | What::Recoloured);
-        (0..grid.len()).filter(|k| may_be_lacking && f.pixels.binary_search(&grid[*k]).is_ok()).collect()
-    };
-    let regions: Vec<Vec<usize>> = own.found.iter().map(lines_of).collect();
-    let mut best: Vec<Option<Support>> = vec![None; regions.len()];
-    for other in others {
-        let lacking: Vec<&Found> = other.found.iter().filter(|f| f.finding.what == What::Missing).collect();
-        if lacking.is_empty() || regions.iter().all(Vec::is_empty) {
-            continue;
-        }
-        let lines = Lines::new(&own.eye, &grid, &other.eye);
-        for theirs in lacking {
-            let likely = odds::probability(theirs.log_odds) as f32;
-            let meet = lines.meet(&mask_of(&theirs.pixels, other.eye.distance.len()));
-            // one more than there are, so that what never was seen is not impossible
-            let usual = (meet.iter().filter(|m| **m).count() + 1) as f32 / (meet.len() + 1) as f32;
-            for (lines, best) in regions.iter().zip(&mut best) {
-                let here = lines.iter().filter(|k| meet[**k]).count() as f32 / lines.len().max(1) as f32;
-                // what lies mostly beside those lines is not that thing
-                let support = Some(here).filter(|h| *h > 0.5).map(|here| Support::new(likely, here, usual));
-                *best = support.filter(|s| s.times > best.map_or(1.0, |b| b.times)).or(*best);
-            }
-        }
-    }
-    best
-}
 
 /// Whether what two photographs show, given by its pixels in each, may be one thing before the model's surfaces: most lines of sight
 /// of either meet the other's.
@@ -78,13 +22,6 @@ pub(crate) fn are_one_thing(own: (&Eye, &[usize]), other: (&Eye, &[usize])) -> b
         2 * meet.iter().filter(|m| **m).count() > lines.len()
     };
     mostly(own, other) && mostly(other, own)
-}
-
-/// The pixels whose lines of sight are followed.
-fn grid(eye: &Eye) -> Vec<usize> {
-    let (w, h) = (eye.camera.width as usize, eye.camera.height as usize);
-    let row = |y: usize| (STEP / 2..w).step_by(STEP).map(move |x| y * w + x);
-    (STEP / 2..h).step_by(STEP).flat_map(row).collect()
 }
 
 /// Lines of sight of one photograph as another sees them.
@@ -142,6 +79,11 @@ mod tests {
         Eye { camera, origin: DVec3::ZERO, position: places, distance }
     }
 
+    /// Every few pixels of a picture, along each side.
+    fn grid() -> Vec<usize> {
+        (0..64 * 64).filter(|i| [i % 64, i / 64].iter().all(|k| k % STEP == STEP / 2)).collect()
+    }
+
     /// Where an eye sees a small thing.
     fn seen(eye: &Eye, thing: Vec3) -> (usize, Vec<bool>) {
         let i = eye.before(thing).unwrap();
@@ -153,7 +95,7 @@ mod tests {
     fn lines_of_sight_meet_at_a_thing_and_beside_it_only_along_a_stripe() {
         let (own, other) = (eye(-0.5), eye(0.5));
         let thing = Vec3::new(0.1, 2.0, 0.3);
-        let grid = grid(&own);
+        let grid = grid();
         let meet = Lines::new(&own, &grid, &other).meet(&seen(&other, thing).1);
         let (at, around) = seen(&own, thing);
         let within: Vec<bool> = (0..grid.len()).filter(|k| around[grid[*k]]).map(|k| meet[k]).collect();
@@ -186,17 +128,9 @@ mod tests {
         let (own, other) = (eye(-0.5), eye(0.5));
         let place = Vec3::new(0.0, 4.0, 0.0);
         let mask = |eye: &Eye| -> Vec<bool> { eye.position.iter().map(|p| p.distance(place) < 0.4).collect() };
-        let (grid, inside) = (grid(&own), mask(&own));
+        let (grid, inside) = (grid(), mask(&own));
         let meet = Lines::new(&own, &grid, &other).meet(&mask(&other));
         let within: Vec<bool> = (0..grid.len()).filter(|k| inside[grid[*k]]).map(|k| meet[k]).collect();
         assert!(within.len() >= 2 && within.iter().all(|m| !m));
-    }
-
-    #[test]
-    fn a_sure_thing_on_few_lines_says_most() {
-        let [sure, few, doubt, beside] =
-            [(1.0, 1.0, 0.5), (1.0, 1.0, 0.1), (0.1, 1.0, 0.5), (1.0, 0.0, 0.1)].map(|(p, s, b)| Support::new(p, s, b));
-        assert!(few.times > sure.times && sure.times > doubt.times && doubt.times > 1.0 && beside.times == 0.0);
-        assert!(few.is_theirs && !doubt.is_theirs && !beside.is_theirs);
     }
 }

@@ -11,13 +11,13 @@ use crate::audit::decide::assessed::{Assessed, Eye, Found};
 use crate::audit::decide::background::Background;
 use crate::audit::decide::false_alarms::{Field, expected_squares};
 use crate::audit::decide::label;
-use crate::audit::decide::lines_of_sight::{are_one_thing, support};
+use crate::audit::decide::lines_of_sight::are_one_thing;
 use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::laying::retextured;
 use crate::audit::picture::FEWEST;
-use crate::audit::picture::regions::{components, mask_of};
+use crate::audit::picture::regions::{MOST_PX, at_most, components, mask_of};
 use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
@@ -44,18 +44,17 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
             }
         }
     }
+    let right_elsewhere = found_right_elsewhere(assessed);
+    for (a, shares) in assessed.iter_mut().zip(right_elsewhere) {
+        for (f, share) in a.found.iter_mut().zip(shares) {
+            odds::found_right(&mut f.finding, &mut f.log_odds, share);
+        }
+    }
     for (test, usual, share) in odds::BACKGROUND {
         set_against_background(assessed, test, usual, share);
     }
-    let supports = support(assessed);
-    for (a, supports) in assessed.iter_mut().zip(supports) {
-        for (f, support) in a.found.iter_mut().zip(supports) {
-            if let Some(support) = support {
-                odds::times(&mut f.finding, &mut f.log_odds, support.times);
-                if support.is_theirs {
-                    (f.finding.kind, f.finding.what) = (Kind::Geometry, What::Missing);
-                }
-            }
+    for a in assessed {
+        for f in &mut a.found {
             f.finding.score = odds::probability(f.log_odds);
             f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));
             f.finding.reason = odds::reason(f.log_odds, settings.false_alarms);
@@ -71,6 +70,25 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
         }
         a.view.count();
     }
+}
+
+/// The share of each region of each view whose surfaces some other view finds right: a fault is there in all photographs, but not what mirrors,
+/// glares or is blurred in one.
+fn found_right_elsewhere(assessed: &[Assessed]) -> Vec<Vec<f32>> {
+    let right: Vec<Vec<bool>> = assessed.iter().map(Assessed::right).collect();
+    let of_view = |(v, own): (usize, &Assessed)| -> Vec<f32> {
+        let is_right = |i: usize| {
+            let others = assessed.iter().zip(&right).enumerate().filter(|(u, _)| *u != v);
+            let mut sees = others.map(|(_, (other, right))| (other.eye.on(own.eye.position[i]), right));
+            own.eye.distance[i].is_finite() && sees.any(|(at, right)| at.is_some_and(|j| right[j]))
+        };
+        let share = |f: &Found| {
+            let asked = at_most(&f.pixels, MOST_PX);
+            asked.clone().filter(|i| is_right(*i)).count() as f32 / asked.count().max(1) as f32
+        };
+        own.found.par_iter().map(share).collect()
+    };
+    assessed.iter().enumerate().map(of_view).collect()
 }
 
 /// Sets each region that a test tells against how often others like it turn up in these photographs.
@@ -319,6 +337,18 @@ mod tests {
         Eye { camera, origin: DVec3::ZERO, position, distance: vec![4.0; SIDE * SIDE] }
     }
 
+    /// An eye that shows in each pixel what is there: a wall 4 m off.
+    fn looking() -> Eye {
+        let eye = eye();
+        let at = |i: usize| {
+            let d = eye.camera.direction((i % SIDE) as f64 + 0.5, (i / SIDE) as f64 + 0.5);
+            (d * (4.0 / d.y)).as_vec3()
+        };
+        let position: Vec<Vec3> = (0..SIDE * SIDE).map(at).collect();
+        let distance = position.iter().map(|p| p.length()).collect();
+        Eye { position, distance, ..eye }
+    }
+
     /// Ten by twenty pixels.
     fn part(what: What, reason: Reason, log_odds: f32, left: usize) -> Found {
         Found {
@@ -373,6 +403,25 @@ mod tests {
         assert_eq!((&all[0].finding.also_in[..], all[0].shown.len()), (&["b".to_owned()][..], 2));
         let verdict = |x: usize| assessed[1].view.verdicts[30 * SIDE + x];
         assert_eq!((verdict(75), verdict(15)), (Verdict::Geometry, Verdict::Ok));
+    }
+
+    #[test]
+    fn what_another_view_finds_right_is_no_fault_there() {
+        let of_view = |found: Vec<Found>| Assessed {
+            view: testing::view(testing::summary("v", [SIDE as u32; 2])),
+            field: Field::new(SIDE, vec![0.0; SIDE * SIDE]),
+            own: vec![],
+            eye: looking(),
+            found,
+        };
+        let told = |left| part(What::Recoloured, Reason::None, 1.0, left);
+        let mut views = [of_view(vec![told(60), told(100)]), of_view(vec![told(65)])];
+        // half of a place is told in both views, all of another in one
+        assert_eq!(found_right_elsewhere(&views), [vec![0.5, 1.0], vec![0.5]]);
+        // what was not tested, or is seen in no other view, is not found right
+        views[1].view.verdicts.fill(Verdict::Untestable);
+        assert_eq!(found_right_elsewhere(&views), [vec![0.0, 0.0], vec![0.5]]);
+        assert_eq!(found_right_elsewhere(&views[..1]), [vec![0.0, 0.0]]);
     }
 
     #[test]

@@ -167,22 +167,21 @@ pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, squares: f32) {
 pub(crate) static BACKGROUND: [(&str, f64, f32); 2] =
     [(SHAPE.cues[0].test, 0.11, 1.0), (UNLIKE.cues[0].test, 0.18, 0.6)];
 
-/// What another photograph says makes a region at most so many times likelier a fault.
-pub(crate) const MOST_TIMES: f32 = 20.0;
+/// The share of a fault's surfaces that other photographs may find right.
+const WRONGLY_RIGHT: f32 = 0.05;
 
-/// Adds what another photograph says: how many times likelier a fault this is.
-pub(crate) fn times(finding: &mut Finding, log_odds: &mut f32, times: f32) {
-    let times = times.min(MOST_TIMES);
-    let says = times.ln();
-    finding.evidence.push(Evidence::new("on lines of sight of what another photograph shows", times, 1.0, "×", says));
+/// Adds that other photographs find a share of its surfaces right: it is no fault where they do, but for what they may be wrong in.
+pub(crate) fn found_right(finding: &mut Finding, log_odds: &mut f32, share: f32) {
+    let says = (1.0 - share).max(WRONGLY_RIGHT).ln();
+    finding.evidence.push(Evidence::new("found right in other photographs", share, 0.0, "share", says));
     *log_odds += says;
 }
 
-/// The most that the odds of a region may turn out as, whatever the other photographs show of its place.
+/// The most that the odds of a region may turn out as, whatever the other photographs show.
 fn at_most(log_odds: f32) -> f32 {
     let (_, cue) = elsewhere();
     let most = cue.limits.map(|l| cue.says(l).0).into_iter().fold(0.0, f32::max);
-    log_odds + most + MOST_TIMES.ln()
+    log_odds + most
 }
 
 /// Whether a region may turn out at least as likely a fault as this.
