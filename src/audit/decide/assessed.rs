@@ -102,11 +102,15 @@ impl Eye {
         near(pixels, self.camera.width as usize, self.distance.len())
     }
 
+    /// Whether a pixel shows a modelled surface that another view shows inside a mask.
+    pub(crate) fn shows_inside(&self, i: usize, other: &Self, inside: &[bool]) -> bool {
+        self.distance[i].is_finite() && other.on(self.position[i]).is_some_and(|j| inside[j])
+    }
+
     /// Per pixel, whether it shows a modelled surface that another view shows in some of its pixels.
     pub(crate) fn showing(&self, other: &Self, pixels: &[usize]) -> Vec<bool> {
         let inside = mask_of(pixels, other.distance.len());
-        let shows = |i: usize| self.distance[i].is_finite() && other.on(self.position[i]).is_some_and(|j| inside[j]);
-        (0..self.distance.len()).into_par_iter().map(shows).collect()
+        (0..self.distance.len()).into_par_iter().map(|i| self.shows_inside(i, other, &inside)).collect()
     }
 }
 

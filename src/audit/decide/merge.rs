@@ -77,14 +77,13 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
 fn found_right_elsewhere(assessed: &[Assessed]) -> Vec<Vec<f32>> {
     let right: Vec<Vec<bool>> = assessed.iter().map(Assessed::right).collect();
     let of_view = |(v, own): (usize, &Assessed)| -> Vec<f32> {
-        let is_right = |i: usize| {
-            let others = assessed.iter().zip(&right).enumerate().filter(|(u, _)| *u != v);
-            let mut sees = others.map(|(_, (other, right))| (other.eye.on(own.eye.position[i]), right));
-            own.eye.distance[i].is_finite() && sees.any(|(at, right)| at.is_some_and(|j| right[j]))
+        let is_right = |i: &usize| {
+            let mut others = (0..assessed.len()).filter(|u| *u != v);
+            others.any(|u| own.eye.shows_inside(*i, &assessed[u].eye, &right[u]))
         };
         let share = |f: &Found| {
-            let asked = at_most(&f.pixels, MOST_PX);
-            asked.clone().filter(|i| is_right(*i)).count() as f32 / asked.count().max(1) as f32
+            let asked: Vec<usize> = at_most(&f.pixels, MOST_PX).collect();
+            asked.iter().filter(|i| is_right(i)).count() as f32 / asked.len().max(1) as f32
         };
         own.found.par_iter().map(share).collect()
     };

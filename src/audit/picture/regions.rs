@@ -23,7 +23,7 @@ pub(crate) fn bounds(pixels: &[usize], width: usize) -> [usize; 4] {
 pub(crate) const MOST_PX: usize = 6000;
 
 /// Some of a set of pixels, spread evenly over it: at most so many.
-pub(crate) fn at_most(pixels: &[usize], most: usize) -> impl Iterator<Item = usize> + Clone {
+pub(crate) fn at_most(pixels: &[usize], most: usize) -> impl Iterator<Item = usize> {
     pixels.iter().copied().step_by(pixels.len().div_ceil(most).max(1))
 }
 
