@@ -1,18 +1,27 @@
-//! The key plan: a section through the model with camera, probes, findings and north.
+//! The key plan: a section through the model, what is below it as seen from above, camera, probes, findings and north.
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
+use rayon::prelude::*;
 
-use super::labels::apart;
+use super::labels::{apart, beside};
+use super::pictures::png;
 use super::subject::{AuditSheet, listed};
 use crate::audit::Finding;
+use crate::panorama::Picture;
 use crate::report::style::{BLACK, GREY, Style, WHITE};
-use crate::report::{Anchor, Point, Svg, Text};
+use crate::report::{Anchor, Point, Svg, Text, text_width};
+use crate::scene::{Ray, Scene};
 
 /// Shorter pieces of the section, in millimetres on the sheet, are left out.
 const SHORTEST: f64 = 0.15;
 
-/// Radius of a finding's mark, millimetres.
+/// Radius of a finding's mark and of a probe's, and the size of their names, millimetres.
 const MARK: f64 = 2.4;
+const PROBE: f64 = 1.6;
+const FINE: f64 = 2.5;
+
+/// Pixels to a millimetre of what is below the section.
+const PIXELS_PER_MM: f64 = 4.0;
 
 /// Draws the key plan into a rectangle `[x, y, width, height]`.
 pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, frame: [f64; 4]) {
@@ -20,37 +29,48 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
     let cut = section(about, eye.z);
     let probes: Vec<(&str, Vec3)> =
         about.site.probes.iter().map(|p| (p.name.as_str(), about.scene.local(p.pose.position))).collect();
-    let mut low = DVec2::new(eye.x.into(), eye.y.into());
-    let mut high = low;
-    let marks = probes.iter().map(|p| p.1.truncate().as_dvec2());
-    for p in cut.iter().flatten().copied().chain(marks) {
-        (low, high) = (low.min(p), high.max(p));
-    }
+    let marks: Vec<DVec2> = probes.iter().map(|p| p.1).chain([eye]).map(|p| p.truncate().as_dvec2()).collect();
+    let [low, high] = extent(&cut, &marks);
     let [left, top, width, height] = frame;
     let room = [width - 4.0, height - 14.0];
     let extent = (high - low).max(DVec2::splat(0.5));
     let scale = (room[0] / extent.x).min(room[1] / extent.y);
     let centre = 0.5 * (low + high);
-    let at = |p: DVec2| -> Point {
-        [left + 0.5 * width + (p.x - centre.x) * scale, top + 0.5 * room[1] + 4.0 - (p.y - centre.y) * scale]
-    };
-    svg.group("section", "", |svg| {
-        for [a, b] in cut.iter().filter(|[a, b]| a.distance(*b) * scale > SHORTEST) {
-            svg.line(at(*a), at(*b), &Style::line(BLACK, 0.25));
+    let middle = DVec2::new(left + 0.5 * width, top + 0.5 * room[1] + 4.0);
+    let at = |p: DVec2| -> Point { [middle.x + (p.x - centre.x) * scale, middle.y - (p.y - centre.y) * scale] };
+    svg.group("below", "", |svg| {
+        let corner = centre + (DVec2::new(left, top) - middle) * DVec2::new(1.0, -1.0) / scale;
+        let size = [width, height].map(|side| (side * PIXELS_PER_MM) as usize);
+        let below =
+            slopes_below(about.scene, corner.as_vec2().extend(eye.z), (scale * PIXELS_PER_MM).recip() as f32, size);
+        if let Some(png) = png(&below, |p| p) {
+            svg.png(frame, &png, "The model below the camera's height, from above");
         }
+    });
+    svg.clipped(frame, |svg| {
+        svg.group("section", "", |svg| {
+            for [a, b] in cut.iter().filter(|[a, b]| a.distance(*b) * scale > SHORTEST) {
+                svg.line(at(*a), at(*b), &Style::line(BLACK, 0.25));
+            }
+        });
     });
     if cut.is_empty() {
         svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(2.5));
     }
-    svg.group("camera", "", |svg| camera(svg, view, &at, eye));
+    let standpoint = at(eye.truncate().as_dvec2());
+    svg.group("field-of-view", "", |svg| field_of_view(svg, view, standpoint));
     svg.group("probes", "", |svg| {
-        for (name, p) in &probes {
-            let [x, y] = at(p.truncate().as_dvec2());
-            let diamond = [[x, y - 1.6], [x + 1.6, y], [x, y + 1.6], [x - 1.6, y]];
-            svg.area(&[diamond], &Style::fill(BLACK).outlined(WHITE, 0.3));
-            svg.text([x, y + 4.2], name, &Text::new(2.5).anchor(Anchor::Middle).halo(0.4));
+        let places = probes.iter().map(|(_, p)| at(p.truncate().as_dvec2()));
+        let marks: Vec<Point> = places.chain([standpoint]).collect();
+        marks[..probes.len()].iter().for_each(|place| probe(svg, *place));
+        let widths: Vec<f64> = probes.iter().map(|(name, _)| text_width(name, FINE, false)).collect();
+        for ((name, _), label) in probes.iter().zip(beside(&marks, &widths, FINE, PROBE, frame)) {
+            if let Some([x, y]) = label {
+                svg.text([x, y + 0.35 * FINE], name, &Text::new(FINE).anchor(Anchor::Middle).halo(0.4));
+            }
         }
     });
+    svg.group("camera", "", |svg| camera(svg, standpoint));
     svg.group("finding-places", "", |svg| {
         let findings = listed(about);
         let place =
@@ -71,6 +91,54 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
     });
 }
 
+/// What the plan has to show: all marks, and the section but for a hundredth of its length on each side, as far out as a scan's strays lie.
+fn extent(cut: &[[DVec2; 2]], marks: &[DVec2]) -> [DVec2; 2] {
+    const STRAYS: f64 = 0.01;
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for k in 0..2 {
+        let ends = cut.iter().flat_map(|[a, b]| [a, b].map(|end| (end[k], 0.5 * a.distance(*b))));
+        let mut ends: Vec<(f64, f64)> = ends.collect();
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let strays = STRAYS * ends.iter().map(|(_, length)| length).sum::<f64>();
+        let of_marks = || marks.iter().map(|p| p[k]);
+        low[k] = of_marks().chain(beyond(ends.iter(), strays)).fold(f64::INFINITY, f64::min);
+        high[k] = of_marks().chain(beyond(ends.iter().rev(), strays)).fold(f64::NEG_INFINITY, f64::max);
+    }
+    [low, high]
+}
+
+/// The first place that has more of the section's length before it than strays are.
+fn beyond<'a>(mut ends: impl Iterator<Item = &'a (f64, f64)>, strays: f64) -> Option<f64> {
+    let mut passed = 0.0;
+    let within = ends.find(|(_, length)| {
+        passed += length;
+        passed > strays
+    });
+    within.map(|(place, _)| *place)
+}
+
+/// The model below a level plane as seen from above, the darker the steeper, so that things have outlines; white where it ends. `corner` is
+/// the upper left one in the plane, local metres; `pixel` is in metres.
+fn slopes_below(scene: &Scene, corner: Vec3, pixel: f32, [width, height]: [usize; 2]) -> Picture {
+    const LEVEL: f32 = 0.9;
+    const STEEP: f32 = 0.5;
+    let depth = |i: usize| {
+        let at = Vec2::new((i % width) as f32 + 0.5, -((i / width) as f32 + 0.5)) * pixel;
+        let ray = Ray { origin: corner + at.extend(0.0), direction: Vec3::NEG_Z };
+        scene.tracer.closest(&ray, 0.0).map_or(f32::INFINITY, |hit| hit.t)
+    };
+    let depths: Vec<f32> = (0..width * height).into_par_iter().map(depth).collect();
+    let shade = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let rise = |a: usize, b: usize| (depths[a] - depths[b]) / (2.0 * pixel);
+        let across = rise(y * width + x.saturating_sub(1), y * width + (x + 1).min(width - 1));
+        let along = rise(y.saturating_sub(1) * width + x, (y + 1).min(height - 1) * width + x);
+        let level = (1.0 + across * across + along * along).sqrt().recip();
+        if depths[i].is_infinite() { 1.0 } else { STEEP + (LEVEL - STEEP) * if level.is_nan() { 0.0 } else { level } }
+    };
+    Picture { width, height, pixels: (0..width * height).map(|i| Vec3::splat(shade(i))).collect() }
+}
+
 /// Where a level plane at local height `z` cuts the model's triangles.
 fn section(about: &AuditSheet, z: f32) -> Vec<[DVec2; 2]> {
     let mesh = &about.scene.mesh;
@@ -87,17 +155,26 @@ fn section(about: &AuditSheet, z: f32) -> Vec<[DVec2; 2]> {
     mesh.triangles.iter().filter_map(piece).collect()
 }
 
-/// The camera with the edges of its field of view.
-fn camera(svg: &mut Svg, view: &crate::site::View, at: &impl Fn(DVec2) -> Point, eye: Vec3) {
+/// A probe's mark.
+pub(super) fn probe(svg: &mut Svg, [x, y]: Point) {
+    let diamond = [[x, y - PROBE], [x + PROBE, y], [x, y + PROBE], [x - PROBE, y]];
+    svg.area(&[diamond], &Style::fill(BLACK).outlined(WHITE, 0.3));
+}
+
+/// A camera's mark.
+pub(super) fn camera(svg: &mut Svg, at: Point) {
+    svg.circle(at, 1.5, &Style::fill(WHITE).outlined(BLACK, 0.6));
+}
+
+/// The edges of what a camera sees.
+fn field_of_view(svg: &mut Svg, view: &crate::site::View, [x, y]: Point) {
     let c = &view.camera;
-    let [x, y] = at(eye.truncate().as_dvec2());
     let middle = 0.5 * f64::from(c.height);
     let edges = [0.0, f64::from(c.width)].map(|px| {
         let d = c.direction(px, middle).truncate().normalize_or_zero() * 13.0;
         [x + d.x, y - d.y]
     });
     svg.area(&[[[x, y], edges[0], edges[1]]], &Style::fill(GREY).opacity(0.25).outlined(BLACK, 0.3));
-    svg.circle([x, y], 1.5, &Style::fill(WHITE).outlined(BLACK, 0.6));
 }
 
 fn scale_bar(svg: &mut Svg, [x, y]: Point, scale: f64) {
@@ -117,4 +194,33 @@ fn north(svg: &mut Svg, [x, y]: Point, clockwise: f64) {
     svg.area(&[[turned(0.0, -5.0), turned(-2.0, 3.0), turned(0.0, 1.5)]], &Style::fill(WHITE).outlined(BLACK, 0.25));
     let [tx, ty] = turned(0.0, -6.6);
     svg.text([tx, ty + 0.9], "N", &Text::new(2.6).bold().anchor(Anchor::Middle));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::room;
+    use super::*;
+
+    #[test]
+    fn a_few_strays_do_not_widen_the_plan_but_marks_do() {
+        let wall = |x: f64| [DVec2::new(x, 0.0), DVec2::new(x, 5.0)];
+        let stray = [DVec2::new(-40.0, 90.0), DVec2::new(-40.0, 90.02)];
+        let mark = DVec2::new(2.0, -1.0);
+        let [low, high] = extent(&[wall(0.0), wall(6.0), stray], &[mark]);
+        assert_eq!((low, high), (DVec2::new(0.0, -1.0), DVec2::new(6.0, 5.0)));
+        assert_eq!(extent(&[], &[mark]), [mark, mark]);
+    }
+
+    #[test]
+    fn what_is_below_is_pale_where_it_is_level_dark_at_its_ends_and_white_beyond() {
+        let (_dir, _, scene) = room();
+        // ten centimetres a pixel, a metre beyond the walls
+        let corner = scene.local(glam::DVec3::new(-1.0, 6.0, 1.6));
+        let map = slopes_below(&scene, corner, 0.1, [80, 70]);
+        let tone = |x: usize, y: usize| map.pixels[y * 80 + x].x;
+        let row: Vec<f32> = (0..80).map(|x| tone(x, 35)).collect();
+        assert!(row[..9].iter().chain(&row[71..]).all(|t| *t == 1.0), "{row:?}");
+        assert!(row[12..68].iter().all(|t| *t == 0.9) && row[10] == 0.5 && row[69] == 0.5, "{row:?}");
+        assert!((0..80).all(|x| tone(x, 0) == 1.0));
+    }
 }

@@ -39,7 +39,7 @@ pub(super) fn audit_sheet(about: &AuditSheet) -> Svg {
     let beside = MARGIN + PLAN + GAP;
     svg.group("legend", "legend", |svg| legend(svg, about, [beside, below + 6.0, LEGEND]));
     svg.group("key-plan", "key-plan", |svg| {
-        svg.text([MARGIN, below + 4.0], "Key plan at the camera's height", &Text::new(3.2).bold());
+        svg.text([MARGIN, below + 4.0], "Key plan, cut at the camera's height", &Text::new(3.2).bold());
         let frame = [MARGIN, below + 6.0, PLAN, rest - 8.0];
         if let Some(view) = about.site.views.iter().find(|v| v.name == *name) {
             key_plan::draw(svg, about, view, frame);
@@ -105,10 +105,14 @@ fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
     }
     y += 1.0;
     svg.text([x, y + 2.0], "F1 … findings;  D1 … doubts, broken outline", &Text::new(FINE));
+    key_plan::probe(svg, [x + 2.0, y + 5.2]);
+    svg.text([x + 5.0, y + 6.0], "light probe", &Text::new(FINE));
+    key_plan::camera(svg, [x + 25.0, y + 5.2]);
+    svg.text([x + 28.0, y + 6.0], "camera, and what it sees", &Text::new(FINE));
     let lines: Vec<String> = words::reasons(view, 4);
     if !lines.is_empty() {
-        svg.text([x, y + 7.5], "Not tested or not told, because", &Text::new(SMALL).bold());
-        y += 11.2;
+        svg.text([x, y + 11.5], "Not tested or not told, because", &Text::new(SMALL).bold());
+        y += 15.2;
         for line in lines.iter().flat_map(|l| wrap(&format!("– {l}"), width, SMALL, false)) {
             svg.text([x, y], &line, &Text::new(SMALL));
             y += 3.4;

@@ -16,7 +16,7 @@ use std::fs;
 use tempfile::TempDir;
 
 /// A room of 6 × 5 × 4 m with one view and a probe.
-fn room() -> (TempDir, Site, Scene) {
+pub(super) fn room() -> (TempDir, Site, Scene) {
     let dir = tempfile::tempdir().unwrap();
     let corners: String =
         (0..8).map(|i| format!("v {} {} {}\n", 6 * (i & 1), 5 * (i >> 1 & 1), 4 * (i >> 2 & 1))).collect();
