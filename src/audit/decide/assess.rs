@@ -161,10 +161,8 @@ pub(crate) fn note(f: &Finding) -> String {
         );
     }
     if let Some((side, metres)) = f.shift.map(|s| s.words()) {
-        text += &format!(
-            "; it stands {:.0} cm {side} of where the model has it, as the photograph sees it",
-            metres * 100.0
-        );
+        text +=
+            &format!("; it stands {:.0} cm {side} of where the model has it, as “{}” sees it", metres * 100.0, f.view);
     }
     if !f.is_sure() {
         text += &format!("; not sure, because {}", f.reason.words());

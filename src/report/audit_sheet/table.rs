@@ -70,17 +70,14 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     let most = ((row - 1.0) / 3.1) as usize;
     svg.rectangle([x[0] + 0.8, y + 1.2, 1.2, row - 2.4], &Style::fill(look_of(f)));
     svg.text([x[0] + 2.8, line(0) + 0.4], &f.id, &Text::new(3.2).bold());
-    if here {
-        crops(svg, about, f, [x[1] + 1.0, y + 0.8, crop_of(row)]);
-    } else {
-        svg.text([x[1] + 1.0, line(0)], &format!("see {}", f.view), &Text::new(SMALL).colour(GREY));
-    }
+    crops(svg, about, f, [x[1] + 1.0, y + 0.8, crop_of(row)]);
     let mut put = |k: usize, lines: Vec<String>, look: Text| {
         for (i, text) in lines.iter().take(most).enumerate() {
             svg.text([x[k] + 1.0, line(i)], text, &look);
         }
     };
-    let mut note = wrap(&capital(&f.note), w[2] - 2.0, BODY, false);
+    let best = if here { String::new() } else { format!(" (best seen in “{}”)", f.view) };
+    let mut note = wrap(&(capital(&f.note) + &best), w[2] - 2.0, BODY, false);
     if note.len() > most && most > 0 {
         note.truncate(most);
         note[most - 1].push_str(" …");
@@ -88,7 +85,7 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     put(2, note, Text::new(BODY));
     put(3, vec![f.kind.name().to_owned(), f.what.name().to_owned()], Text::new(BODY));
     put(5, vec![words::area(f.area_cm2)], Text::new(BODY));
-    put(6, displacement(f), Text::new(BODY));
+    put(6, displacement(f, here), Text::new(BODY));
     put(7, f.position.map(|v| format!("{v:.2}")).to_vec(), Text::new(SMALL));
     svg.text([x[4] + 1.0, line(0)], &format!("{:.0} %", 100.0 * f.score), &Text::new(BODY).bold());
     let bar = [x[4] + 1.0, line(0) + 1.0, w[4] - 3.0, 1.6];
@@ -106,10 +103,13 @@ fn crop_of(row: f64) -> f64 {
     row.min(17.0) - 1.6
 }
 
-/// The finding in the photograph and in the model, relit as the photograph is; a wrong picture and a thing that is not there in neutral
+/// The finding in the sheet's photograph and in the model, relit as the photograph is; a wrong picture and a thing that is not there in neutral
 /// light, since relit from what the probes saw of the real room they hardly show.
 fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3]) {
     let view = about.view();
+    let Some((_, mask)) = view.masks.iter().find(|(id, _)| *id == f.id) else { return };
+    let pixels: Vec<usize> = (0..mask.len()).filter(|i| mask[*i]).collect();
+    let (bbox, _) = view.in_photograph(&pixels);
     let exposure = Exposure::of(&view.photograph);
     let relit = |p: Vec3| exposure.show(p);
     let model: (_, _, _, &dyn Fn(Vec3) -> Vec3) = if f.kind == Kind::Texture || f.what == What::Extra {
@@ -119,7 +119,7 @@ fn crops(svg: &mut Svg, about: &AuditSheet, f: &Finding, [x, y, side]: [f64; 3])
     };
     let photograph = (&view.photograph, 1, "photograph", &relit as _);
     for (i, (picture, by, says, show)) in [photograph, model].into_iter().enumerate() {
-        let Some(png) = png(&reduced(&cut(picture, by, view.summary.size, f.bbox), 200), show) else { continue };
+        let Some(png) = png(&reduced(&cut(picture, by, view.summary.size, bbox), 200), show) else { continue };
         let at = [x + i as f64 * (side + 1.0), y, side, side];
         svg.png(at, &png, &format!("{} in the {says}", f.id));
         svg.rectangle(at, &Style::line(BLACK, 0.15));
@@ -139,9 +139,12 @@ fn cut(picture: &Picture, by: u32, size: [u32; 2], [x0, y0, x1, y1]: [u32; 4]) -
     Picture { width: side, height: side, pixels }
 }
 
-fn displacement(f: &Finding) -> Vec<String> {
+/// How far it is off its place; sideways is as the photograph has it that shows it best, which is the sheet's own or not.
+fn displacement(f: &Finding, here: bool) -> Vec<String> {
     if let Some((side, metres)) = f.shift.map(|s| s.words()) {
-        return vec![format!("{:.0} cm", 100.0 * metres), side.to_owned()];
+        let mut lines = vec![format!("{:.0} cm", 100.0 * metres), side.to_owned()];
+        lines.extend((!here).then(|| format!("in “{}”", f.view)));
+        return lines;
     }
     match &f.displacement {
         Some(d) => vec![words::centimetres(d), if d.metres >= 0.0 { "nearer" } else { "farther" }.to_owned()],

@@ -216,6 +216,18 @@ fn a_wrong_picture_and_what_is_not_there_are_shown_in_neutral_light_and_a_wrong_
 }
 
 #[test]
+fn the_sheet_of_another_view_shows_a_finding_as_its_own_photograph_does() {
+    let mut audit = audit(1, 0);
+    let finding = &mut audit.findings[0];
+    (finding.view, finding.also_in) = ("w".into(), vec!["v".into()]);
+    finding.shift = Some(crate::audit::Shift { right_m: 0.08, down_m: 0.0 });
+    let svg = drawn(&audit);
+    assert!(svg.contains("F1 in the photograph") && svg.contains("F1 in the model"));
+    let text = words(&svg).replace('\n', " ");
+    assert!(text.contains("(best seen in “w”)") && text.contains("8 cm to the right in “w”"), "{text}");
+}
+
+#[test]
 fn a_photograph_is_marked_as_its_sheet_is() {
     let audit = audit(2, 1);
     let photo = &audit.views[0].photograph;
