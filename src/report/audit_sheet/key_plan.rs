@@ -15,7 +15,7 @@ use crate::scene::{Ray, Scene};
 /// Shorter pieces of the section, in millimetres on the sheet, are left out.
 const SHORTEST: f64 = 0.15;
 
-/// Radius of a finding's mark and of a probe's, and the size of their names, millimetres.
+/// Radius of a finding's mark and of a probe's, and the size of the print, millimetres.
 const MARK: f64 = 2.4;
 const PROBE: f64 = 1.6;
 const FINE: f64 = 2.5;
@@ -27,14 +27,15 @@ const PIXELS_PER_MM: f64 = 4.0;
 pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, frame: [f64; 4]) {
     let eye = about.scene.local(view.camera.pose.position);
     let cut = section(about, eye.z);
-    let probes: Vec<(&str, Vec3)> =
-        about.site.probes.iter().map(|p| (p.name.as_str(), about.scene.local(p.pose.position))).collect();
-    let marks: Vec<DVec2> = probes.iter().map(|p| p.1).chain([eye]).map(|p| p.truncate().as_dvec2()).collect();
+    let probes = &about.site.probes;
+    // the probes', and the camera's
+    let places = probes.iter().map(|p| about.scene.local(p.pose.position)).chain([eye]);
+    let marks: Vec<DVec2> = places.map(|p| p.truncate().as_dvec2()).collect();
     let [low, high] = extent(&cut, &marks);
     let [left, top, width, height] = frame;
     let room = [width - 4.0, height - 14.0];
-    let extent = (high - low).max(DVec2::splat(0.5));
-    let scale = (room[0] / extent.x).min(room[1] / extent.y);
+    let size = (high - low).max(DVec2::splat(0.5));
+    let scale = (room[0] / size.x).min(room[1] / size.y);
     let centre = 0.5 * (low + high);
     let middle = DVec2::new(left + 0.5 * width, top + 0.5 * room[1] + 4.0);
     let at = |p: DVec2| -> Point { [middle.x + (p.x - centre.x) * scale, middle.y - (p.y - centre.y) * scale] };
@@ -55,18 +56,17 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         });
     });
     if cut.is_empty() {
-        svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(2.5));
+        svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(FINE));
     }
-    let standpoint = at(eye.truncate().as_dvec2());
+    let marks: Vec<Point> = marks.into_iter().map(at).collect();
+    let standpoint = marks[probes.len()];
     svg.group("field-of-view", "", |svg| field_of_view(svg, view, standpoint));
     svg.group("probes", "", |svg| {
-        let places = probes.iter().map(|(_, p)| at(p.truncate().as_dvec2()));
-        let marks: Vec<Point> = places.chain([standpoint]).collect();
         marks[..probes.len()].iter().for_each(|place| probe(svg, *place));
-        let widths: Vec<f64> = probes.iter().map(|(name, _)| text_width(name, FINE, false)).collect();
-        for ((name, _), label) in probes.iter().zip(beside(&marks, &widths, FINE, PROBE, frame)) {
+        let widths: Vec<f64> = probes.iter().map(|p| text_width(&p.name, FINE, false)).collect();
+        for (p, label) in probes.iter().zip(beside(&marks, &widths, FINE, PROBE, frame)) {
             if let Some([x, y]) = label {
-                svg.text([x, y + 0.35 * FINE], name, &Text::new(FINE).anchor(Anchor::Middle).halo(0.4));
+                svg.text([x, y + 0.35 * FINE], &p.name, &Text::new(FINE).anchor(Anchor::Middle).halo(0.4));
             }
         }
     });
@@ -82,7 +82,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         }
         for ((f, _), [x, y]) in findings.iter().zip(labels) {
             svg.circle([x, y], MARK, &Style::fill(WHITE).outlined(BLACK, 0.35));
-            svg.text([x, y + 0.8], &f.id, &Text::new(2.5).bold().anchor(Anchor::Middle));
+            svg.text([x, y + 0.8], &f.id, &Text::new(FINE).bold().anchor(Anchor::Middle));
         }
     });
     svg.group("scale-bar", "", |svg| scale_bar(svg, [left + 2.0, top + height - 3.0], scale));
@@ -183,7 +183,7 @@ fn scale_bar(svg: &mut Svg, [x, y]: Point, scale: f64) {
     let half = 0.5 * metres * scale;
     svg.rectangle([x, y - 1.4, half, 1.4], &Style::fill(BLACK).outlined(BLACK, 0.2));
     svg.rectangle([x + half, y - 1.4, half, 1.4], &Style::fill(WHITE).outlined(BLACK, 0.2));
-    svg.text([x + 2.0 * half + 1.5, y], &format!("{metres} m"), &Text::new(2.5));
+    svg.text([x + 2.0 * half + 1.5, y], &format!("{metres} m"), &Text::new(FINE));
 }
 
 /// An arrow to true north, which lies `clockwise` degrees from the sheet's top.

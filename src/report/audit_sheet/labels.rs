@@ -38,10 +38,10 @@ pub(super) fn beside(
     radius: f64,
     [x, y, w, h]: [f64; 4],
 ) -> Vec<Option<Point>> {
-    // the middle of a box and half its sides
-    type Box = (Point, [f64; 2]);
-    let meet = |(p, a): &Box, (q, b): &Box| (0..2).all(|k| (p[k] - q[k]).abs() < a[k] + b[k]);
-    let mut taken: Vec<Box> = marks.iter().map(|p| (*p, [radius; 2])).collect();
+    // its middle and half of its sides
+    type Room = (Point, [f64; 2]);
+    let meet = |(p, a): &Room, (q, b): &Room| (0..2).all(|k| (p[k] - q[k]).abs() < a[k] + b[k]);
+    let mut taken: Vec<Room> = marks.iter().map(|p| (*p, [radius; 2])).collect();
     let mut place = |(own, (&[u, v], width)): (usize, (&Point, &f64))| {
         let half = [0.5 * width, 0.5 * height];
         let [across, down] = half.map(|side| side + radius);
