@@ -8,17 +8,16 @@ use super::pictures::png;
 use super::subject::{AuditSheet, listed};
 use crate::audit::Finding;
 use crate::panorama::Picture;
-use crate::report::style::{BLACK, GREY, Style, WHITE};
+use crate::report::style::{BLACK, FINE_PRINT, GREY, Style, WHITE};
 use crate::report::{Anchor, Point, Svg, Text, text_width};
 use crate::scene::{Ray, Scene};
 
 /// Shorter pieces of the section, in millimetres on the sheet, are left out.
 const SHORTEST: f64 = 0.15;
 
-/// Radius of a finding's mark and of a probe's, and the size of the print, millimetres.
+/// Radius of a finding's mark and of a probe's, millimetres.
 const MARK: f64 = 2.4;
 const PROBE: f64 = 1.6;
-const FINE: f64 = 2.5;
 
 /// Pixels to a millimetre of what is below the section.
 const PIXELS_PER_MM: f64 = 4.0;
@@ -56,17 +55,17 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         });
     });
     if cut.is_empty() {
-        svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(FINE));
+        svg.text([left + 2.0, top + 8.0], "The model has no wall at the camera's height.", &Text::new(FINE_PRINT));
     }
     let marks: Vec<Point> = marks.into_iter().map(at).collect();
     let standpoint = marks[probes.len()];
     svg.group("field-of-view", "", |svg| field_of_view(svg, view, standpoint));
     svg.group("probes", "", |svg| {
         marks[..probes.len()].iter().for_each(|place| probe(svg, *place));
-        let widths: Vec<f64> = probes.iter().map(|p| text_width(&p.name, FINE, false)).collect();
-        for (p, label) in probes.iter().zip(beside(&marks, &widths, FINE, PROBE, frame)) {
+        let widths: Vec<f64> = probes.iter().map(|p| text_width(&p.name, FINE_PRINT, false)).collect();
+        for (p, label) in probes.iter().zip(beside(&marks, &widths, FINE_PRINT, PROBE, frame)) {
             if let Some([x, y]) = label {
-                svg.text([x, y + 0.35 * FINE], &p.name, &Text::new(FINE).anchor(Anchor::Middle).halo(0.4));
+                svg.text([x, y + 0.35 * FINE_PRINT], &p.name, &Text::new(FINE_PRINT).anchor(Anchor::Middle).halo(0.4));
             }
         }
     });
@@ -82,7 +81,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, view: &crate::site::View, 
         }
         for ((f, _), [x, y]) in findings.iter().zip(labels) {
             svg.circle([x, y], MARK, &Style::fill(WHITE).outlined(BLACK, 0.35));
-            svg.text([x, y + 0.8], &f.id, &Text::new(FINE).bold().anchor(Anchor::Middle));
+            svg.text([x, y + 0.8], &f.id, &Text::new(FINE_PRINT).bold().anchor(Anchor::Middle));
         }
     });
     svg.group("scale-bar", "", |svg| scale_bar(svg, [left + 2.0, top + height - 3.0], scale));
@@ -183,7 +182,7 @@ fn scale_bar(svg: &mut Svg, [x, y]: Point, scale: f64) {
     let half = 0.5 * metres * scale;
     svg.rectangle([x, y - 1.4, half, 1.4], &Style::fill(BLACK).outlined(BLACK, 0.2));
     svg.rectangle([x + half, y - 1.4, half, 1.4], &Style::fill(WHITE).outlined(BLACK, 0.2));
-    svg.text([x + 2.0 * half + 1.5, y], &format!("{metres} m"), &Text::new(FINE));
+    svg.text([x + 2.0 * half + 1.5, y], &format!("{metres} m"), &Text::new(FINE_PRINT));
 }
 
 /// An arrow to true north, which lies `clockwise` degrees from the sheet's top.

@@ -5,11 +5,9 @@ use super::{key_plan, pictures, table, words};
 use crate::audit::{Shares, Verdict};
 use crate::report::draw::a3::{GAP, MARGIN, SIZE, draw_headline, headline};
 use crate::report::draw::imprint::{TITLE_BLOCK, title_block};
-use crate::report::style::{BLACK, GREY, LIGHT, Style};
+use crate::report::style::{BLACK, FINE_PRINT, GREY, LIGHT, Style};
 use crate::report::{Anchor, Fingerprint, Svg, Text, wrap};
 
-/// The finest print: seven points.
-const FINE: f64 = 2.5;
 const SMALL: f64 = 2.6;
 
 /// Height of a line of fine print.
@@ -99,16 +97,16 @@ fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
         }
         svg.rectangle(swatch, &Style::line(BLACK, 0.25));
         svg.text([x + 13.0, y + 3.0], title, &Text::new(2.9).bold());
-        svg.text([x + 13.0, y + 6.4], explained, &Text::new(FINE));
+        svg.text([x + 13.0, y + 6.4], explained, &Text::new(FINE_PRINT));
         svg.text([x + width, y + 3.0], &percent(share), &Text::new(2.9).bold().anchor(Anchor::End));
         y += 10.0;
     }
     y += 1.0;
-    svg.text([x, y + 2.0], "F1 … findings;  D1 … doubts, broken outline", &Text::new(FINE));
+    svg.text([x, y + 2.0], "F1 … findings;  D1 … doubts, broken outline", &Text::new(FINE_PRINT));
     key_plan::probe(svg, [x + 2.0, y + 5.2]);
-    svg.text([x + 5.0, y + 6.0], "light probe", &Text::new(FINE));
+    svg.text([x + 5.0, y + 6.0], "light probe", &Text::new(FINE_PRINT));
     key_plan::camera(svg, [x + 25.0, y + 5.2]);
-    svg.text([x + 28.0, y + 6.0], "camera, and what it sees", &Text::new(FINE));
+    svg.text([x + 28.0, y + 6.0], "camera, and what it sees", &Text::new(FINE_PRINT));
     let lines: Vec<String> = words::reasons(view, 4);
     if !lines.is_empty() {
         svg.text([x, y + 11.5], "Not tested or not told, because", &Text::new(SMALL).bold());
@@ -146,18 +144,18 @@ fn foot(svg: &mut Svg, about: &AuditSheet, top: f64) {
     }
     svg.text([x, top + 2.0], "Made from", &Text::new(SMALL).bold());
     let mut y = top + 5.2;
-    for line in wrap(&format!("clerestory {}: {}", method.version, about.command), widths[2], FINE, false) {
-        svg.text([x, y], &line, &Text::new(FINE));
+    for line in wrap(&format!("clerestory {}: {}", method.version, about.command), widths[2], FINE_PRINT, false) {
+        svg.text([x, y], &line, &Text::new(FINE_PRINT));
         y += LINE;
     }
     for (i, Fingerprint { file, sha256, .. }) in about.inputs.iter().enumerate() {
         if y + LINE > top + FOOT - 3.0 && i + 1 < about.inputs.len() {
-            svg.text([x, y], &format!("and {} files more", about.inputs.len() - i), &Text::new(FINE));
+            svg.text([x, y], &format!("and {} files more", about.inputs.len() - i), &Text::new(FINE_PRINT));
             break;
         }
         // the whole fingerprint, whatever that leaves of the name
-        svg.text([x, y], &shortened(file, 15), &Text::new(FINE));
-        svg.text([x + widths[2], y], sha256, &Text::new(FINE).anchor(Anchor::End));
+        svg.text([x, y], &shortened(file, 15), &Text::new(FINE_PRINT));
+        svg.text([x + widths[2], y], sha256, &Text::new(FINE_PRINT).anchor(Anchor::End));
         y += LINE;
     }
     svg.line([x - 0.5 * GAP, top], [x - 0.5 * GAP, top + FOOT - 4.0], &Style::line(LIGHT, 0.2));
@@ -166,9 +164,9 @@ fn foot(svg: &mut Svg, about: &AuditSheet, top: f64) {
 /// Lines of fine print as far as there is room.
 fn column(svg: &mut Svg, [x, top]: [f64; 2], width: f64, lines: &[String]) {
     let most = ((FOOT - 8.0) / LINE) as usize;
-    let all: Vec<String> = lines.iter().flat_map(|l| wrap(l, width, FINE, false)).collect();
+    let all: Vec<String> = lines.iter().flat_map(|l| wrap(l, width, FINE_PRINT, false)).collect();
     for (i, line) in all.iter().take(most).enumerate() {
-        svg.text([x, top + LINE * i as f64], line, &Text::new(FINE).colour(BLACK));
+        svg.text([x, top + LINE * i as f64], line, &Text::new(FINE_PRINT).colour(BLACK));
     }
 }
 

@@ -8,10 +8,9 @@ use super::words;
 use crate::audit::{Finding, Kind, What};
 use crate::panorama::{Exposure, Picture};
 use crate::report::draw::png::capital;
-use crate::report::style::{BLACK, GREY, LIGHT, Style};
+use crate::report::style::{BLACK, FINE_PRINT, GREY, LIGHT, Style};
 use crate::report::{Svg, Text, wrap};
 
-const SMALL: f64 = 2.5;
 const BODY: f64 = 2.6;
 
 /// Columns and their widths in millimetres; the second is what is left.
@@ -42,7 +41,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, [left, top, width, height]
     columns[2] = width - columns.iter().sum::<f64>();
     let starts: Vec<f64> = columns.iter().scan(left, |x, w| Some(std::mem::replace(x, *x + w))).collect();
     for (x, (title, _)) in starts.iter().zip(COLUMNS) {
-        svg.text([x + 1.0, top + 4.0], title, &Text::new(SMALL).bold());
+        svg.text([x + 1.0, top + 4.0], title, &Text::new(FINE_PRINT).bold());
     }
     svg.line([left, top + head], [left + width, top + head], &Style::line(BLACK, 0.35));
     for (i, (finding, here)) in rows.iter().take(shown).enumerate() {
@@ -57,7 +56,7 @@ pub(super) fn draw(svg: &mut Svg, about: &AuditSheet, [left, top, width, height]
         svg.text([left + 1.0, top + head + 5.0], "Nothing was found wrong in what could be tested.", &Text::new(BODY));
     } else if shown < rows.len() {
         let more = format!("and {} more in findings.csv", rows.len() - shown);
-        svg.text([left + 1.0, y], &more, &Text::new(SMALL).bold());
+        svg.text([left + 1.0, y], &more, &Text::new(FINE_PRINT).bold());
     }
     for x in starts.iter().skip(1) {
         let bottom = top + head + shown as f64 * row;
@@ -86,7 +85,7 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     put(3, vec![f.kind.name().to_owned(), f.what.name().to_owned()], Text::new(BODY));
     put(5, vec![words::area(f.area_cm2)], Text::new(BODY));
     put(6, displacement(f, here), Text::new(BODY));
-    put(7, f.position.map(|v| format!("{v:.2}")).to_vec(), Text::new(SMALL));
+    put(7, f.position.map(|v| format!("{v:.2}")).to_vec(), Text::new(FINE_PRINT));
     svg.text([x[4] + 1.0, line(0)], &format!("{:.0} %", 100.0 * f.score), &Text::new(BODY).bold());
     let bar = [x[4] + 1.0, line(0) + 1.0, w[4] - 3.0, 1.6];
     svg.rectangle([bar[0], bar[1], bar[2] * f.score.clamp(0.0, 1.0), bar[3]], &Style::fill(GREY));
@@ -94,7 +93,7 @@ fn cells(svg: &mut Svg, about: &AuditSheet, f: &Finding, here: bool, x: &[f64], 
     for (i, choice) in ["confirmed", "not so", "go and see"].into_iter().enumerate() {
         let [left, base] = [x[8] + 1.5, line(i)];
         svg.rectangle([left, base - 1.9, 2.0, 2.0], &Style::line(BLACK, 0.2));
-        svg.text([left + 2.8, base - 0.1], choice, &Text::new(SMALL));
+        svg.text([left + 2.8, base - 0.1], choice, &Text::new(FINE_PRINT));
     }
 }
 

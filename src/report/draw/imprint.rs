@@ -1,7 +1,7 @@
 //! What a sheet says of itself: the title block, and fields to fill in by hand.
 
 use super::png::text_width;
-use super::style::{BLACK, GREY, Style};
+use super::style::{BLACK, FINE_PRINT, GREY, Style};
 use super::svg::{Svg, Text};
 use crate::site::Project;
 
@@ -9,8 +9,7 @@ use crate::site::Project;
 pub(in crate::report) const TITLE_BLOCK: f64 = 9.0;
 /// Height of a row of fields to fill in, millimetres.
 pub(in crate::report) const BLANKS: f64 = 8.0;
-/// Height of a field's name and of what stands in it, millimetres.
-const NAME: f64 = 2.5;
+/// Height of what stands in a field, millimetres.
 const VALUE: f64 = 2.8;
 
 /// The program and its version.
@@ -45,7 +44,7 @@ pub(in crate::report) fn title_block(
             if left > x {
                 svg.line([left, y], [left, y + TITLE_BLOCK], &Style::line(BLACK, 0.15));
             }
-            svg.text([left + 1.2, y + 2.6], name, &Text::new(NAME).colour(GREY));
+            svg.text([left + 1.2, y + 2.6], name, &Text::new(FINE_PRINT).colour(GREY));
             let fits = (wide - 2.4) / text_width(value, VALUE, false).max(1e-9);
             svg.text([left + 1.2, y + 6.9], value, &Text::new(VALUE * fits.min(1.0)));
             left += wide;

@@ -1,6 +1,6 @@
 //! A plot with both axes in logarithms.
 
-use super::style::{BLACK, GREY, LIGHT, Style, WHITE};
+use super::style::{BLACK, FINE_PRINT, GREY, LIGHT, Style, WHITE};
 use super::svg::{Anchor, Point, Svg, Text};
 
 /// The shape of a point, so that nothing is said by colour alone.
@@ -101,8 +101,8 @@ impl Plot {
             }
         }
         svg.rectangle(self.frame, &Style::line(BLACK, 0.25));
-        svg.text([left + 0.5 * width, top + height + 7.4], x_name, &Text::new(2.5).anchor(Anchor::Middle));
-        svg.text([left - 8.4, top + 0.5 * height], y_name, &Text::new(2.5).anchor(Anchor::Middle).turn(-90.0));
+        svg.text([left + 0.5 * width, top + height + 7.4], x_name, &Text::new(FINE_PRINT).anchor(Anchor::Middle));
+        svg.text([left - 8.4, top + 0.5 * height], y_name, &Text::new(FINE_PRINT).anchor(Anchor::Middle).turn(-90.0));
     }
 
     /// A mark at a point.

@@ -7,7 +7,7 @@ use crate::plan::floors::raster::Map;
 use crate::plan::stations::result::FloorPlan;
 use crate::report::draw::imprint::{SOFTWARE, TITLE_BLOCK, title_block};
 use crate::report::draw::lengths::Lengths;
-use crate::report::draw::style::{BLACK, BLUE, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
+use crate::report::draw::style::{BLACK, BLUE, FINE_PRINT, GREY, Hatch, LIGHT, Pattern, SKY, Style, VERMILION, YELLOW};
 use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::site::Site;
 
@@ -107,7 +107,7 @@ fn curve(svg: &mut Svg, [x, y, width, height]: [f64; 4], plan: &FloorPlan) {
             svg.rectangle(bar(0.0, before), &Style::fill(SKY).outlined(BLACK, 0.15));
             svg.rectangle(bar(before, *value), &Style::fill(BLUE).outlined(BLACK, 0.15));
             let middle = left + wide / 2.0;
-            svg.text([middle, base + 3.2], name, &Text::new(2.5).anchor(Anchor::Middle));
+            svg.text([middle, base + 3.2], name, &Text::new(FINE_PRINT).anchor(Anchor::Middle));
             if step > 6.0 {
                 let text = Text::new(2.2).anchor(Anchor::Middle);
                 svg.text([middle, base - tall * value - 0.8], &format!("{:.0}", 100.0 * value), &text);

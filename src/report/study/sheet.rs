@@ -5,7 +5,7 @@ use crate::plan::export::tables::counted;
 use crate::report::draw::imprint::{SOFTWARE, TITLE_BLOCK, title_block};
 use crate::report::draw::loglog::{Mark, Plot};
 use crate::report::draw::png::{text_width, wrap};
-use crate::report::draw::style::{BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
+use crate::report::draw::style::{BLUE, FINE_PRINT, GREEN, GREY, LIGHT, ORANGE, PURPLE, Style, VERMILION};
 use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::site::Site;
 use crate::study::{
@@ -15,7 +15,6 @@ use crate::study::{
 /// A4 portrait, millimetres.
 const SIZE: [f64; 2] = [210.0, 297.0];
 const MARGIN: f64 = 12.0;
-const SMALL: f64 = 2.5;
 const BODY: f64 = 3.0;
 
 /// Path tracing.
@@ -28,7 +27,7 @@ pub(super) fn study_sheet(site: &Site, command: &str, study: &Study, summary: &S
     let says = headline(summary);
     let mut svg = Svg::new(SIZE[0], SIZE[1], &format!("{}: error against run time", study.site), &says);
     svg.text([MARGIN, 17.0], &format!("{} — error against run time", study.site), &Text::new(5.2).bold());
-    svg.text([MARGIN, 22.5], &subtitle(study), &Text::new(SMALL).colour(GREY));
+    svg.text([MARGIN, 22.5], &subtitle(study), &Text::new(FINE_PRINT).colour(GREY));
     let mut y = 28.0;
     for line in wrap(&says, SIZE[0] - 2.0 * MARGIN, 3.4, true) {
         svg.text([MARGIN, y], &line, &Text::new(3.4).bold());
@@ -186,7 +185,7 @@ fn arrows(svg: &mut Svg, plot: &Plot, summary: &Summary, with_setup: bool) {
     let (x, y) = place(row, with_setup);
     let path = Method::PathTracing.name();
     let mine = |s: &&SpeedUp| s.metric == Metric::Flip && s.against == path;
-    let halo = Text::new(SMALL).halo(0.5);
+    let halo = Text::new(FINE_PRINT).halo(0.5);
     if let Some(s) = summary.speed_ups.iter().find(mine) {
         let ratio = if with_setup { &s.with_setup } else { &s.frame };
         plot.arrow(svg, (x, y), (s.needed_cpu_s, y));
@@ -221,18 +220,18 @@ fn legend(svg: &mut Svg, y: f64, outside: &[Outside]) -> f64 {
     items.extend(outside.iter().zip(OUTSIDE).map(|(o, (mark, colour))| (mark, colour, o.name.clone())));
     let [mut x, mut y] = [MARGIN, y];
     for (mark, colour, name) in &items {
-        let wide = 5.0 + text_width(name, SMALL, false);
+        let wide = 5.0 + text_width(name, FINE_PRINT, false);
         if x > MARGIN && x + wide > SIZE[0] - MARGIN {
             (x, y) = (MARGIN, y + 4.4);
         }
         mark.draw(svg, [x + 2.0, y - 0.9], 1.1, colour);
-        svg.text([x + 5.0, y], name, &Text::new(SMALL));
+        svg.text([x + 5.0, y], name, &Text::new(FINE_PRINT));
         x += wide + 6.0;
     }
     y += 4.4;
     let note = "Grey steps: what no other setting beats in time and error. Bars: 95 % confidence. Broken lines: \
                 extrapolated, not measured.";
-    svg.text([MARGIN, y], note, &Text::new(SMALL).colour(GREY));
+    svg.text([MARGIN, y], note, &Text::new(FINE_PRINT).colour(GREY));
     y
 }
 
@@ -245,11 +244,11 @@ fn findings(svg: &mut Svg, mut y: f64, study: &Study, summary: &Summary, outside
         svg.text([MARGIN, y], heading, &Text::new(BODY).bold());
         y += 4.0;
         for sentence in sentences {
-            for (i, line) in wrap(sentence, SIZE[0] - 2.0 * MARGIN - 4.0, SMALL, false).iter().enumerate() {
+            for (i, line) in wrap(sentence, SIZE[0] - 2.0 * MARGIN - 4.0, FINE_PRINT, false).iter().enumerate() {
                 if i == 0 {
-                    svg.text([MARGIN, y], "–", &Text::new(SMALL));
+                    svg.text([MARGIN, y], "–", &Text::new(FINE_PRINT));
                 }
-                svg.text([MARGIN + 3.0, y], line, &Text::new(SMALL));
+                svg.text([MARGIN + 3.0, y], line, &Text::new(FINE_PRINT));
                 y += 3.3;
             }
         }
