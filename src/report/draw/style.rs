@@ -26,7 +26,7 @@ pub const VERMILION: &str = "#d55e00";
 /// Okabe–Ito reddish purple.
 pub const PURPLE: &str = "#cc79a7";
 
-/// Height of the smallest letters that a sheet has, millimetres: seven points.
+/// Height of the letters of fine print, millimetres: seven points.
 pub const FINE_PRINT: f64 = 2.5;
 
 /// What a hatch is made of.
