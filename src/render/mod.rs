@@ -38,7 +38,9 @@ mod tests;
 mod view;
 
 pub use frame::{Frame, Source};
+pub(crate) use rays::Cast;
 pub use rays::PrimaryRays;
 pub use relight::{Irradiance, Lit, Relit, ShadingPoint};
 pub use setup::{LeftOut, Options, Setup, SetupError, Timings, pictures, prepare, prepare_for, shoot_probes};
+pub(crate) use view::first_hits;
 pub use view::{render, shown_points};

@@ -7,9 +7,9 @@ use crate::site::Camera;
 
 /// A sample's ray, and what it meets first.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Cast {
-    pub(super) direction: Vec3,
-    pub(super) hit: Option<Hit>,
+pub(crate) struct Cast {
+    pub(crate) direction: Vec3,
+    pub(crate) hit: Option<Hit>,
 }
 
 /// Directions of a camera's rays, fast for a lens without distortion.

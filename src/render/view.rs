@@ -69,6 +69,14 @@ pub fn render(
     frame
 }
 
+/// What the ray through the middle of each of a camera's pixels meets first.
+pub(crate) fn first_hits(scene: &Scene, camera: &Camera) -> Vec<Cast> {
+    let width = camera.width as usize;
+    let mut casts = vec![Cast::default(); width * camera.height as usize];
+    cast_band(scene, &PrimaryRays::new(camera, 1), scene.local(camera.pose.position), width, 0, &mut casts);
+    casts
+}
+
 /// Casts the rays of a band of rows, a pixel's samples next to each other.
 fn cast_band(scene: &Scene, rays: &PrimaryRays, origin: Vec3, width: usize, top: usize, casts: &mut [Cast]) {
     let n = rays.offsets.len();

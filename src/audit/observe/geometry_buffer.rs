@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::audit::observe::uv_islands::{Mapped, cut, runs_on};
 use crate::audit::picture::regions::Segments;
 use crate::edge_aware::EdgeAware;
-use crate::render::PrimaryRays;
+use crate::render::{Cast, first_hits};
 use crate::scene::{Ray, Scene};
 use crate::site::Camera;
 
@@ -18,9 +18,6 @@ const FLAT: f32 = 0.1;
 
 /// Side of the parts that a smooth surface is looked at in, pixels.
 const PART_PX: usize = 48;
-
-/// Nearer surfaces are not looked at, metres.
-const NEAREST_M: f32 = 1e-3;
 
 /// The surfaces in the middle of each pixel.
 pub(crate) struct GeometryBuffer {
@@ -78,17 +75,11 @@ impl GeometryBuffer {
     /// Casts a ray through the middle of each pixel.
     pub(crate) fn look(scene: &Scene, camera: &Camera) -> Self {
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let rays = PrimaryRays::new(camera, 1);
         let origin = scene.local(camera.pose.position);
-        let found: Vec<_> = (0..width * height)
-            .into_par_iter()
-            .map(|i| {
-                let direction = rays.direction(i % width, i / width, 0);
-                let ray = Ray { origin, direction };
-                let surface = scene.tracer.closest(&ray, NEAREST_M).map(|hit| (hit.t, scene.surface(&ray, &hit)));
-                (direction, surface)
-            })
-            .collect();
+        let surface = |&Cast { direction, hit }: &Cast| {
+            (direction, hit.map(|hit| (hit.t, scene.surface(&Ray { origin, direction }, &hit))))
+        };
+        let found: Vec<_> = first_hits(scene, camera).par_iter().map(surface).collect();
         let mut this = Self {
             width,
             height,
