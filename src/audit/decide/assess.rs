@@ -100,7 +100,8 @@ fn finding(site: &Site, prepared: &AuditScene, view: &View, observed: &Observati
     for &i in &j.region.pixels {
         // an opening has the place of the surface that goes on over it
         let on = j.rim.unwrap_or(i);
-        let Some((p, a)) = s.on_plane(on, i) else { continue };
+        // which is that of its rim where it is seen edge-on
+        let Some((p, a)) = s.on_plane(on, i).or_else(|| s.on_plane(on, on)) else { continue };
         let p = p.as_dvec3();
         centre += p * a;
         area += a;

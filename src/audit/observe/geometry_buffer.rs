@@ -13,7 +13,7 @@ use crate::site::Camera;
 /// No surface.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Two places lie in one plane if the line between them leaves either's surface by less than this sine of an angle.
+/// A line lies in a plane if it leaves it by no more than this sine of an angle, and two places do if the line between them does.
 const FLAT: f32 = 0.1;
 
 /// Side of the parts that a smooth surface is looked at in, pixels.
@@ -186,12 +186,15 @@ impl GeometryBuffer {
         self.distance[i] / self.focal / cos.sqrt()
     }
 
-    /// Where a pixel's ray meets the plane of another pixel's surface, or of its own, and the area of it that the pixel shows, m².
+    /// Where a pixel's ray meets the plane of another pixel's surface, or of its own, and the area of it that the pixel shows, m². `None`
+    /// where it has no surface, or the ray lies in another's plane.
     pub(crate) fn on_plane(&self, other: usize, i: usize) -> Option<(Vec3, f64)> {
         let (normal, ray) = (self.normal[other], self.ray[i]);
+        let sine = normal.dot(ray).abs();
         let distance = normal.dot(self.position[other] - self.origin) / normal.dot(ray);
-        let told = self.triangle[other] != NONE && distance.is_finite() && distance > 0.0;
-        let area = f64::from(distance / self.focal).powi(2) / f64::from(normal.dot(ray).abs().max(0.05));
+        let meets = other == i || sine > FLAT;
+        let told = self.triangle[other] != NONE && meets && distance.is_finite() && distance > 0.0;
+        let area = f64::from(distance / self.focal).powi(2) / f64::from(sine.max(0.05));
         told.then(|| (self.origin + ray * distance, area))
     }
 
@@ -211,6 +214,25 @@ mod tests {
     use crate::panorama::Distortion;
     use crate::scene::testing::{grey, triangles};
     use crate::site::Pose;
+
+    #[test]
+    fn a_ray_meets_another_pixel_s_plane_unless_it_lies_in_it() {
+        let square = |corners: [(f32, f32, f32); 4]| {
+            let [a, b, c, d] = corners.map(Vec3::from);
+            [[a, b, c], [a, c, d]]
+        };
+        let wall = square([(-9.0, 3.0, -9.0), (9.0, 3.0, -9.0), (9.0, 3.0, 9.0), (-9.0, 3.0, 9.0)]);
+        let floor = square([(-9.0, 0.5, -1.0), (9.0, 0.5, -1.0), (9.0, 3.0, -1.0), (-9.0, 3.0, -1.0)]);
+        let scene = grey(triangles(&[wall, floor].concat()), 0.5);
+        let pose = Pose { position: DVec3::ZERO, rotation: DMat3::IDENTITY };
+        let surfaces = GeometryBuffer::look(&scene, &Camera::with_fov(pose, 60, 40, 70.0));
+        let [level, lowest] = [20, 39].map(|row| row * 60 + 30);
+        assert!(surfaces.normal[level].y < -0.9 && surfaces.normal[lowest].z > 0.9);
+        assert!(surfaces.on_plane(lowest, level).is_none(), "the floor is seen edge-on");
+        let (met, _) = surfaces.on_plane(lowest + 5, lowest).unwrap();
+        assert!(met.distance(surfaces.position[lowest]) < 1e-3);
+        assert!(surfaces.on_plane(level, level).is_some());
+    }
 
     #[test]
     fn a_pixel_s_surface_is_in_that_pixel_through_any_lens() {
