@@ -7,7 +7,7 @@ use super::audit_sheet::{picture_png, reduced};
 use super::draw::a3::{GAP, HEADLINE_LINE, MARGIN, SIZE, draw_headline, headline};
 use super::draw::imprint::{SOFTWARE, TITLE_BLOCK, title_block};
 use super::draw::png::{capital, encoded, wrap};
-use super::draw::style::{BLACK, BLUE, GREY, LIGHT, Style, VERMILION};
+use super::draw::style::{BLACK, BLUE, FINE_PRINT, GREY, LIGHT, Style, VERMILION};
 use super::draw::svg::{Anchor, Svg, Text};
 use crate::panorama::{Exposure, Picture, luminance};
 use crate::register::{Preview, Registered, Subject, Verdict, preview};
@@ -168,7 +168,7 @@ fn header(svg: &mut Svg, about: &RegisterSheet, headline: &[String]) {
     svg.text(
         [SIZE[0] - MARGIN, 9.0],
         &format!("{SOFTWARE}: {command}"),
-        &Text::new(2.2).colour(GREY).anchor(Anchor::End),
+        &Text::new(FINE_PRINT).colour(GREY).anchor(Anchor::End),
     );
     draw_headline(svg, headline);
 }

@@ -5,6 +5,7 @@
 use super::wrong_inputs::changed;
 use crate::support::chapel;
 use crate::support::program::{Done, clerestory};
+use clerestory::report::style::FINE_PRINT;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -100,7 +101,11 @@ fn the_kept_report_is_what_the_program_makes() {
             differences(name, &json(&kept), &json(&made), &mut found);
             assert!(found.is_empty(), "{found:#?}");
         } else if name.ends_with(".svg") {
-            roxmltree::Document::parse(&fs::read_to_string(&made).unwrap()).unwrap();
+            let sheet = fs::read_to_string(&made).unwrap();
+            let sheet = roxmltree::Document::parse(&sheet).unwrap();
+            let letters = sheet.descendants().filter_map(|node| node.attribute("font-size"));
+            let small = letters.map(|size| size.parse::<f64>().unwrap()).filter(|size| *size < FINE_PRINT);
+            assert_eq!(small.count(), 0, "{name}: letters of less than seven points");
         }
     }
 }

@@ -58,8 +58,8 @@ pub(in crate::report) fn blanks(svg: &mut Svg, [x, y, width]: [f64; 3], names: &
     svg.group("blanks", "blanks", |svg| {
         for (i, name) in names.iter().enumerate() {
             let left = x + i as f64 * wide;
-            svg.text([left, y + 5.0], name, &Text::new(2.4));
-            let from = left + text_width(name, 2.4, false) + 1.5;
+            svg.text([left, y + 5.0], name, &Text::new(FINE_PRINT));
+            let from = left + text_width(name, FINE_PRINT, false) + 1.5;
             svg.line([from, y + 5.4], [left + wide - 3.0, y + 5.4], &Style::line(GREY, 0.2));
         }
     });

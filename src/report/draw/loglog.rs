@@ -81,7 +81,7 @@ impl Plot {
     /// Frame, grid, figures and names of the axes.
     pub(in crate::report) fn axes(&self, svg: &mut Svg, x_name: &str, y_name: &str) {
         let [left, top, width, height] = self.frame;
-        let small = Text::new(2.3);
+        let small = Text::new(FINE_PRINT);
         let mut last = f64::NEG_INFINITY;
         for v in ticks(self.x) {
             let [x, _] = self.at(v, 1.0);

@@ -77,7 +77,7 @@ pub(super) fn coverage_sheet(site: &Site, number: [usize; 2], plan: &FloorPlan, 
     curve(&mut svg, [MARGIN + 74.0, top + 2.0, chart - 8.0, 44.0], plan);
     words(&mut svg, [MARGIN + 74.0 + chart + 2.0, top + 4.0], width - 76.0 - chart, 2.7, &findings(plan, lengths));
     let foot = map.paper[1] - MARGIN - TITLE_BLOCK + 4.0;
-    words(&mut svg, [MARGIN, foot - 2.0], width, 2.4, &[SOFTWARE.to_owned()]);
+    words(&mut svg, [MARGIN, foot - 2.0], width, FINE_PRINT, &[SOFTWARE.to_owned()]);
     title_block(&mut svg, [MARGIN, foot, width], &site.name, &site.project, number);
     svg
 }
@@ -91,7 +91,7 @@ fn curve(svg: &mut Svg, [x, y, width, height]: [f64; 4], plan: &FloorPlan) {
         for percent in [0, 25, 50, 75, 100] {
             let at = base - tall * f64::from(percent) / 100.0;
             svg.line([x + 9.0, at], [x + width, at], &Style::line(LIGHT, 0.2));
-            svg.text([x + 8.0, at + 0.9], &format!("{percent} %"), &Text::new(2.4).anchor(Anchor::End));
+            svg.text([x + 8.0, at + 0.9], &format!("{percent} %"), &Text::new(FINE_PRINT).anchor(Anchor::End));
         }
         let bars: Vec<(String, f64)> = (!plan.present.is_empty())
             .then(|| ("now".to_owned(), plan.present_fraction))
@@ -109,7 +109,7 @@ fn curve(svg: &mut Svg, [x, y, width, height]: [f64; 4], plan: &FloorPlan) {
             let middle = left + wide / 2.0;
             svg.text([middle, base + 3.2], name, &Text::new(FINE_PRINT).anchor(Anchor::Middle));
             if step > 6.0 {
-                let text = Text::new(2.2).anchor(Anchor::Middle);
+                let text = Text::new(FINE_PRINT).anchor(Anchor::Middle);
                 svg.text([middle, base - tall * value - 0.8], &format!("{:.0}", 100.0 * value), &text);
             }
             before = *value;

@@ -8,7 +8,7 @@ use crate::report::draw::imprint::{BLANKS, SOFTWARE, TITLE_BLOCK, blanks, title_
 use crate::report::draw::lengths::Lengths;
 use crate::report::draw::png::text_width;
 use crate::report::draw::style::{
-    BLACK, BLUE, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW,
+    BLACK, BLUE, FINE_PRINT, GREEN, GREY, Hatch, LIGHT, ORANGE, PURPLE, Pattern, SKY, Style, VERMILION, YELLOW,
 };
 use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::site::{Site, UNITS};
@@ -61,7 +61,7 @@ pub(super) fn plan_sheet(site: &Site, number: [usize; 2], plan: &FloorPlan, out:
     legend(&mut svg, [MARGIN, top], &entries(plan));
     table(&mut svg, [MARGIN + left, top + 2.0], width - left, plan, out);
     let foot = map.paper[1] - MARGIN - TITLE_BLOCK + 4.0;
-    words(&mut svg, [MARGIN, foot - BLANKS - 17.0], width, 2.4, &notes(plan, out));
+    words(&mut svg, [MARGIN, foot - BLANKS - 17.0], width, FINE_PRINT, &notes(plan, out));
     blanks(&mut svg, [MARGIN, foot - BLANKS, width], &["On site: by", "date", "camera", "lens above floor"]);
     title_block(&mut svg, [MARGIN, foot, width], &site.name, &site.project, number);
     svg
@@ -138,7 +138,7 @@ fn tapes(svg: &mut Svg, plan: &FloorPlan, map: &FloorMap, lengths: Lengths) {
                 // where there is no room, the table tells
                 let Some(best) = places.iter().find(|p| free(p) > 4.0) else { continue };
                 taken.push(*best);
-                let text = Text::new(2.4).anchor(Anchor::Middle).halo(0.5);
+                let text = Text::new(FINE_PRINT).anchor(Anchor::Middle).halo(0.5);
                 svg.text([best[0], best[1] + 0.8], &lengths.tape(tape.metres), &text);
             }
         }
@@ -177,7 +177,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
     // shares of the width at which columns begin
     let narrow = width < 150.0;
     let columns = if narrow {
-        [0.0, 0.06, 0.20, 0.305, 0.41, 0.515, 0.635, 0.735]
+        [0.0, 0.06, 0.195, 0.29, 0.385, 0.48, 0.60, 0.70]
     } else {
         [0.0, 0.05, 0.19, 0.30, 0.41, 0.51, 0.60, 0.68]
     };
@@ -214,7 +214,7 @@ fn table(svg: &mut Svg, [x, y]: [f64; 2], width: f64, plan: &FloorPlan, out: &Ou
                 format!("{:.1} %", 100.0 * plan.curve[i]),
                 tapes.join(", "),
             ];
-            let size = Text::new(if narrow { 2.3 } else { 2.6 });
+            let size = Text::new(if narrow { FINE_PRINT } else { 2.6 });
             for (k, cell) in cells.iter().enumerate() {
                 let room = if k + 1 < columns.len() { at(k + 1) - 0.6 } else { x + width } - at(k);
                 let fits = (room / text_width(cell, size.size, k == 0)).min(1.0);

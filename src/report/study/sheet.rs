@@ -51,7 +51,7 @@ pub(super) fn study_sheet(site: &Site, command: &str, study: &Study, summary: &S
     let foot = SIZE[1] - 8.0 - TITLE_BLOCK;
     let (bottom, right) = (foot - 4.0, SIZE[0] - MARGIN);
     svg.group("table", "table", |svg| table(svg, y + 3.0, bottom, MARGIN, right, summary));
-    svg.text([MARGIN, foot - 1.6], &format!("{SOFTWARE}, {command}"), &Text::new(2.1).colour(GREY));
+    svg.text([MARGIN, foot - 1.6], &format!("{SOFTWARE}, {command}"), &Text::new(FINE_PRINT).colour(GREY));
     title_block(&mut svg, [MARGIN, foot, right - MARGIN], &site.name, &site.project, [1, 1]);
     svg
 }

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::report::draw::style::{BLACK, GREY, Style};
+use crate::report::draw::style::{BLACK, FINE_PRINT, GREY, Style};
 use crate::report::draw::svg::{Anchor, Svg, Text};
 use crate::study::{Method, Parameter, Row, Summary};
 
 /// Millimetres.
 const LINE: f64 = 3.2;
-const SIZE: f64 = 2.2;
 
 /// Sentences on how error falls, a method and parameter each: an order p means error ~ parameter to the power p.
 pub(super) fn orders(summary: &Summary) -> Vec<String> {
@@ -51,7 +50,7 @@ pub(super) fn table(svg: &mut Svg, top: f64, bottom: f64, left: f64, right: f64,
     let Some(room) = room.checked_sub(2).filter(|n| *n > 0) else { return };
     let text = |svg: &mut Svg, y: f64, cells: [String; 8], bold: bool| {
         for (i, cell) in cells.iter().enumerate() {
-            let look = if bold { Text::new(SIZE).bold() } else { Text::new(SIZE) };
+            let look = if bold { Text::new(FINE_PRINT).bold() } else { Text::new(FINE_PRINT) };
             let look = if i < 2 { look } else { look.anchor(Anchor::End) };
             svg.text([columns[i].1, y], cell, &look);
         }
@@ -83,7 +82,7 @@ pub(super) fn table(svg: &mut Svg, top: f64, bottom: f64, left: f64, right: f64,
     if more > 0 {
         note += &format!(" Not shown: {more} settings, all in study.csv.");
     }
-    svg.text([left, y], &note, &Text::new(2.1).colour(GREY));
+    svg.text([left, y], &note, &Text::new(FINE_PRINT).colour(GREY));
 }
 
 /// As many rows as there is room for, in their order.
