@@ -98,9 +98,8 @@ fn finding(site: &Site, prepared: &AuditScene, view: &View, observed: &Observati
     let (mut centre, mut area, mut low, mut high) = (DVec3::ZERO, 0.0, DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut materials: BTreeMap<u32, f64> = BTreeMap::new();
     for &i in &j.region.pixels {
-        // an opening has the place of the surface that goes on over it
+        // an opening has the place of the surface that goes on over it, and where that is seen edge-on or not at all, of its rim
         let on = j.rim.unwrap_or(i);
-        // which is that of its rim where it is seen edge-on
         let Some((p, a)) = s.on_plane(on, i).or_else(|| s.on_plane(on, on)) else { continue };
         let p = p.as_dvec3();
         centre += p * a;

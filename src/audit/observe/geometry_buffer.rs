@@ -187,14 +187,14 @@ impl GeometryBuffer {
     }
 
     /// Where a pixel's ray meets the plane of another pixel's surface, or of its own, and the area of it that the pixel shows, m². `None`
-    /// where it has no surface, or the ray lies in another's plane.
+    /// where it has no surface, or the ray leads away from it or lies in another's plane.
     pub(crate) fn on_plane(&self, other: usize, i: usize) -> Option<(Vec3, f64)> {
         let (normal, ray) = (self.normal[other], self.ray[i]);
-        let sine = normal.dot(ray).abs();
-        let distance = normal.dot(self.position[other] - self.origin) / normal.dot(ray);
-        let meets = other == i || sine > FLAT;
+        let along = normal.dot(ray);
+        let distance = normal.dot(self.position[other] - self.origin) / along;
+        let meets = other == i || along.abs() > FLAT;
         let told = self.triangle[other] != NONE && meets && distance.is_finite() && distance > 0.0;
-        let area = f64::from(distance / self.focal).powi(2) / f64::from(sine.max(0.05));
+        let area = f64::from(distance / self.focal).powi(2) / f64::from(along.abs().max(0.05));
         told.then(|| (self.origin + ray * distance, area))
     }
 
