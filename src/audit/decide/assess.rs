@@ -28,7 +28,7 @@ pub(crate) fn assess(
     observed: Observations,
 ) -> Assessed {
     let Judgement { regions, field, own, .. } = judge::judge(prepared, &observed);
-    let (verdicts, reasons) = label::verdicts(&observed);
+    let (verdicts, reasons) = label::verdicts(&observed, &own);
     let r = &observed.radiometry;
     let Photo { picture: mut photograph, .. } = photo;
     let (w, h, n) = (photograph.width, photograph.height, observed.reduced_by as usize);

@@ -18,7 +18,7 @@ use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::luminance;
 
 /// Where some probe agrees within this, in variances, the surface is in its place, whatever place fits the others better.
-pub(crate) const AGREES: f32 = 0.5;
+const AGREES: f32 = 0.5;
 
 /// A displacement is measured if it is so many times its own uncertainty.
 const CERTAIN: f64 = 3.0;

@@ -34,7 +34,7 @@ impl Observations {
     /// The regions that both tests end in, and a verdict for each pixel.
     pub fn judged(&self, prepared: &AuditScene) -> (Judgement, Vec<Verdict>) {
         let judgement = judge(prepared, self);
-        let (mut verdicts, mut reasons) = label::verdicts(self);
+        let (mut verdicts, mut reasons) = label::verdicts(self, &judgement.own);
         for j in &judgement.regions {
             label::mark(&mut verdicts, &mut reasons, j.pixels(), j.kind, j.reason(self.settings.false_alarms));
         }

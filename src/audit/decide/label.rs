@@ -1,6 +1,5 @@
 //! A verdict for every pixel, and why it is no better.
 
-use crate::audit::decide::decision::AGREES;
 use crate::audit::finding::Kind;
 use crate::audit::likelihood::structure::BLACK;
 use crate::audit::observe::geometry_buffer::NONE;
@@ -10,13 +9,17 @@ use crate::audit::view::Observations;
 use crate::panorama::luminance;
 
 /// A moved surface must raise the cost by this much for its place to count as tested.
-pub(crate) const SENSITIVITY: f32 = 120.0;
+pub(crate) const SENSITIVITY: f32 = 15.0;
 
 /// Odds below which a pixel's structure bears the model out.
 const BORNE_OUT: f32 = -1.0;
 
-/// A verdict for each pixel that no region marks, and why it is no better.
-pub(crate) fn verdicts(observed: &Observations) -> (Vec<Verdict>, Vec<Reason>) {
+/// Odds of a fault, by all that a pixel shows by itself, from which on it is not right, whether a region tells it or not; logarithm of 3 : 2.
+const SUSPECTED: f32 = 0.405;
+
+/// A verdict for each pixel that no region marks, and why it is no better. `own` is what each adds by itself to the logarithm of the odds
+/// of a fault.
+pub(crate) fn verdicts(observed: &Observations, own: &[f32]) -> (Vec<Verdict>, Vec<Reason>) {
     let (s, t, g) = (&observed.surfaces, &observed.texture, &observed.geometry);
     let n = t.tested.len();
     let mut verdicts = vec![Verdict::Untestable; n];
@@ -36,6 +39,8 @@ pub(crate) fn verdicts(observed: &Observations) -> (Vec<Verdict>, Vec<Reason>) {
             Reason::Grazing
         } else if g.sensitivity[i] < SENSITIVITY || (t.structure.structured[i] && t.structure.odds[i] > BORNE_OUT) {
             Reason::NoTexture
+        } else if own[i] >= SUSPECTED {
+            Reason::Usual
         } else {
             Reason::None
         };
@@ -46,7 +51,7 @@ pub(crate) fn verdicts(observed: &Observations) -> (Vec<Verdict>, Vec<Reason>) {
     }
     // a plain place tells too little by itself
     let tested: Vec<bool> = verdicts.iter().map(|v| *v == Verdict::Ok).collect();
-    let plain = |i: usize| reasons[i] == Reason::NoTexture && g.sensitivity[i] < SENSITIVITY && g.mismatch[i] < AGREES;
+    let plain = |i: usize| reasons[i] == Reason::NoTexture && g.sensitivity[i] < SENSITIVITY && own[i] < SUSPECTED;
     let plain: Vec<bool> = (0..n).map(plain).collect();
     let borne_out = with_between(&tested, &plain, &s.label, s.width);
     for i in (0..n).filter(|i| plain[*i] && borne_out[*i]) {
@@ -87,6 +92,15 @@ fn with_between(tested: &[bool], plain: &[bool], label: &[u32], width: usize) ->
     opened(&all, width, height, 2)
 }
 
+/// Takes back that pixels are right which are suspected, by what is told near them and by themselves, as much as a doubt is told with.
+pub(crate) fn unmark_suspected(verdicts: &mut [Verdict], reasons: &mut [Reason], suspicion: &[f32], least: f64) {
+    for ((verdict, reason), suspicion) in verdicts.iter_mut().zip(reasons).zip(suspicion) {
+        if *verdict == Verdict::Ok && f64::from(*suspicion) >= least {
+            (*verdict, *reason) = (Verdict::Untestable, Reason::Usual);
+        }
+    }
+}
+
 /// Marks a region: as a fault, or, where there is a reason to, as a doubt.
 pub(crate) fn mark(verdicts: &mut [Verdict], reasons: &mut [Reason], pixels: &[usize], kind: Kind, reason: Reason) {
     let verdict = match (reason, kind) {
@@ -102,6 +116,14 @@ pub(crate) fn mark(verdicts: &mut [Verdict], reasons: &mut [Reason], pixels: &[u
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_suspected_as_much_as_a_doubt_is_not_right() {
+        let (mut verdicts, mut reasons) = ([Verdict::Ok, Verdict::Ok, Verdict::Geometry], [Reason::None; 3]);
+        unmark_suspected(&mut verdicts, &mut reasons, &[0.05, 0.4, 0.9], 0.1);
+        assert_eq!(verdicts, [Verdict::Ok, Verdict::Untestable, Verdict::Geometry]);
+        assert_eq!(reasons, [Reason::None, Reason::Usual, Reason::None]);
+    }
 
     #[test]
     fn plain_places_between_tested_ones_of_the_same_surface_are_borne_out() {

@@ -62,6 +62,8 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
         a.found.retain(|f| f.finding.score >= settings.least_probability);
         let told = a.found.iter().map(|f| (&f.pixels[..], f.log_odds));
         a.view.suspicion = scores::suspicion(&a.own, a.eye.camera.width as usize, told, settings.least_probability);
+        let AuditedView { verdicts, reasons, suspicion, .. } = &mut a.view;
+        label::unmark_suspected(verdicts, reasons, suspicion, settings.least_probability);
         a.found = with_whole_things(std::mem::take(&mut a.found), &a.eye);
         a.found.iter_mut().for_each(|f| f.finding.note = note(&f.finding));
         let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.is_sure());

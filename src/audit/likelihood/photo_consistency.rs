@@ -2,7 +2,7 @@
 //!
 //! If the surface is where the model has it, the probe's light, carried to the camera over that surface, is the
 //! photograph. If it is not, there is parallax between them. Every pixel's plane is swept along its normal and the
-//! places are compared by how well photograph and probes agree over a window.
+//! places are compared by how well photograph and probes agree over a window, but for what they differ by all over the surface.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -13,7 +13,9 @@ use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::gloss::{Gloss, Pair, bounds};
 use crate::audit::observe::probe_view::{ProbeView, Sight};
 use crate::audit::observe::radiometry::{Radiometry, Sights};
+use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
+use crate::statistics::median;
 
 /// How far a surface may be off its place on either side, metres: each step a quarter of the way, since pictures part in
 /// proportion to it.
@@ -49,6 +51,12 @@ const MOST: f32 = 16.0;
 
 /// Over windows, this much: most of one must be off, and not an edge in it.
 const MOST_IN_WINDOW: f32 = 6.0;
+
+/// Standard deviation of the window that smooth differences are means over, pixels: wider than those that places are compared over.
+const SMOOTH: f32 = 24.0;
+
+/// Smooth differences count as light up to so many standard deviations of those in the pair: what differs more may be another surface.
+const USUAL: f32 = 2.0;
 
 /// Contrast, over that of the noise, from which on a surface's place can be told.
 const TELLING: f32 = 1.5;
@@ -107,7 +115,7 @@ struct Look {
     /// The probe's number, and the level of its picture that is no sharper than the photograph.
     probe: u16,
     level: u8,
-    /// The photograph as soft as the probe and in its light; logarithm.
+    /// The photograph as soft as the probe and in its light, without what both differ by all over the surface; logarithm.
     photo: Vec3,
     /// Variance of the difference where the model is right.
     variance: f32,
@@ -145,8 +153,21 @@ struct Carried {
     /// Logarithms; the photograph as soft as the probe and in its light.
     photo: Vec3,
     here: Vec3,
+    /// What they differ by all over the surface around.
+    smooth: Vec3,
     /// What the parts of the variance are to be multiplied by.
     by: Parts,
+}
+
+impl Carried {
+    fn difference(&self) -> Vec3 {
+        self.photo - self.here
+    }
+
+    /// The difference without what is smooth.
+    fn detail(&self) -> Vec3 {
+        self.difference() - self.smooth
+    }
 }
 
 /// Carries a probe's light over the model into the view: all pixels that it sees, in order. `soft` is the photograph as soft as the
@@ -195,15 +216,39 @@ fn carried(
         let ratio = (sight.footprint / surfaces.footprint(i)).max(1.0);
         let slopes = 0.5 * (slope(soft, i) + slope(&here, i)) * (1.0 + ratio * ratio);
         let by = [1.0, slopes, 0.5 * (in_photo[i] + in_probe[i])];
-        Some(Carried { pixel: i as u32, level: level(i) as u8, photo: soft[i], here: here[i], by })
+        Some(Carried { pixel: i as u32, level: level(i) as u8, photo: soft[i], here: here[i], smooth: Vec3::ZERO, by })
     };
-    (0..n).into_par_iter().filter_map(carry).collect()
+    let mut all: Vec<Carried> = (0..n).into_par_iter().filter_map(carry).collect();
+    let smooth = smooth_differences(&surfaces.shape, &all);
+    all.iter_mut().zip(smooth).for_each(|(c, smooth)| c.smooth = smooth);
+    all
+}
+
+/// What a photograph and a probe differ by all over the surface around each pixel: gloss, haze and the cameras' responses make it, and none
+/// moves with a surface (background subtraction: Hirschmüller and Scharstein, *Evaluation of stereo matching costs on images with
+/// radiometric differences*, 2009).
+fn smooth_differences(shape: &EdgeAware, all: &[Carried]) -> Vec<Vec3> {
+    let n = shape.width * shape.height;
+    let (mut weight, mut difference) = (vec![0.0; n], vec![Vec3::ZERO; n]);
+    for c in all {
+        // a picture of something else is no light, and should not count as much
+        let shown = c.difference().clamp(Vec3::NEG_ONE, Vec3::ONE);
+        (weight[c.pixel as usize], difference[c.pixel as usize]) = (1.0, shown);
+    }
+    let smoothed = shape.smoothed(&weight, SMOOTH);
+    let smooth = shape.mean_colour_with(&difference, &weight, &smoothed, SMOOTH);
+    let smooth: Vec<Vec3> = all.iter().map(|c| smooth[c.pixel as usize]).collect();
+    let deviation = |channel: usize| 1.48 * median(smooth.iter().map(|s| s[channel].abs())).unwrap_or(0.0);
+    let most = USUAL * Vec3::new(deviation(0), deviation(1), deviation(2));
+    smooth.into_iter().map(|s| s.clamp(-most, most)).collect()
 }
 
 /// What all probes show of a view's surfaces beside the photograph, and what it differs by where the model is right.
 pub(crate) struct Compared {
     of: Vec<Vec<Carried>>,
+    /// Of differences, and of these without what is smooth.
     noise: Noise,
+    detail: Noise,
     /// Per probe, the darkest light that the photograph tells, in the probe's.
     dark: Vec<Vec3>,
 }
@@ -232,15 +277,15 @@ impl Compared {
                 carried(surfaces, &sights.of[k], &probes[k], &soft, dark[k])
             })
             .collect();
-        let samples: Vec<Vec<Sample>> = of
-            .iter()
-            .map(|all| {
+        let noise_of = |difference: fn(&Carried) -> Vec3| {
+            let sampled = |all: &Vec<Carried>| -> Vec<Sample> {
                 let chosen = all.iter().filter(|c| (c.pixel as usize).is_multiple_of(EVERY));
-                chosen.map(|c| Sample { difference: c.photo - c.here, by: c.by }).collect()
-            })
-            .collect();
-        let noise = Noise::fit(&samples);
-        Self { of, noise, dark }
+                chosen.map(|c| Sample { difference: difference(c), by: c.by }).collect()
+            };
+            Noise::fit(&of.iter().map(sampled).collect::<Vec<_>>())
+        };
+        let (noise, detail) = (noise_of(Carried::difference), noise_of(Carried::detail));
+        Self { of, noise, detail, dark }
     }
 
     /// Some places as photograph and probes see them, spread over the picture: so few that each tells by itself.
@@ -267,7 +312,7 @@ pub(crate) fn test(
     gloss: &Gloss,
 ) -> Geometry {
     let n = surfaces.triangle.len();
-    let Compared { of: all, noise, dark } = compared;
+    let Compared { of: all, noise, detail, dark } = compared;
     let mut seen = vec![0u8; n];
     for c in all.iter().flatten() {
         let seen = &mut seen[c.pixel as usize];
@@ -275,7 +320,7 @@ pub(crate) fn test(
     }
     let mut looks: Vec<Look> = Vec::with_capacity(all.iter().map(Vec::len).sum());
     for (k, carried) in all.into_iter().enumerate() {
-        looks.extend(looks_of(k, &probes[k], carried, surfaces, &sights.of[k], &noise, gloss));
+        looks.extend(looks_of(k, &probes[k], carried, surfaces, &sights.of[k], [&noise, &detail], gloss));
     }
     // those of one pixel stay in the probes' order
     looks.sort_by_key(|look| look.pixel);
@@ -292,7 +337,7 @@ pub(crate) fn test(
         parallax: vec![0.0; n],
         first,
         looks,
-        noise,
+        noise: detail,
         dark,
     };
     for i in 0..n {
@@ -343,7 +388,7 @@ fn looks_of(
     carried: Vec<Carried>,
     surfaces: &GeometryBuffer,
     sights: &[Option<Sight>],
-    noise: &Noise,
+    [noise, detail]: [&Noise; 2],
     gloss: &Gloss,
 ) -> impl Iterator<Item = Look> {
     let n = sights.len();
@@ -352,13 +397,13 @@ fn looks_of(
         (parallax >= LEAST_PARALLAX).then_some((c, parallax))
     };
     let able: Vec<(Carried, f32)> = carried.into_par_iter().filter_map(parallax).collect();
-    let variance = move |c: &Carried| noise.variance(k, c.by);
-    let squared = move |c: &Carried| noise.squared(c.photo - c.here, variance(c));
+    let variance = |c: &Carried| noise.variance(k, c.by);
+    let squared = |c: &Carried| noise.squared(c.difference(), variance(c));
     let (mut weight, mut glossy) = (vec![0.0; n], vec![false; n]);
     for (c, _) in &able {
         weight[c.pixel as usize] = 1.0;
         // what noise explains needs no gloss, and what is brighter in the photograph none of the probe's
-        glossy[c.pixel as usize] = squared(c) > 1.0 && (c.photo - c.here).min_element() < 0.0;
+        glossy[c.pixel as usize] = squared(c) > 1.0 && c.difference().min_element() < 0.0;
     }
     let to_probe = gloss.towards(surfaces, probe.origin, &|i| glossy[i]);
     let mut capped = vec![0.0; n];
@@ -368,23 +413,26 @@ fn looks_of(
             squared
         } else {
             let [below, above] = bounds(gloss.to_camera[i], to_probe[i], c.here.map(f32::exp));
-            let difference = c.photo - c.here;
+            let difference = c.difference();
             limited(noise.squared(difference - difference.clamp(below, above), variance(c)))
         };
         capped[i] = dull.min(MOST_IN_WINDOW);
     }
     let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
     // contrast that the noise alone would give says nothing of a surface's place
-    let telling = (TELLING * noise.floor(k)).powi(2);
-    able.into_iter().map(move |(c, parallax)| Look {
-        pixel: c.pixel,
-        probe: k as u16,
-        level: c.level,
-        photo: c.photo,
-        variance: variance(&c),
-        plain: (2.0 * c.by[2] < telling).then(|| limited(squared(&c))),
-        mismatch: mismatch[c.pixel as usize],
-        parallax,
+    let telling = (TELLING * detail.floor(k)).powi(2);
+    able.into_iter().map(move |(c, parallax)| {
+        let variance = detail.variance(k, c.by);
+        Look {
+            pixel: c.pixel,
+            probe: k as u16,
+            level: c.level,
+            photo: c.photo - c.smooth,
+            variance,
+            plain: (2.0 * c.by[2] < telling).then(|| limited(detail.squared(c.detail(), variance))),
+            mismatch: mismatch[c.pixel as usize],
+            parallax,
+        }
     })
 }
 
@@ -406,6 +454,32 @@ fn parallax(surfaces: &GeometryBuffer, probe: &ProbeView, sight: Option<&Sight>,
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn smooth_differences_end_with_a_surface_and_are_no_greater_than_usual() {
+        const SIDE: usize = 96;
+        let right = |i: usize| i % SIDE >= SIDE / 2;
+        let shape = EdgeAware::new(SIDE, SIDE, |i, j| right(i) == right(j));
+        // a haze over each surface, fine structure that has moved, and a corner that shows something else
+        let haze = |i: usize| if right(i) { 0.1 } else { -0.1 };
+        let fine = |i: usize| if (i / SIDE + i % SIDE).is_multiple_of(2) { 0.3 } else { -0.3 };
+        let other = |i: usize| if i / SIDE < 24 && i % SIDE < 24 { 2.0 } else { 0.0 };
+        let smooth = |with: &dyn Fn(usize) -> f32| {
+            let carried = |i: usize| Carried {
+                pixel: i as u32,
+                level: 0,
+                photo: Vec3::splat(with(i)),
+                here: Vec3::ZERO,
+                smooth: Vec3::ZERO,
+                by: [1.0, 0.0, 0.0],
+            };
+            smooth_differences(&shape, &(0..SIDE * SIDE).map(carried).collect::<Vec<_>>())
+        };
+        let all = smooth(&|i| haze(i) + fine(i));
+        assert!((0..SIDE * SIDE).all(|i| (all[i].x - haze(i)).abs() < 0.02));
+        let all = smooth(&|i| haze(i) + other(i));
+        assert!(all[0].x > 0.2 && all[0].x < 0.35, "{}", all[0].x);
+    }
 
     #[test]
     fn what_the_steps_of_a_file_hide_is_no_difference() {
