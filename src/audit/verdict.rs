@@ -15,7 +15,7 @@ pub enum Verdict {
     Geometry = 2,
     /// Something disagrees, and what it is cannot be told; see [`Reason`].
     Ambiguous = 3,
-    /// Nothing could be compared; see [`Reason`].
+    /// Nothing could be compared, or what was compared tells neither way; see [`Reason`].
     #[default]
     Untestable = 4,
 }

@@ -462,7 +462,7 @@ mod tests {
         let shape = EdgeAware::new(SIDE, SIDE, |i, j| right(i) == right(j));
         // a haze over each surface, fine structure that has moved, and a corner that shows something else
         let haze = |i: usize| if right(i) { 0.1 } else { -0.1 };
-        let fine = |i: usize| if (i / SIDE + i % SIDE).is_multiple_of(2) { 0.3 } else { -0.3 };
+        let fine = |i: usize| if (i / SIDE + i % SIDE).is_multiple_of(2) { 0.1 } else { -0.1 };
         let other = |i: usize| if i / SIDE < 24 && i % SIDE < 24 { 2.0 } else { 0.0 };
         let smooth = |with: &dyn Fn(usize) -> f32| {
             let carried = |i: usize| Carried {

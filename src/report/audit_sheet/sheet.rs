@@ -85,7 +85,7 @@ fn legend(svg: &mut Svg, about: &AuditSheet, [x, top, width]: [f64; 3]) {
         (Verdict::Geometry, geometry, "geometry wrong", "the surface is not where the model has it"),
         (Verdict::Texture, texture, "texture wrong", "the surface is right, its picture is not"),
         (Verdict::Ambiguous, ambiguous, "unclear", "something disagrees; see the reason"),
-        (Verdict::Untestable, untestable, "not testable", "no pass: nothing was compared there"),
+        (Verdict::Untestable, untestable, "not testable", "no pass: nothing can be told there"),
         (Verdict::Ok, ok, "agrees", "compared, and no fault found"),
     ];
     let mut y = top + 1.0;
