@@ -12,6 +12,12 @@ pub(crate) fn median<T: Copy + Into<f64>>(values: impl IntoIterator<Item = T>) -
     quantile(&mut values.into_iter().collect::<Vec<T>>(), 0.5)
 }
 
+/// A standard deviation about zero that half of the values may contradict: 1.48 × the median of their sizes, as of a bell curve (Hampel,
+/// *The influence curve and its role in robust estimation*, 1974); `None` of nothing.
+pub(crate) fn robust_deviation<T: Into<f64>>(values: impl IntoIterator<Item = T>) -> Option<f64> {
+    median(values.into_iter().map(|v| v.into().abs())).map(|size| 1.48 * size)
+}
+
 /// The mean; `None` of nothing.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, n) = values.fold((0.0, 0usize), |(sum, n), v| (sum + v, n + 1));
@@ -31,5 +37,6 @@ mod tests {
         );
         assert_eq!(median([4.0, 1.0, 3.0, 2.0f64]), Some(3.0));
         assert_eq!(median(Vec::<f64>::new()), None);
+        assert_eq!(robust_deviation([4.0, -1.0, 2.0f32]), Some(2.96));
     }
 }

@@ -16,7 +16,7 @@ use super::{Fit, FitSettings, Fitted};
 use crate::cholesky::Cholesky;
 use crate::components::{components, members};
 use crate::panorama::{Coding, response_rises};
-use crate::statistics::median;
+use crate::statistics::robust_deviation;
 
 /// Two pictures with fewer common patches do not tie each other.
 const FEWEST: usize = 24;
@@ -236,10 +236,10 @@ impl Row {
     }
 }
 
-/// 1.48 × the median of what is left: a standard deviation that half of the rows may contradict.
+/// The robust standard deviation of what is left.
 fn spread(rows: &[Row], theta: &[f64], chosen: impl Fn(&Row) -> bool) -> f64 {
     let two_sided = rows.iter().filter(|r| r.bound == 0 && chosen(r));
-    median(two_sided.map(|r| r.value(theta).abs())).map_or(0.0, |m| 1.48 * m)
+    robust_deviation(two_sided.map(|r| r.value(theta))).unwrap_or(0.0)
 }
 
 /// Reweighted least squares over `n` unknowns, the first `gains` of which are logarithms of gains, three a picture. Of the

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::model::{GeometryBuffer, LocalPose, Template};
 use super::picture::Level;
 use crate::cholesky::{inverse, solve};
-use crate::statistics::median;
+use crate::statistics::robust_deviation;
 
 /// Shift (right, forward, up; metres) and turn about the same axes (radians), in the picture's own axes.
 pub(super) type Twist = [f64; 6];
@@ -72,13 +72,13 @@ impl Residuals {
                 }
             })
             .collect();
-        let sizes = value
+        let changing = value
             .iter()
             .zip(&gradient)
             .filter(|(v, g)| v.is_finite() && g.length() * raster.cell_angle() > 0.02)
-            .map(|(v, _)| v.abs());
-        let scale = median(sizes).unwrap_or(1.0);
-        Self { value, gradient, scale: (1.48 * scale).max(0.01) }
+            .map(|(v, _)| *v);
+        let scale = robust_deviation(changing).unwrap_or(1.0) as f32;
+        Self { value, gradient, scale: scale.max(0.01) }
     }
 
     /// The equations of these residuals, as heavy as their own spread says.

@@ -7,13 +7,11 @@ use crate::audit::decide::false_alarms::Field;
 use crate::audit::decide::odds;
 use crate::audit::finding::{AuditedView, Finding};
 use crate::audit::likelihood::agreement::near;
+use crate::audit::likelihood::step::BESIDE;
 use crate::audit::picture::regions::mask_of;
 use crate::audit::verdict::Verdict;
 use crate::audit::view::Settings;
 use crate::site::Camera;
-
-/// A place is on a surface if their distances differ by at most this share.
-const ON: f32 = 0.03;
 
 /// A view with its findings and doubts, before they have numbers.
 pub(crate) struct Assessed {
@@ -89,12 +87,12 @@ impl Eye {
 
     /// The pixel that shows a place on a modelled surface.
     pub(crate) fn on(&self, point: Vec3) -> Option<usize> {
-        self.project(point).filter(|(_, share)| (share - 1.0).abs() <= ON).map(|(i, _)| i)
+        self.project(point).filter(|(_, share)| (share - 1.0).abs() <= BESIDE).map(|(i, _)| i)
     }
 
     /// The pixel that would show a place before the modelled surface.
     pub(crate) fn before(&self, point: Vec3) -> Option<usize> {
-        self.project(point).filter(|(_, share)| *share < 1.0 - ON).map(|(i, _)| i)
+        self.project(point).filter(|(_, share)| *share < 1.0 - BESIDE).map(|(i, _)| i)
     }
 
     /// Per pixel, whether it is one of some or no farther off than the widest windows that regions are told over.

@@ -8,9 +8,6 @@
 use crate::audit::decide::odds::probability;
 use crate::audit::finding::Evidence;
 
-/// What is usual counts as much as what so many photographs show: half a photograph, since rooms differ by more than ten times.
-const PRIOR_PHOTOGRAPHS: f64 = 0.5;
-
 /// How often regions like one turn up beside it that are no faults.
 #[derive(Clone, Copy)]
 pub(crate) struct Background {
@@ -32,7 +29,8 @@ impl Background {
             let right: Vec<f64> = all.iter().zip(log_odds).map(right).collect();
             let sum: f64 = right.iter().sum();
             for (background, own) in all.iter_mut().zip(&right) {
-                let rate = (PRIOR_PHOTOGRAPHS * usual + sum - own) / (PRIOR_PHOTOGRAPHS + photographs as f64);
+                // what is usual counts as much as what one photograph shows
+                let rate = (usual + sum - own) / (1.0 + photographs as f64);
                 // half of the way in logarithms, lest it swings
                 background.rate = (background.rate * rate).sqrt();
             }
@@ -63,8 +61,8 @@ mod tests {
         // a region says nothing against itself
         assert_eq!(of(&[0.5]), 0.0);
         let many = of(&[0.5; 12]);
-        let rate: f32 = 11.05 / 4.5;
-        assert!((many + (rate / 0.1).ln()).abs() < 0.2, "eleven others in four photographs and a half: {many}");
+        let rate: f32 = 11.1 / 5.0;
+        assert!((many + (rate / 0.1).ln()).abs() < 0.2, "eleven others in five photographs: {many}");
         assert!(of(&[0.5; 6]) > many);
         // sure faults are none of it, and what is not told counts for nothing
         assert_eq!(of(&[9.0; 12]), 0.0);

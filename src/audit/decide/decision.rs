@@ -2,7 +2,7 @@
 
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::odds::{self, ABSENT, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
-use crate::audit::decide::scores::{COLOUR, ODDS, RATIO, Scores, lacking};
+use crate::audit::decide::scores::{COLOUR, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::Absent;
 use crate::audit::hypothesis::extent::Places;
@@ -12,8 +12,10 @@ use crate::audit::hypothesis::other_picture::{as_is, explain};
 use crate::audit::hypothesis::second_surface::behind;
 use crate::audit::hypothesis::sideways::Shifted;
 use crate::audit::likelihood::plane_sweep::{Swept, sweep};
+use crate::audit::likelihood::step::ASIDE;
 use crate::audit::likelihood::structure::odds_of;
 use crate::audit::picture::regions::{MOST_PX, Region, bounds, dilated, mask_of};
+use crate::audit::picture::{FEWEST, ODDS};
 use crate::audit::view::{AuditScene, Observations};
 use crate::panorama::luminance;
 
@@ -23,23 +25,8 @@ const AGREES: f32 = 0.5;
 /// A displacement is measured if it is so many times its own uncertainty.
 const CERTAIN: f64 = 3.0;
 
-/// What lies behind a region is what the photograph shows if it differs by at most this share of what the region does.
-const BEHIND: f32 = 0.25;
-
-/// A region is a whole surface, and not a part of one, if it has more than this share of its pieces.
-const WHOLE: f64 = 0.6;
-
-/// Odds from which on a region's structure is another than the model's, and the share of the usual structure that it has less of.
-const REGION_ODDS: f32 = 6.0;
-const OTHER: f32 = 0.5;
-
 /// Regions smaller than this share of the picture are left out.
 const LEAST_SHARE: f64 = 6e-4;
-/// Nor are fewer pixels than this a region.
-const LEAST_PX: usize = 30;
-
-/// Pixels from an outline of the model within which a region is at it.
-const EDGE_PX: usize = 3;
 
 /// Mean over a region; NaN where less than a quarter of it tells.
 fn mean(region: &Region, value: impl Fn(usize) -> Option<f32>) -> f32 {
@@ -64,7 +51,7 @@ pub(crate) fn size(observed: &Observations, pixels: usize) -> f32 {
 
 /// Pixels of the smallest region.
 pub(crate) fn least(observed: &Observations) -> usize {
-    LEAST_PX.max((LEAST_SHARE * observed.usable.len() as f64) as usize)
+    FEWEST.max((LEAST_SHARE * observed.usable.len() as f64) as usize)
 }
 
 /// The share of a region's light that it may mirror.
@@ -94,17 +81,16 @@ pub(crate) fn shape(
         return None;
     }
     let swept = swept(prepared, observed, region);
-    // share of the difference that it explains, as a ratio to what it leaves
-    let explains = (swept.here - swept.least) / (swept.least + 0.3);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(region, observed.surfaces.width);
-    let moved = explains > RATIO && sure && swept.pixels <= thickness;
+    let moved = sure && swept.pixels <= thickness;
     // as far off as others are it is in its place
     if moved && swept.best_m.abs() <= observed.placement.usual_m(&region.pixels).into() {
         return None;
     }
     let (here, there) = behind(prepared, observed, region).unwrap_or((1.0, f32::NAN));
-    let gone = there < BEHIND * here;
+    // what is behind is shown if it differs by less than half of what the region does
+    let gone = 2.0 * there < here;
     let (covered, whole) = region
         .pixels
         .iter()
@@ -112,7 +98,7 @@ pub(crate) fn shape(
         .fold((0.0f64, 0.0f64), |(c, a), (size, part)| (c + f64::from(part), a + f64::from(size)));
     let what = match (moved, gone) {
         (_, true) => What::Extra,
-        (true, _) if covered / whole.max(1.0) > WHOLE => What::Moved,
+        (true, _) if 2.0 * covered > whole => What::Moved,
         _ => What::Missing,
     };
     // where the photograph shows the model's picture in its place, the place is right and something is in the probes' way
@@ -143,7 +129,7 @@ fn swept(prepared: &AuditScene, observed: &Observations, region: &Region) -> Swe
 
 /// Per pixel, whether it is well within an outline of the model.
 pub(crate) fn inside(observed: &Observations) -> Vec<bool> {
-    observed.surfaces.shape.inside(EDGE_PX)
+    observed.surfaces.shape.inside(ASIDE)
 }
 
 /// A region whose picture is not the model's.
@@ -188,11 +174,11 @@ fn picture_or_laid(
     let no_border = observed.no_border(&borders);
     let by_borders = (!no_border.is_nan()).then(|| BORDER.weigh([no_border, slope, size]));
     let (log_odds, evidence) = by_borders.filter(|b| b.0 > by_colours.0).unwrap_or(by_colours);
-    let structural = odds >= REGION_ODDS && slope < OTHER;
+    let structural = odds >= ODDS;
     // the search takes long
     let worth = log_odds >= least && odds::may_be_found(log_odds, observed.settings.false_alarms);
     let what = match explain(as_is, colour / COLOUR, || if worth { laid(&region) } else { None }) {
-        _ if odds <= -REGION_ODDS => What::Recoloured,
+        _ if odds <= -ODDS => What::Recoloured,
         What::Recoloured if structural => What::Changed,
         What::Rotated | What::Mirrored | What::Shifted | What::Scaled if !structural => What::Changed,
         what => what,
@@ -213,7 +199,7 @@ pub(crate) fn unlike(
 ) -> Option<Judged> {
     let [_, middle, _] = places.unlike;
     let over = |values: &[f32], most: f32| mean(place, |i| Some(values[i].min(most)));
-    let (region, outline) = places.extent(place, least(observed), |pixels| observed.own_outline(pixels));
+    let region = places.extent(place, least(observed));
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         size(observed, place.pixels.len()),
@@ -222,7 +208,7 @@ pub(crate) fn unlike(
         over(&scores.texture, 3.0),
         mirrored(observed, place),
         over(&observed.texture.structure.odds, f32::MAX),
-        outline,
+        observed.own_outline(&region.pixels),
     ]);
     if !odds::may_reach(log_odds, observed.settings.least_probability) {
         return None;

@@ -16,8 +16,8 @@ use crate::audit::decide::odds::{self, OUTLINE};
 use crate::audit::decide::scores;
 use crate::audit::finding::{Audit, AuditedView, Finding, Kind, Method, What};
 use crate::audit::hypothesis::laying::retextured;
-use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::{MOST_PX, at_most, components, mask_of};
+use crate::audit::picture::{FEWEST, ODDS, POSE_PX};
 use crate::audit::verdict::Reason;
 use crate::audit::view::Settings;
 use crate::site::Site;
@@ -300,9 +300,9 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
     }
     let thresholds = [
         ("geometry_mismatch_variances", scores::MISMATCH),
-        ("displacement_pixels", scores::PIXELS_OFF),
+        ("displacement_pixels", POSE_PX),
         ("sensitivity", label::SENSITIVITY),
-        ("structure_log_odds", scores::ODDS),
+        ("structure_log_odds", ODDS),
         ("colour_delta_e00", scores::COLOUR),
         ("false_alarms_a_photograph", settings.false_alarms as f32),
     ];

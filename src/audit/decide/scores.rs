@@ -4,17 +4,14 @@ use crate::audit::decide::odds::probability;
 use crate::audit::likelihood::agreement::{Unlike, near};
 use crate::audit::likelihood::appearance::Texture;
 use crate::audit::picture::by_luminance::{BINS, Bins};
+use crate::audit::picture::{ODDS, POSE_PX};
 use crate::audit::view::Observations;
 use crate::statistics::quantile;
 
 /// Above these a pixel is marked. Each is some way above the greatest value that faultless models give but for a few
 /// pixels at edges, which are too thin to become regions.
-pub(crate) const ODDS: f32 = 3.0;
 pub(crate) const COLOUR: f32 = 6.5;
 pub(crate) const MISMATCH: f32 = 3.0;
-pub(crate) const PIXELS_OFF: f32 = 0.7;
-/// How many times better than what is left a displacement must explain a difference.
-pub(crate) const RATIO: f32 = 1.0;
 /// What is this many times as strong as half of the picture at its brightness is a fault, if it is above the threshold.
 const NOISE: f32 = 5.0;
 /// A pixel counts as marked from this share of the threshold on.
@@ -47,8 +44,8 @@ impl Scores {
                     return 0.0;
                 }
                 let wrong = g.mismatch[i] / MISMATCH;
-                let off = g.best_m[i].abs() * g.parallax[i] / PIXELS_OFF;
-                let moved = (g.ratio[i] / RATIO).min(off);
+                let off = g.best_m[i].abs() * g.parallax[i] / POSE_PX;
+                let moved = g.ratio[i].min(off);
                 wrong.max(moved)
             })
             .collect();

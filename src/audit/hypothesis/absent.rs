@@ -27,8 +27,8 @@ pub(crate) struct Absent {
 /// All parts with contours of which enough tells, and how likely the photograph goes on over these.
 pub(crate) fn absent(prepared: &AuditScene, observed: &Observations, least: usize) -> Vec<Absent> {
     let parts: Vec<u32> = observed.surfaces.triangle.iter().map(|t| prepared.part(*t)).collect();
-    let most = LARGEST * parts.len() as f32;
-    let things = members(&parts).into_par_iter().filter(|p| p.len() >= least && p.len() as f32 <= most);
+    let largest = (LARGEST * parts.len() as f32) as usize;
+    let things = members(&parts).into_par_iter().filter(|p| (least..=largest).contains(&p.len()));
     let known_m = outlines_known_to(prepared, observed);
     things.filter_map(|pixels| Some(Absent { odds: observed.no_contour(&pixels, known_m)?, pixels })).collect()
 }

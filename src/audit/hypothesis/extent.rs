@@ -14,15 +14,6 @@ use crate::statistics::quantile;
 /// What stands out does so more than this share of what is around its place.
 const STANDS_OUT: f64 = 0.9;
 
-/// Level lines cut the pixels of a place into so many parts of one size.
-const LEVELS: u8 = 8;
-
-/// The share of the steepest outline's step from which on a wider one is preferred.
-const STEEP: f32 = 0.7;
-
-/// Where less than this share of a place stands out, all of it is meant.
-const LEAST: f32 = 0.25;
-
 /// Places that are unlike the model, and how far each pixel is from what is around them.
 pub(crate) struct Places<'a> {
     pub(crate) unlike: &'a Unlike,
@@ -45,36 +36,19 @@ impl<'a> Places<'a> {
         Self { unlike, mask, width: s.width, apart }
     }
 
-    /// What of a place stands out from what is around it, with all that it encloses, and how much its steepest outline steps; `outline` tells
-    /// that of some pixels. It is what stands out more than nearly all that is around. But where another level line of how far it
-    /// stands out is much steeper, it is the widest nearly as steep as the steepest: people see things as bounded by such lines
-    /// (Desolneux, Moisan and Morel, *Edge detection by Helmholtz principle*, 2001). It is the whole place where too small a share of it, or
-    /// less than `least` pixels, stand out, as where only the edges of a picture are beside their places, or where nothing is known around it.
-    pub(crate) fn extent(&self, place: &Region, least: usize, outline: impl Fn(&[usize]) -> f32) -> (Region, f32) {
+    /// What of a place stands out more than nearly all that is around it, with all that it encloses. It is the whole place where less than
+    /// `least` pixels do, as where only the edges of a picture are beside their places, or where nothing is known around it.
+    pub(crate) fn extent(&self, place: &Region, least: usize) -> Region {
         let cut = Cut::around(&place.pixels, self.width, self.apart.len() / self.width);
-        let least = least.max((LEAST * place.pixels.len() as f32) as usize);
-        let over = |level: f32| {
-            let out = cut.mask(place.pixels.iter().copied().filter(|i| self.apart[*i] > level));
-            let whole = opened(&filled(&closed(&out, cut.width, cut.height, 2), cut.width), cut.width, cut.height, 1);
-            let pixels: Vec<usize> = place.pixels.iter().copied().filter(|i| whole[cut.at(*i)]).collect();
-            (pixels.len() >= least).then(|| (outline(&pixels), Region { pixels }))
-        };
         let inside = cut.mask(place.pixels.iter().copied());
         let ring = dilated(&inside, cut.width, cut.height, widest() as usize);
-        let beside = cut.set(&ring).filter(|i| !self.mask[*i]);
-        let usual = quantile(&mut self.known(beside), STANDS_OUT).unwrap_or(f32::INFINITY);
-        let first = over(usual).unwrap_or_else(|| (outline(&place.pixels), place.clone()));
-        let mut apart = self.known(place.pixels.iter().copied());
-        let levels = (1..LEVELS).filter_map(|k| quantile(&mut apart, f64::from(k) / f64::from(LEVELS)));
-        let mut all: Vec<(f32, Region)> = std::iter::once(first).chain(levels.map_while(over)).collect();
-        let most = all.iter().map(|(step, _)| *step).fold(0.0, f32::max);
-        let at = all.iter().position(|(step, _)| *step >= STEEP * most).unwrap_or(0);
-        (all.swap_remove(at).1, most)
-    }
-
-    /// How far those of some pixels stand out of which it is known.
-    fn known(&self, pixels: impl Iterator<Item = usize>) -> Vec<f32> {
-        pixels.map(|i| self.apart[i]).filter(|a| a.is_finite()).collect()
+        let mut beside: Vec<f32> =
+            cut.set(&ring).filter(|i| !self.mask[*i]).map(|i| self.apart[i]).filter(|a| a.is_finite()).collect();
+        let usual = quantile(&mut beside, STANDS_OUT).unwrap_or(f32::INFINITY);
+        let out = cut.mask(place.pixels.iter().copied().filter(|i| self.apart[*i] > usual));
+        let whole = opened(&filled(&closed(&out, cut.width, cut.height, 2), cut.width), cut.width, cut.height, 1);
+        let pixels: Vec<usize> = place.pixels.iter().copied().filter(|i| whole[cut.at(*i)]).collect();
+        if pixels.len() < least { place.clone() } else { Region { pixels } }
     }
 }
 
@@ -141,8 +115,6 @@ impl Cut {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::audit::likelihood::step::{Place, border};
-    use crate::audit::picture::regions::mask_of;
 
     const SIDE: usize = 80;
 
@@ -186,25 +158,17 @@ mod tests {
         let of = |thing: &dyn Fn(usize) -> bool| -> Vec<f32> {
             (0..SIDE * SIDE).map(|i| if thing(i) { 50.0 + usual(i) } else { usual(i) }).collect()
         };
-        // the share of an outline that is the thing's
-        let outline = |pixels: &[usize]| {
-            let mask = mask_of(pixels, SIDE * SIDE);
-            let inside = |i: usize| mask[i];
-            let own = |p: Place| thing[p.last] != thing[p.next];
-            let all: Vec<bool> = border([SIDE, SIDE], pixels, &inside).map(own).collect();
-            all.iter().filter(|own| **own).count() as f32 / all.len() as f32
-        };
         // a frame, within which the wall is as it is around
         let places = Places { unlike: &unlike, mask: &place, width: SIDE, apart: of(&|i| thing[i] && !within[i]) };
-        let (extent, step) = places.extent(&region(&place), 30, outline);
+        let extent = places.extent(&region(&place), 30);
         // all of it but for its corners
         let both = extent.pixels.iter().filter(|i| thing[**i]).count();
         let whole = region(&thing).pixels.len();
-        assert!(both == extent.pixels.len() && both * 20 > whole * 19 && step > 0.7, "{both} of {whole}, {step}");
-        // it is too small a share of the place for being all that is meant
-        assert_eq!(places.extent(&region(&place), 1000, outline).0, region(&place));
+        assert!(both == extent.pixels.len() && both * 20 > whole * 19, "{both} of {whole}");
+        // it is too small to be all that is meant
+        assert_eq!(places.extent(&region(&place), 1000), region(&place));
         // nothing is known of what is around it
         let places = Places { apart: vec![f32::NAN; SIDE * SIDE], ..places };
-        assert_eq!(places.extent(&region(&place), 30, outline).0, region(&place));
+        assert_eq!(places.extent(&region(&place), 30), region(&place));
     }
 }

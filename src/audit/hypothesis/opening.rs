@@ -14,9 +14,6 @@ use crate::audit::view::Observations;
 use crate::components::members;
 use crate::statistics::median;
 
-/// A surface that what it encloses is looked at of has at least this part of the picture.
-const LARGE: usize = 50;
-
 /// Places of a rim that are tried for its plane.
 const PLANES: usize = 100;
 
@@ -62,10 +59,10 @@ impl Observations {
     }
 }
 
-/// What a large surface encloses of several others: through an opening one may see more than one.
+/// What a surface encloses of several others: through an opening one may see more than one.
 fn enclosed(observed: &Observations, near: &[usize], least: usize) -> Vec<Vec<usize>> {
     let (w, h) = observed.size();
-    if near.len() * LARGE < w * h {
+    if near.len() < least {
         return Vec::new();
     }
     let [left, top, right, bottom] = bounds(near, w);

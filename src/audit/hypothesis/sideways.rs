@@ -8,19 +8,12 @@
 use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
-use crate::audit::hypothesis::silhouette::{FOUND, Fit, Small, registration};
-use crate::audit::picture::FEWEST;
+use crate::audit::hypothesis::silhouette::{Fit, Small, registration};
+use crate::audit::picture::{FEWEST, POSE_PX};
 use crate::audit::view::{AuditScene, Observations};
-use crate::statistics::median;
 
 /// A part larger than this share of the picture is its room.
 pub(crate) const LARGEST: f32 = 0.35;
-
-/// A part that stands no farther off is in its place, metres: models are a few millimetres off all over.
-const LEAST_M: f64 = 0.005;
-
-/// Nor is a scan's part less than so many spacings of its vertices off: either side of an outline is known to one.
-const SPACINGS: f32 = 2.0;
 
 /// A part whose outline the photograph shows elsewhere.
 pub(crate) struct Shifted {
@@ -38,23 +31,13 @@ pub(crate) struct Shifted {
 pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shifted> {
     let small = Small::new(prepared, observed);
     let members = small.members();
-    let size = (small.width * small.height) as f32;
-    let fits: Vec<Fit> = members
-        .par_iter()
-        .filter(|m| m.len() >= FEWEST && m.len() as f32 <= LARGEST * size)
-        .filter_map(|m| small.fit(m))
-        .filter(|f| f.best >= FOUND)
-        .collect();
-    let (common, least) = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
-    let beside = |f: &&Fit| {
-        let off = (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]);
-        off > least && f.odds > 0.0
-    };
-    let spacing = |i: &usize| prepared.vertex_spacing(observed.surfaces.triangle[*i]);
-    let known = |p: &Shifted| SPACINGS * median(p.pixels.iter().filter_map(spacing)).unwrap_or(0.0);
-    let usual = |p: &Shifted| observed.placement.usual_m(&p.pixels);
+    let largest = (LARGEST * small.part.len() as f32) as usize;
+    let thing = |m: &&Vec<usize>| (FEWEST..=largest).contains(&m.len());
+    let fits: Vec<Fit> = members.par_iter().filter(thing).filter_map(|m| small.fit(m)).collect();
+    let common = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
+    let beside = |f: &&Fit| (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]) > POSE_PX && f.odds > 0.0;
     let parts = fits.iter().filter(beside).map(|f| whole(&small, observed, f));
-    parts.filter(|p| p.shift.words().1 >= LEAST_M.max(known(p).max(usual(p)).into())).collect()
+    parts.filter(|p| p.shift.words().1 > observed.placement.usual_m(&p.pixels).into()).collect()
 }
 
 /// The part at the audit's size.

@@ -10,6 +10,7 @@ use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
 use crate::audit::likelihood::noise::{EVERY, whitening};
+use crate::audit::observe::photo::DARK;
 use crate::audit::picture::regions::{dilated, mask_of};
 use crate::edge_aware::EdgeAware;
 use crate::statistics::median;
@@ -26,9 +27,6 @@ pub(crate) fn widest() -> f32 {
 pub(crate) fn near(pixels: &[usize], width: usize, n: usize) -> Vec<bool> {
     dilated(&mask_of(pixels, n), width, n / width, widest() as usize)
 }
-
-/// What is darker than this share of the picture's median shows little structure.
-const DARK: f32 = 0.03;
 
 /// Per size of structure and pixel, the logarithm of how much more photograph and model differ than they have in common, over a
 /// window as wide as the structure: 0 where neither is more than noise.

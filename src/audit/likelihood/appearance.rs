@@ -6,9 +6,9 @@
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
-use crate::audit::likelihood::photo_consistency::damped;
 use crate::audit::likelihood::step::usual;
-use crate::audit::likelihood::structure::{BLACK, Structure, structure};
+use crate::audit::likelihood::structure::{BLACK, Structure, WINDOW, structure};
+use crate::audit::likelihood::warped::damped;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::picture::colour::colour_difference;
 use crate::panorama::luminance;
@@ -19,12 +19,6 @@ use crate::volume::{Nearby, Volume};
 
 /// Every how many pixels along each side irradiance is gathered.
 const STRIDE: usize = 4;
-
-/// Colours are compared over windows of this standard deviation, pixels.
-const COLOUR_WINDOW: f32 = 4.0;
-
-/// Logarithm of brightness over the prediction, over a window, from which on the prediction's light is wrong: a factor of 4.
-const LIGHT_OFF: f32 = 1.4;
 
 /// What the texture test says of each pixel.
 pub(crate) struct Texture {
@@ -129,14 +123,12 @@ pub(crate) fn test(
     let unit = usual(surfaces.width, &ratio, |i, j| segments.of[i] == segments.of[j] && tested[i] && tested[j]);
     let structure = structure(filter, segments, &weight, &apparent, &paint);
     let bright: Vec<f32> = ratio.iter().map(|r| r.element_sum() / 3.0).collect();
-    let brightness: Vec<f32> = filter.mean(&bright, &weight, COLOUR_WINDOW).iter().map(|b| b.abs()).collect();
-    // light that is far off in brightness is none to judge a colour by
-    let lit: Vec<bool> = tested.iter().zip(&brightness).map(|(t, b)| *t && *b <= LIGHT_OFF).collect();
+    let brightness: Vec<f32> = filter.mean(&bright, &weight, WINDOW).iter().map(|b| b.abs()).collect();
     let chroma: [Vec<f32>; 2] = [0, 2].map(|c| ratio.iter().map(|r| r[c] - r.y).collect());
-    let means = [0, 1].map(|c| filter.mean(&chroma[c], &weight, COLOUR_WINDOW));
+    let means = [0, 1].map(|c| filter.mean(&chroma[c], &weight, WINDOW));
     let colour = (0..n)
         .into_par_iter()
-        .map(|i| if lit[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
+        .map(|i| if tested[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
     Texture { paint, ratio, unit, structure, colour, brightness, offset: middle, tested }
 }

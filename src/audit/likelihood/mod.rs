@@ -8,3 +8,4 @@ pub(crate) mod placement;
 pub(crate) mod plane_sweep;
 pub(crate) mod step;
 pub(crate) mod structure;
+pub(crate) mod warped;

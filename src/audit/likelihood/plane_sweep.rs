@@ -7,12 +7,9 @@ use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::probe_view::ProbeView;
 use crate::audit::picture::regions::at_most;
 
-/// A surface's cost over the sweep.
+/// The place at which a surface fits best.
 pub(crate) struct Swept {
-    /// Mean cost per probe and pixel at the model's own place.
-    pub(crate) here: f32,
-    /// And at the best one.
-    pub(crate) least: f32,
+    /// Metres along the normal.
     pub(crate) best_m: f64,
     pub(crate) uncertainty_m: f64,
     /// Pixels of parallax that this is.
@@ -65,11 +62,5 @@ pub(crate) fn sweep(
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
-    Swept {
-        here: mean[HERE] as f32,
-        least: least as f32,
-        best_m,
-        uncertainty_m,
-        pixels: (best_m.abs() * parallax) as f32,
-    }
+    Swept { best_m, uncertainty_m, pixels: (best_m.abs() * parallax) as f32 }
 }

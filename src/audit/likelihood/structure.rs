@@ -10,9 +10,9 @@ use crate::panorama::luminance;
 /// Darker albedo cannot be compared with.
 pub(crate) const BLACK: f32 = 0.015;
 
-/// Structure is what a blur of this standard deviation takes away, pixels, compared over a window of the second.
+/// Structure is what a blur of this standard deviation takes away, pixels, compared over a window of the second, as colours are.
 pub(crate) const BAND: f32 = 3.0;
-const WINDOW: f32 = 5.0;
+pub(crate) const WINDOW: f32 = 5.0;
 
 /// Structure is alike over some three or four pixels each way: so many tell as much as one.
 pub(crate) const ALIKE_PX: f32 = 12.0;
@@ -20,17 +20,12 @@ pub(crate) const ALIKE_PX: f32 = 12.0;
 /// With less than this share of the energy expected there is nothing to compare.
 const FAINT: f32 = 0.25;
 
-/// Relative brightness that photograph and albedo may always differ by.
+/// Relative brightness that photograph and albedo may always differ by. Structure of an albedo is compared if its contrast (standard deviation
+/// of its logarithm within the band) is more.
 const FLOOR: f32 = 0.02;
-
-/// Contrast of the albedo (standard deviation of its logarithm within the band) that is enough to compare structure.
-const LEAST_CONTRAST: f32 = 0.02;
 
 /// Pixels that a texture may be off its place without being wrong.
 const SLACK_PX: isize = 1;
-
-/// What structure says is limited to this, so that no few pixels outvote all others.
-const MOST_ODDS: f32 = 40.0;
 
 /// What windows say of the structure of photograph and albedo.
 pub(crate) struct Structure {
@@ -80,8 +75,7 @@ pub(crate) fn structure(
         let (aa, bb, ab) = (mean(&|i| a[i] * a[i]), mean(&|i| b[i] * b[i]), mean(&|i| a[i] * b[i]));
         (0..n).map(|i| Sums { aa: aa[i], bb: bb[i], ab: ab[i] }).collect()
     };
-    let structured: Vec<bool> =
-        (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > LEAST_CONTRAST * LEAST_CONTRAST).collect();
+    let structured: Vec<bool> = (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > FLOOR * FLOOR).collect();
     // what the picture shows of its texture, and what besides, is what a right texture has; a wrong floor may fill more
     // than half of it, so that a quarter must do
     let slope: Vec<f32> = sums.iter().map(Sums::slope).collect();
@@ -142,8 +136,7 @@ impl Sums {
     fn log_odds(&self, [slope, rest]: [f32; 2], pixels: f32) -> f32 {
         let expected = slope * slope * self.bb;
         let odds = pixels / ALIKE_PX * (expected - 2.0 * slope * self.ab) / (2.0 * self.variance([slope, rest]));
-        let odds = if self.aa < FAINT * expected { odds.min(0.0) } else { odds };
-        odds.clamp(-MOST_ODDS, MOST_ODDS)
+        if self.aa < FAINT * expected { odds.min(0.0) } else { odds }
     }
 }
 
@@ -173,7 +166,7 @@ pub(crate) fn odds_of(of: &Structure, width: usize, pixels: &[usize]) -> (f32, f
             let faint = seen < f64::from(FAINT) * expected;
             let odds = if faint { odds.min(0.0) } else { odds } as f32;
             if best.is_none_or(|(o, _)| odds < o) {
-                best = Some((odds.clamp(-MOST_ODDS, MOST_ODDS), (followed / expected.max(1e-9)) as f32));
+                best = Some((odds, (followed / expected.max(1e-9)) as f32));
             }
         }
     }

@@ -92,7 +92,7 @@ impl Photo {
 }
 
 /// Pixels this far below the picture's median show nothing but the sensor's floor.
-const DARK: f32 = 2e-3;
+pub(crate) const DARK: f32 = 2e-3;
 
 fn mark_dark(pixels: &[Vec3], unusable: &mut [Reason]) {
     let median = median(pixels.iter().map(|p| luminance(*p))).unwrap_or(0.0);
@@ -103,9 +103,8 @@ fn mark_dark(pixels: &[Vec3], unusable: &mut [Reason]) {
     }
 }
 
-/// Relative noise: 1.48 × the median absolute second difference of the logarithm of luminance, over √20 (the norm of
-/// the kernel 1 −2 1 ⊗ 1 −2 1 is 6; Immerkær, *Fast noise variance estimation*, 1996), in the half of the picture with
-/// the least of it.
+/// Relative noise: of the size of second differences of the logarithm of luminance (kernel 1 −2 1 ⊗ 1 −2 1, whose norm is 6; Immerkær, *Fast
+/// noise variance estimation*, 1996) the lower quartile, over that of a bell curve.
 fn noise(width: usize, height: usize, pixels: &[Vec3], unusable: &[Reason]) -> f32 {
     let log = |i: usize| luminance(pixels[i]).max(1e-30).ln();
     let mut all = Vec::new();

@@ -13,7 +13,7 @@ use crate::cholesky::{inverse, solve};
 use crate::edge_aware::EdgeAware;
 use crate::scene::Scene;
 use crate::site::{Camera, Lens};
-use crate::statistics::median;
+use crate::statistics::{median, robust_deviation};
 
 /// Unknowns: shift of the camera (right, forward, up; metres), turn about the same axes (radians), radial distortion.
 const UNKNOWNS: usize = 7;
@@ -146,8 +146,7 @@ fn step(scene: &Scene, surfaces: &GeometryBuffer, camera: &Camera, a: &Band, b: 
     if count < 300 {
         return None;
     }
-    let sizes = observations.iter().flatten().map(|o| o.0.abs() as f32);
-    let scale = (1.48 * f64::from(median(sizes).unwrap_or(0.0))).max(1e-3);
+    let scale = robust_deviation(observations.iter().flatten().map(|o| o.0)).unwrap_or(0.0).max(1e-3);
     let mut normal = [[0.0f64; UNKNOWNS]; UNKNOWNS];
     let mut right = [0.0f64; UNKNOWNS];
     let mut variance = (0.0, 0.0);

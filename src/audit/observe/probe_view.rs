@@ -4,12 +4,10 @@ use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
+use crate::audit::observe::photo::DARK;
 use crate::panorama::{Coding, Picture, latlong, latlong_pixel_fast, neighbours};
 use crate::scene::Scene;
 use crate::site::Probe;
-
-/// Radiance below this share of a probe's mean counts as this much: the logarithm must not run away.
-const DARKEST: f32 = 1e-4;
 
 /// A pixel counts as at least this share of its height wide.
 const NARROWEST: f32 = 0.05;
@@ -57,7 +55,8 @@ impl ProbeView {
             sum += f64::from(p.element_sum() / 3.0);
             count += 1;
         }
-        let floor = (DARKEST * (sum / f64::from(count.max(1))) as f32).max(1e-30);
+        // the logarithm must not run away
+        let floor = (DARK * (sum / f64::from(count.max(1))) as f32).max(1e-30);
         let log = |p: Vec3| if Picture::valid(p) { p.max(Vec3::splat(floor)).map(f32::ln) } else { Vec3::NAN };
         let (width, height) = (picture.width, picture.height);
         let kept = |width: usize, height: usize, pixels: &[Vec3]| {

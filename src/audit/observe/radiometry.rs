@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::{ProbeView, Sight};
-use crate::statistics::median;
+use crate::statistics::{median, robust_deviation};
 
 /// How each probe sees each pixel of a view.
 pub(crate) struct Sights {
@@ -118,8 +118,8 @@ pub(crate) fn fit(surfaces: &GeometryBuffer, sights: &Sights, probes: &[ProbeVie
         .zip(&differences)
         .map(|(o, samples)| {
             let o = (*o)?;
-            let rest = samples.iter().map(|(r, d)| ((*d - o).element_sum() / 3.0 - vignetting * r).abs());
-            Some(1.48 * median(rest).unwrap_or(0.0))
+            let rest = samples.iter().map(|(r, d)| (*d - o).element_sum() / 3.0 - vignetting * r);
+            Some(robust_deviation(rest).unwrap_or(0.0) as f32)
         })
         .collect();
     Radiometry { offset, vignetting, gains, spread }

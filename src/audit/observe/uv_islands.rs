@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::audit::picture::FEWEST;
 use crate::audit::picture::regions::Segments;
 use crate::edge_aware::EdgeAware;
 use crate::scene::Mesh;
@@ -11,9 +12,6 @@ const LENGTH: f32 = 0.35;
 
 /// And by this much of a period.
 const SLACK: f32 = 2e-3;
-
-/// Pieces with fewer pixels than this stay joined to what is around them: too little to be tested alone.
-const LARGE: usize = 150;
 
 /// How texture coordinates change along a triangle, per metre.
 #[derive(Clone, Copy)]
@@ -83,11 +81,11 @@ pub(crate) fn runs_on(mesh: &Mesh, a: Mapped, b: Mapped) -> bool {
     off.x.abs() <= slack * g.u.length() + SLACK && off.y.abs() <= slack * g.v.length() + SLACK
 }
 
-/// Cuts `joins` where `runs_on` says no between two large pieces.
+/// Cuts `joins` where `runs_on` says no between two pieces that are not too small to be tested alone.
 pub(crate) fn cut(filter: &EdgeAware, runs_on: impl Fn(usize, usize) -> bool) -> EdgeAware {
     let whole = EdgeAware::new(filter.width, filter.height, |i, j| filter.joined(i, j) && runs_on(i, j));
     let segments = Segments::new(&whole);
-    let large = |i: usize| segments.pixels[segments.of[i] as usize].len() >= LARGE;
+    let large = |i: usize| segments.pixels[segments.of[i] as usize].len() >= FEWEST;
     EdgeAware::new(filter.width, filter.height, |i, j| {
         filter.joined(i, j) && (whole.joined(i, j) || !large(i) || !large(j))
     })

@@ -12,6 +12,12 @@ use crate::panorama::luminance;
 /// Of fewer samples than this nothing is told.
 pub(crate) const FEWEST: usize = 20;
 
+/// Logarithm of the odds, 20 : 1, from which on one thing is told from another.
+pub(crate) const ODDS: f32 = 3.0;
+
+/// Pixels that a camera's pose may be off by when it is fitted: less is no displacement.
+pub(crate) const POSE_PX: f32 = 0.7;
+
 /// Pictures of less variance than this are even.
 pub(crate) const EVEN: f32 = 1e-6;
 

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 use crate::audit::hypothesis::laying::plane_picture::Plane;
-use crate::audit::hypothesis::laying::retextured::{ODDS, Relaid, TOLD, laying_odds, near, searched};
+use crate::audit::hypothesis::laying::retextured::{Relaid, TOLD, laying_odds, near, searched};
 use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
 use crate::audit::likelihood::structure;
+use crate::audit::picture::ODDS;
 use crate::audit::view::Observations;
 use crate::scene::Scene;
 

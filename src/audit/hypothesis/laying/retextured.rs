@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::audit::finding::What;
 use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
+use crate::audit::picture::POSE_PX;
 use crate::audit::view::Observations;
 use crate::scene::Scene;
 
@@ -17,15 +18,8 @@ const FITS: f32 = 0.75;
 /// Logarithm of the odds from which on another laying is told: many are tried.
 pub(super) const TOLD: f32 = 24.0;
 
-/// Logarithm of the odds from which on a less likely transform is preferred: a chequered floor that was turned nearly fits
-/// when it is shifted.
-pub(super) const ODDS: f32 = 3.0;
-
 /// What the odds are called in the evidence.
 pub(crate) const EVIDENCE: &str = "odds of another laying";
-
-/// A texture may be off its place by so many pixels without being wrong.
-const SLACK_PX: f32 = 2.0;
 
 /// Surfaces are tried so far off their place, metres, in steps of so many pixels, but no more steps than this each way;
 /// then in finer ones down to this many pixels.
@@ -96,14 +90,14 @@ pub(super) fn laying_odds(laid: &TexturePatch) -> impl Fn(f32, f32) -> f32 + use
 
 /// How well a laying fits that is known but for what the camera's pose is off by, and which that is.
 pub(super) fn near(laid: &TexturePatch, transform: UvTransform) -> (f32, UvTransform) {
-    laid.climbed(transform, 0.7, 1)
+    laid.climbed(transform, POSE_PX, 1)
 }
 
 /// The laying that the photograph shows, if its odds are better than `told`, of a surface that may be so many metres off its place without
 /// being wrong.
 pub(super) fn searched(laid: &TexturePatch, told: f32, usual_m: f32) -> Option<Relaid> {
     // and so may its texture, beside what a pose is off by
-    let slack_px = SLACK_PX.max(usual_m * laid.parallax_px());
+    let slack_px = POSE_PX.max(usual_m * laid.parallax_px());
     let (as_is, _) = near(laid, UvTransform::AS_IS);
     // a texture that fits is not laid otherwise
     if as_is > FITS {
@@ -133,8 +127,8 @@ pub(super) fn searched(laid: &TexturePatch, told: f32, usual_m: f32) -> Option<R
     let laid_so = turns.iter().enumerate().map(|(k, (what, _))| (*what, of_turn(k)));
     let mut best: Option<(What, f32, UvTransform)> = None;
     for (what, (c, transform)) in std::iter::once((What::Moved, moved)).chain(laid_so) {
-        // the likelier comes first, and a less likely one must explain what the likelier cannot
-        let better = best.is_none_or(|(_, b, _)| odds(b, c) > ODDS);
+        // of two that fit as well the likelier, which comes first
+        let better = best.is_none_or(|(_, b, _)| c > b);
         if c > FOUND && odds(as_is, c) > told && better {
             best = Some((what, c, transform));
         }
