@@ -7,6 +7,7 @@
 //! cargo run --release --example audit_benchmark -- corpus SITE… [--per 3] [--seed 1] [--only right,wall]
 //!     [--candidates FILE] [--pictures FOLDER]
 //! cargo run --release --example audit_benchmark -- held-out SITE [--every 3]
+//! cargo run --release --example audit_benchmark -- masked SITE MASKS [SITE MASKS …]
 //! cargo run --release --example audit_benchmark -- fit FILE… [--without "size;thickness"]
 //! ```
 //!
@@ -21,6 +22,7 @@ mod corpus;
 mod faultless;
 mod fit;
 mod held_out;
+mod masked;
 mod measure;
 mod nuisance;
 #[path = "../common/objects.rs"]
@@ -77,6 +79,9 @@ fn main() {
     }
     if args.first().is_some_and(|a| a == "held-out") {
         return held_out::held_out(&args[1], number("--every", 3) as usize);
+    }
+    if args.first().is_some_and(|a| a == "masked") {
+        return masked::masked(&files(&args[1..]));
     }
     if args.first().is_some_and(|a| a == "fit") {
         let without: Vec<&str> = after("--without").map_or(vec![], |names| names.split(';').collect());

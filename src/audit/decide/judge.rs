@@ -35,6 +35,8 @@ impl Observations {
     pub fn judged(&self, prepared: &AuditScene) -> (Judgement, Vec<Verdict>) {
         let judgement = judge(prepared, self);
         let (mut verdicts, mut reasons) = label::verdicts(self, &judgement.own);
+        let least = self.settings.least_probability;
+        label::unmark_suspected(&mut verdicts, &mut reasons, &judgement.suspicion(least), least);
         for j in &judgement.regions {
             label::mark(&mut verdicts, &mut reasons, j.pixels(), j.kind, j.reason(self.settings.false_alarms));
         }
