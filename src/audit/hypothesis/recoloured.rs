@@ -6,6 +6,10 @@ use crate::audit::likelihood::appearance::Texture;
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::{Region, bounds};
 use crate::audit::view::Observations;
+use crate::statistics::quantile;
+
+/// Shares of the pixels around a region whose light is less far along the line of lights than all that may fall on it.
+const LIGHTS: [f64; 2] = [0.01, 0.99];
 
 impl Texture {
     /// ΔE00 over a region between the model's colours and what the photograph says they are, brightness apart, and without what other
@@ -31,8 +35,9 @@ fn lights(observed: &Observations, region: &Region, pixels: &[usize]) -> (Vec2, 
     let all: Vec<Vec2> = around.filter(|i| e[*i].min_element() > 0.0).map(of).collect();
     let line = principal_axis(&all);
     let here = pixels.iter().map(|i| of(*i).dot(line)).sum::<f32>() / pixels.len().max(1) as f32;
-    let along = all.iter().map(|l| l.dot(line) - here);
-    (line, along.fold([0.0f32; 2], |[low, high], l| [low.min(l), high.max(l)]))
+    let mut along: Vec<f32> = all.iter().map(|l| l.dot(line)).collect();
+    let [low, high] = LIGHTS.map(|q| quantile(&mut along, q).unwrap_or(here) - here);
+    (line, [low.min(0.0), high.max(0.0)])
 }
 
 /// Direction in which points are spread most; of length 1.
