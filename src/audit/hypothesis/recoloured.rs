@@ -34,8 +34,8 @@ fn lights(observed: &Observations, region: &Region, pixels: &[usize]) -> (Vec2, 
     let around = rows.flat_map(|y| columns.clone().map(move |x| y * w + x));
     let all: Vec<Vec2> = around.filter(|i| e[*i].min_element() > 0.0).map(of).collect();
     let line = principal_axis(&all);
-    let here = pixels.iter().map(|i| of(*i).dot(line)).sum::<f32>() / pixels.len().max(1) as f32;
     let mut along: Vec<f32> = all.iter().map(|l| l.dot(line)).collect();
+    let here = pixels.iter().map(|i| of(*i).dot(line)).sum::<f32>() / pixels.len().max(1) as f32;
     let [low, high] = LIGHTS.map(|q| quantile(&mut along, q).unwrap_or(here) - here);
     (line, [low.min(0.0), high.max(0.0)])
 }
