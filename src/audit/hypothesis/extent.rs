@@ -161,10 +161,11 @@ mod tests {
         // a frame, within which the wall is as it is around
         let places = Places { unlike: &unlike, mask: &place, width: SIDE, apart: of(&|i| thing[i] && !within[i]) };
         let extent = places.extent(&region(&place), 30);
-        // all of it but for its corners
+        // all of it, and of the wall no more than stands out around the place, too
         let both = extent.pixels.iter().filter(|i| thing[**i]).count();
-        let whole = region(&thing).pixels.len();
-        assert!(both == extent.pixels.len() && both * 20 > whole * 19, "{both} of {whole}");
+        let (whole, wall) = (region(&thing).pixels.len(), region(&place).pixels.len() - region(&thing).pixels.len());
+        let beside = extent.pixels.len() - both;
+        assert!(both == whole && 8 * beside < wall, "{both} of {whole}, {beside} of {wall}");
         // it is too small to be all that is meant
         assert_eq!(places.extent(&region(&place), 1000), region(&place));
         // nothing is known of what is around it

@@ -129,7 +129,8 @@ mod tests {
         let open = EdgeAware::open(40, 30);
         let halves = cut(&open, |i, j| (i % 40 < 20) == (j % 40 < 20));
         assert!(!halves.joined(19, 20) && halves.joined(18, 19) && halves.joined(20, 60));
-        let strip = cut(&open, |i, j| (i % 40 < 2) == (j % 40 < 2));
+        let in_strip = |i: usize| i % 40 < 2 && i / 40 < FEWEST / 2 - 1;
+        let strip = cut(&open, |i, j| in_strip(i) == in_strip(j));
         assert!(strip.joined(1, 2));
     }
 }
