@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use crate::audit::finding::Shift;
-use crate::audit::hypothesis::silhouette::{Fit, Small, registration};
-use crate::audit::picture::{FEWEST, POSE_PX};
+use crate::audit::hypothesis::silhouette::{FOUND, Fit, Small, registration};
+use crate::audit::picture::FEWEST;
 use crate::audit::view::{AuditScene, Observations};
 
 /// A part larger than this share of the picture is its room.
@@ -33,9 +33,10 @@ pub(crate) fn shifted(prepared: &AuditScene, observed: &Observations) -> Vec<Shi
     let members = small.members();
     let largest = (LARGEST * small.part.len() as f32) as usize;
     let thing = |m: &&Vec<usize>| (FEWEST..=largest).contains(&m.len());
-    let fits: Vec<Fit> = members.par_iter().filter(thing).filter_map(|m| small.fit(m)).collect();
-    let common = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
-    let beside = |f: &&Fit| (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]) > POSE_PX && f.odds > 0.0;
+    let fits = members.par_iter().filter(thing).filter_map(|m| small.fit(m));
+    let fits: Vec<Fit> = fits.filter(|f| f.best >= FOUND).collect();
+    let (common, least) = registration(&fits.iter().map(|f| f.shift).collect::<Vec<_>>());
+    let beside = |f: &&Fit| (f.shift[0] - common[0]).hypot(f.shift[1] - common[1]) > least && f.odds > 0.0;
     let parts = fits.iter().filter(beside).map(|f| whole(&small, observed, f));
     parts.filter(|p| p.shift.words().1 > observed.placement.usual_m(&p.pixels).into()).collect()
 }

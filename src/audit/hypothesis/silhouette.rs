@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::audit::likelihood::step::BESIDE;
 use crate::audit::picture::regions::dilated;
-use crate::audit::picture::{FEWEST, correlation};
+use crate::audit::picture::{FEWEST, POSE_PX, correlation};
 use crate::audit::view::{AuditScene, Observations};
 use crate::components::members;
 use crate::edge_aware::EdgeAware;
@@ -18,8 +18,12 @@ const SIDE: usize = 256;
 /// Furthest shift along each side, pixels of that size.
 const REACH: isize = 10;
 
-/// With fewer outlines than this nobody knows what they are off by together.
+/// Less than so many times what half of the outlines are off by is no shift.
+const TIMES: f32 = 4.0;
+
+/// With fewer outlines than this nobody knows what they are usually off by: then less than so many pixels is no shift.
 const ENOUGH: usize = 5;
+const ALONE_PX: f32 = 1.25;
 
 /// Structure is what is finer than the second of these standard deviations and coarser than the first, pixels.
 const BAND: [f32; 2] = [0.7, 6.0];
@@ -27,10 +31,18 @@ const BAND: [f32; 2] = [0.7, 6.0];
 /// Neighbouring pixels along an outline are alike: so many tell as much as one.
 const ALIKE_PX: f32 = 8.0;
 
-/// What outlines are off by together, pixels: the pose, and no part.
-pub(crate) fn registration(shifts: &[[f32; 2]]) -> [f32; 2] {
-    let middle = |c: usize| median(shifts.iter().map(|s| s[c])).unwrap_or(0.0);
-    if shifts.len() < ENOUGH { [0.0; 2] } else { [middle(0), middle(1)] }
+/// Correlation from which on an outline counts as found.
+pub(crate) const FOUND: f32 = 0.6;
+
+/// What outlines are off by together, pixels, and by how much more than that one must be to be off its place: a pose is
+/// trusted as far as parts agree.
+pub(crate) fn registration(shifts: &[[f32; 2]]) -> ([f32; 2], f32) {
+    if shifts.len() < ENOUGH {
+        return ([0.0; 2], ALONE_PX);
+    }
+    let common = [0, 1].map(|c| median(shifts.iter().map(|s| s[c])).unwrap_or(0.0));
+    let off = |s: &[f32; 2]| (s[0] - common[0]).hypot(s[1] - common[1]);
+    (common, POSE_PX.max(TIMES * median(shifts.iter().map(off)).unwrap_or(0.0)))
 }
 
 /// Where a part's outline fits best.
@@ -207,11 +219,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pose_that_is_a_little_off_is_no_fault_of_the_parts() {
-        assert_eq!(registration(&[[3.0, 0.0]; ENOUGH - 1]), [0.0; 2]);
+    fn outlines_are_trusted_as_far_as_they_agree() {
+        // too few to know
+        assert_eq!(registration(&[[3.0, 0.0]; ENOUGH - 1]), ([0.0; 2], ALONE_PX));
+        // a pose that is a little off is no fault of the parts
         let mut shifts = vec![[0.5, -0.2]; ENOUGH];
         shifts.push([4.0, 0.0]);
-        assert_eq!(registration(&shifts), [0.5, -0.2]);
+        assert_eq!(registration(&shifts), ([0.5, -0.2], POSE_PX));
+        // nor is one among many that scatter
+        let wide: Vec<[f32; 2]> = (0..8).map(|k| [if k % 2 == 0 { 0.5 } else { -0.5 }, 0.0]).collect();
+        assert!(registration(&wide).1 >= TIMES * 0.5);
     }
 
     const WIDE: usize = 64;

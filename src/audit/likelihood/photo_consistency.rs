@@ -41,9 +41,11 @@ pub(crate) fn place(k: usize) -> f32 {
 /// Standard deviation of the windows that places are compared over, pixels.
 const SWEEP_WINDOW: f32 = 6.0;
 
-/// A squared difference counts at most this many times its variance: outliers do not outvote, and most of a window must be off, not an edge
-/// in it.
-const MOST: f32 = 6.0;
+/// A squared difference counts at most this many times its variance: outliers do not outvote.
+const MOST: f32 = 16.0;
+
+/// Over windows, this much: most of one must be off, and not an edge in it.
+const MOST_IN_WINDOW: f32 = 6.0;
 
 /// Contrast, over that of the noise, from which on a surface's place can be told.
 const TELLING: f32 = 1.5;
@@ -233,13 +235,14 @@ fn looks_of(
     let mut capped = vec![0.0; n];
     for (c, _) in &able {
         let (i, squared) = (c.pixel as usize, squared(c));
-        capped[i] = if squared <= 1.0 {
+        let dull = if squared <= 1.0 {
             squared
         } else {
             let [below, above] = bounds(gloss.to_camera[i], to_probe[i], c.here.map(f32::exp));
             let difference = c.difference();
             limited(noise.squared(difference - difference.clamp(below, above), variance(c)))
         };
+        capped[i] = dull.min(MOST_IN_WINDOW);
     }
     let mismatch = surfaces.shape.mean(&capped, &weight, WINDOW);
     // contrast that the noise alone would give says nothing of a surface's place
