@@ -12,7 +12,7 @@ use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
 use crate::statistics::robust_deviation;
 
-/// Standard deviation of the windows, pixels.
+/// Standard deviation of the windows that photograph and probe are compared over, pixels.
 pub(crate) const WINDOW: f32 = 3.0;
 
 /// Standard deviation of the window that smooth differences are means over, pixels: wider than those that places are compared over.
