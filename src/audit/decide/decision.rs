@@ -1,10 +1,11 @@
 //! What is wrong with a region, and what was measured of it.
 
 use crate::audit::decide::judged::Judged;
-use crate::audit::decide::odds::{self, ABSENT, BORDER, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
+use crate::audit::decide::odds::{self, ABSENT, BORDER, DISPLACED, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
 use crate::audit::decide::scores::{COLOUR, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::Absent;
+use crate::audit::hypothesis::displaced::Displaced;
 use crate::audit::hypothesis::extent::Places;
 use crate::audit::hypothesis::laying::retextured::{Relaid, relaid};
 use crate::audit::hypothesis::opening::Opening;
@@ -83,14 +84,12 @@ pub(crate) fn shape(
     let swept = swept(prepared, observed, region);
     let sure = swept.best_m.abs() > CERTAIN * swept.uncertainty_m;
     let thickness = thickness(region, observed.surfaces.width);
-    let moved = sure && swept.pixels <= thickness;
+    let moved = sure && swept.pixels() <= thickness.into();
     // as far off as others are it is in its place
     if moved && swept.best_m.abs() <= observed.placement.usual_m(&region.pixels).into() {
         return None;
     }
-    let (here, there) = behind(prepared, observed, region).unwrap_or((1.0, f32::NAN));
-    // what is behind is shown if it differs by less than half of what the region does
-    let gone = 2.0 * there < here;
+    let gone = gone(prepared, observed, region);
     let (covered, whole) = region
         .pixels
         .iter()
@@ -118,6 +117,31 @@ pub(crate) fn shape(
             .then_some(Displacement { metres: swept.best_m, uncertainty_m: swept.uncertainty_m }),
         ..Judged::new(Kind::Geometry, what, log_odds, evidence, region.clone())
     })
+}
+
+/// Whether the photograph shows what the model has behind a region: that differs by less than half of what the region does.
+fn gone(prepared: &AuditScene, observed: &Observations, region: &Region) -> bool {
+    behind(prepared, observed, region).is_some_and(|(here, there)| 2.0 * there < here)
+}
+
+/// A smooth surface whose parts fit better off their places; `None` where that is known to too little.
+pub(crate) fn displaced(prepared: &AuditScene, observed: &Observations, surface: Displaced) -> Option<Judged> {
+    let Displaced { pixels, displacement, parallax_px, odds, agree, explained } = surface;
+    if displacement.metres.abs() <= CERTAIN * displacement.uncertainty_m {
+        return None;
+    }
+    let region = Region { pixels };
+    let (log_odds, evidence) = DISPLACED.weigh([odds, agree, explained]);
+    // farther than it is wide it is another surface
+    let what = if parallax_px <= thickness(&region, observed.surfaces.width) {
+        What::Moved
+    } else if gone(prepared, observed, &region) {
+        What::Extra
+    } else {
+        What::Missing
+    };
+    let displacement = (what == What::Moved).then_some(displacement);
+    Some(Judged { displacement, ..Judged::new(Kind::Geometry, what, log_odds, evidence, region) })
 }
 
 /// Where a region fits best, with what is just beside it.

@@ -11,6 +11,7 @@ use crate::audit::decide::odds::{self, LAYING};
 use crate::audit::decide::scores::{self, LOW, Scores};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::absent;
+use crate::audit::hypothesis::displaced::displaced;
 use crate::audit::hypothesis::extent::{Places, without_gaps};
 use crate::audit::hypothesis::laying::{parts, retextured};
 use crate::audit::hypothesis::opening::openings;
@@ -109,10 +110,13 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations) -> Judgement
     let openings: Vec<Judged> = openings.filter(may_reach).collect();
     let absent = absent(prepared, observed, least).into_iter().map(|a| decision::absent(observed, a));
     let absent: Vec<Judged> = absent.filter(may_reach).collect();
+    let displaced = displaced(observed, least).into_iter();
+    let displaced = displaced.filter_map(|d| decision::displaced(prepared, observed, d)).filter(may_reach);
+    let displaced: Vec<Judged> = displaced.collect();
     let relaid = relaid(prepared, observed, &judged);
     // structures that the model does not have, whole: the tests mark their edges, here and there. What is around a piece that is
     // wrong is unlike the model, too
-    let all = pieces.iter().chain(&openings).chain(&absent).chain(&relaid);
+    let all = pieces.iter().chain(&openings).chain(&absent).chain(&displaced).chain(&relaid);
     let likely = all.filter(|j| j.is_likely()).flat_map(|j| j.pixels());
     let unlike = observed.unlike(&mask_of(&likely.copied().collect::<Vec<_>>(), w * h));
     let most = |i: usize| unlike.iter().map(|band| band[i]).fold(f32::NEG_INFINITY, f32::max);
@@ -127,7 +131,7 @@ pub(crate) fn judge(prepared: &AuditScene, observed: &Observations) -> Judgement
         .collect();
     let judged = pieces.into_iter().fold(judged, with_piece);
     let judged = wholes.into_iter().fold(judged, |judged, (whole, place)| with_place(judged, whole, &place));
-    let judged = openings.into_iter().fold(judged, with_whole);
+    let judged = openings.into_iter().chain(displaced).fold(judged, with_whole);
     let judged = relaid.into_iter().fold(judged, |judged, piece| with_relaid(judged, piece, observed));
     let judged = absent.into_iter().fold(judged, with_part);
     let mut judged = with_shifted(judged, shifted(prepared, observed), observed);

@@ -131,6 +131,16 @@ pub(crate) static OPENING: Cues<3> = Cues {
     ],
 };
 
+/// A smooth surface whose parts fit better off their places.
+pub(crate) static DISPLACED: Cues<3> = Cues {
+    bias: -2.90,
+    cues: [
+        Cue::new("odds of another place along its normal", "logarithm", [0.0, 40.0], 8.0, 0.39),
+        Cue::new("parts that agree on it", "share", [0.0, 1.0], 0.7, 4.83),
+        Cue::new("less off there", "share", [0.0, 1.0], 0.3, 4.52),
+    ],
+};
+
 /// A piece of texture that the photograph shows laid otherwise.
 pub(crate) static LAYING: Cues<4> = Cues {
     bias: 0.92,
@@ -227,6 +237,7 @@ mod tests {
             &BORDER.cues,
             &ABSENT.cues,
             &OPENING.cues,
+            &DISPLACED.cues,
             &LAYING.cues,
             &OUTLINE.cues,
         ];

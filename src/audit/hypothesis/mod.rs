@@ -2,6 +2,7 @@
 
 pub(crate) mod absent;
 pub(crate) mod borders;
+pub(crate) mod displaced;
 pub(crate) mod extent;
 pub(crate) mod laying;
 pub(crate) mod opening;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::audit::likelihood::photo_consistency::Geometry;
-use crate::audit::likelihood::plane_sweep::sweep;
+use crate::audit::likelihood::plane_sweep::{Swept, sweep};
 use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::probe_view::ProbeView;
 use crate::audit::picture::{FEWEST, FREEDOM};
@@ -14,17 +14,17 @@ use crate::audit::picture::{FEWEST, FREEDOM};
 const ASKED_PX: usize = 200;
 
 /// A part of a smooth surface.
-struct Part {
-    /// One of its pixels.
-    pixel: usize,
-    /// Where it fits best, metres along its normal, and the variance of that.
-    off_m: f64,
-    variance: f64,
+pub(crate) struct Part {
+    /// One of its pixels, and how many tell its place.
+    pub(crate) pixel: usize,
+    pub(crate) told_px: usize,
+    /// Where it fits best, along its normal.
+    pub(crate) swept: Swept,
 }
 
 /// Where the parts of all surfaces fit best.
 pub(crate) struct Placement {
-    parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
 }
 
 impl Placement {
@@ -37,7 +37,7 @@ impl Placement {
         let parts: Vec<Vec<usize>> = parts.into_values().filter(|pixels| pixels.len() >= FEWEST).collect();
         let part = |pixels: Vec<usize>| {
             let swept = sweep(surfaces, geometry, probes, pixels.iter().copied(), ASKED_PX);
-            Part { pixel: pixels[pixels.len() / 2], off_m: swept.best_m, variance: swept.uncertainty_m.powi(2) }
+            Part { pixel: pixels[pixels.len() / 2], told_px: pixels.len(), swept }
         };
         Self { parts: parts.into_par_iter().map(part).collect() }
     }
@@ -46,7 +46,8 @@ impl Placement {
     /// are off by.
     pub(crate) fn usual_m(&self, pixels: &[usize]) -> f32 {
         let others = self.parts.iter().filter(|part| pixels.binary_search(&part.pixel).is_err());
-        let others: Vec<(f64, f64)> = others.map(|part| (part.off_m, part.variance)).collect();
+        let others: Vec<(f64, f64)> =
+            others.map(|part| (part.swept.best_m, part.swept.uncertainty_m.powi(2))).collect();
         if others.len() < FEWEST { 0.0 } else { 2.0 * spread(&others) as f32 }
     }
 }
@@ -95,7 +96,8 @@ mod tests {
 
     #[test]
     fn a_place_says_nothing_of_itself() {
-        let part = |pixel| Part { pixel, off_m: if pixel < 30 { 0.1 } else { 0.0 }, variance: 1e-6 };
+        let swept = |best_m| Swept { best_m, uncertainty_m: 1e-3, parallax: 100.0, here: 1.0, there: 1.0 };
+        let part = |pixel| Part { pixel, told_px: 100, swept: swept(if pixel < 30 { 0.1 } else { 0.0 }) };
         let placement = Placement { parts: (0..60).map(part).collect() };
         let own: Vec<usize> = (0..30).collect();
         assert!(placement.usual_m(&own) < 1e-3 && placement.usual_m(&[]) > 1e-2);

@@ -12,8 +12,18 @@ pub(crate) struct Swept {
     /// Metres along the normal.
     pub(crate) best_m: f64,
     pub(crate) uncertainty_m: f64,
-    /// Pixels of parallax that this is.
-    pub(crate) pixels: f32,
+    /// Pixels of parallax a metre.
+    pub(crate) parallax: f64,
+    /// What photograph and probes differ by in the model's place and in the best, per probe and pixel, in variances.
+    pub(crate) here: f64,
+    pub(crate) there: f64,
+}
+
+impl Swept {
+    /// Pixels of parallax that it is off its place by.
+    pub(crate) fn pixels(&self) -> f64 {
+        self.best_m.abs() * self.parallax
+    }
 }
 
 /// Moves some pixels' surface along its normals and asks which place explains the photograph best, by so many of them at most.
@@ -62,5 +72,5 @@ pub(crate) fn sweep(
     // and neighbours share it: a small region has more
     let registration = 0.12f64.hypot(0.7 / (pixels.len() as f64 / 100.0).max(1.0).sqrt());
     let uncertainty_m = statistical.hypot(registration / parallax.max(1e-3)).min(0.5);
-    Swept { best_m, uncertainty_m, pixels: (best_m.abs() * parallax) as f32 }
+    Swept { best_m, uncertainty_m, parallax, here: mean[HERE], there: least }
 }
