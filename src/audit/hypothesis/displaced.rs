@@ -45,33 +45,39 @@ fn of_surface(observed: &Observations, pixels: &[usize], parts: &[&Part]) -> Opt
     let told: Vec<Told> = parts.iter().map(|part| Told::of(part, usual)).collect();
     let (odds, off_m) = surest(&told)?;
     let agree: Vec<bool> = told.iter().map(|part| part.odds(off_m) > 0.0).collect();
-    let sum = |of: &dyn Fn(&Part, &Told) -> f64| -> f64 {
-        parts.iter().zip(&told).map(|(part, told)| part.told_px as f64 * of(part, told)).sum()
-    };
-    let agreeing_px = sum(&|_, told| f64::from(u8::from(told.odds(off_m) > 0.0)));
-    let mean = |of: &dyn Fn(&Part) -> f64| {
-        sum(&|part, told| if told.odds(off_m) > 0.0 { of(part) } else { 0.0 }) / agreeing_px
+    let mean = |of: fn(&Part) -> f64| {
+        weighed(parts.iter().zip(&agree).filter(|(_, agree)| **agree).map(|(part, _)| (part.told_px, of(part))))
     };
     let displacement = mean_place(&told, off_m);
-    let parallax_px = displacement.metres.abs() * mean(&|part| part.swept.parallax);
+    let parallax_px = displacement.metres.abs() * mean(|part| part.swept.parallax);
     // a pose that is off moves all parts alike: two standard deviations of that are what it may be off by
     let pose = 0.5 * (2.0 * parallax_px / f64::from(POSE_PX)).powi(2);
     let odds = odds.min(pose) + occam(displacement.uncertainty_m);
-    let there = mean(&|part| part.swept.there) / mean(&|part| part.swept.here).max(1e-9);
+    if odds.is_nan() || odds <= 0.0 {
+        return None;
+    }
     let square = |i: usize| {
         let (_, y, x) = observed.surfaces.part(i);
         (y, x)
     };
     let nearest = nearest(pixels.iter().map(|i| square(*i)), parts.iter().map(|part| square(part.pixel)));
     let off = |i: &usize| nearest.get(&square(*i)).is_some_and(|part| agree[*part]);
-    (odds > 0.0).then(|| Displaced {
+    let there = mean(|part| part.swept.there) / mean(|part| part.swept.here).max(1e-9);
+    Some(Displaced {
         pixels: pixels.iter().copied().filter(off).collect(),
         displacement,
         parallax_px: parallax_px as f32,
         odds: odds as f32,
-        agree: (sum(&|_, told| told.counts(off_m)) / sum(&|_, _| 1.0)) as f32,
+        agree: weighed(parts.iter().zip(&told).map(|(part, told)| (part.told_px, told.counts(off_m)))) as f32,
         explained: (1.0 - there) as f32,
     })
+}
+
+/// The mean of values, each counted by so many pixels.
+fn weighed(values: impl Iterator<Item = (usize, f64)>) -> f64 {
+    let add = |(sum, total): (f64, f64), (px, value): (usize, f64)| (sum + px as f64 * value, total + px as f64);
+    let (sum, total) = values.fold((0.0, 0.0), add);
+    sum / total
 }
 
 /// Row and column of the square of pixels that a part of a surface is in.
