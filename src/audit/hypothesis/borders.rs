@@ -8,9 +8,10 @@ use glam::{Vec2, Vec3};
 
 use crate::audit::likelihood::agreement::USUAL;
 use crate::audit::likelihood::step::{BESIDE, Place, border};
+use crate::audit::picture::FEWEST;
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::mask_of;
-use crate::audit::picture::{FEWEST, FREEDOM};
+use crate::audit::picture::student;
 use crate::audit::view::Observations;
 use crate::statistics::median;
 
@@ -110,9 +111,9 @@ pub(crate) fn odds([model, photo]: [Vec3; 2]) -> f32 {
     unlikeliness((photo - model).length_squared()) - unlikeliness(photo.length_squared())
 }
 
-/// The negative logarithm of the density of what is off about a step, given its squared length, but for a constant.
+/// How unlikely what is off about a step is, given its squared length in three channels.
 fn unlikeliness(squared: f32) -> f32 {
-    0.5 * (FREEDOM + 3.0) * (squared / FREEDOM).ln_1p()
+    student::unlikeliness(squared.into(), 3.0) as f32
 }
 
 #[cfg(test)]

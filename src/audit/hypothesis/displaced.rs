@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use crate::audit::finding::Displacement;
 use crate::audit::likelihood::photo_consistency::{PLACES, place};
 use crate::audit::likelihood::placement::Part;
-use crate::audit::picture::{FREEDOM, POSE_PX};
+use crate::audit::picture::{POSE_PX, student};
 use crate::audit::view::Observations;
 use crate::components::members;
 
@@ -124,17 +124,21 @@ impl Told {
         Self { off_m: part.swept.best_m, variance: part.swept.uncertainty_m.powi(2) + usual_m * usual_m }
     }
 
+    /// The square of how far it is from a place, in variances.
+    fn off_by(&self, metres: f64) -> f64 {
+        (self.off_m - metres).powi(2) / self.variance
+    }
+
     /// How much it counts for a place, 0..=1, as Student's distribution has it: the less, the farther it is from there.
     fn counts(&self, metres: f64) -> f64 {
-        1.0 / (1.0 + (self.off_m - metres).powi(2) / self.variance / f64::from(FREEDOM))
+        student::weight(self.off_by(metres))
     }
 
     /// Logarithm of the odds that its surface is so far off its place, against its being in it, by Student's distribution: some parts are
     /// wrong.
     fn odds(&self, metres: f64) -> f64 {
-        let freedom = f64::from(FREEDOM);
-        let off = |from: f64| ((self.off_m - from).powi(2) / (freedom * self.variance)).ln_1p();
-        0.5 * (freedom + 1.0) * (off(0.0) - off(metres))
+        let of = |place: f64| student::unlikeliness(self.off_by(place), 1.0);
+        of(0.0) - of(metres)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::audit::likelihood::photo_consistency::Geometry;
 use crate::audit::likelihood::plane_sweep::{Swept, sweep};
 use crate::audit::observe::geometry_buffer::GeometryBuffer;
 use crate::audit::observe::probe_view::ProbeView;
-use crate::audit::picture::{FEWEST, FREEDOM};
+use crate::audit::picture::{FEWEST, student};
 
 /// Pixels by which a part's place is told: its own uncertainty is a share of what parts differ by.
 const ASKED_PX: usize = 200;
@@ -55,11 +55,10 @@ impl Placement {
 /// The standard deviation of what values of known variances differ from zero by beyond these: the likeliest, by Student's distribution,
 /// since some are wrong.
 fn spread(values: &[(f64, f64)]) -> f64 {
-    let freedom = f64::from(FREEDOM);
     let unlikely = |spread: f64| -> f64 {
         let of = |(value, variance): &(f64, f64)| {
             let scale = variance + spread * spread;
-            0.5 * scale.ln() + 0.5 * (freedom + 1.0) * (value * value / (freedom * scale)).ln_1p()
+            0.5 * scale.ln() + student::unlikeliness(value * value / scale, 1.0)
         };
         values.iter().map(of).sum()
     };

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::observe::probe_view::ProbeView;
-use crate::audit::picture::FREEDOM;
+use crate::audit::picture::student;
 use crate::panorama::{Picture, luminance};
 use crate::render::{Irradiance, Relit};
 use crate::scene::Ray;
@@ -215,7 +215,7 @@ fn mirrored_share(seen: &[Seen]) -> Option<(f64, f64)> {
         let [mut sum, mut x1, mut y1, mut xx, mut xy, mut rest] = [0.0; 6];
         for &Seen { more: x, brighter: y, variance } in seen {
             let off = (y - offset - slope * x).powi(2) / variance;
-            let weight = 1.0 / (1.0 + off / f64::from(FREEDOM)) / variance;
+            let weight = student::weight(off) / variance;
             (sum, x1, y1) = (sum + weight, x1 + weight * x, y1 + weight * y);
             (xx, xy, rest) = (xx + weight * x * x, xy + weight * x * y, rest + weight * off * variance);
         }

@@ -1,9 +1,10 @@
-//! Pictures as such: regions, colour and waves.
+//! Pictures as such: regions, colour and waves, and what they are off by.
 
 pub(crate) mod by_luminance;
 pub(crate) mod colour;
 pub(crate) mod fourier;
 pub(crate) mod regions;
+pub(crate) mod student;
 
 use glam::Vec3;
 
@@ -20,9 +21,6 @@ pub(crate) const POSE_PX: f32 = 0.7;
 
 /// Pictures of less variance than this are even.
 pub(crate) const EVEN: f32 = 1e-6;
-
-/// Degrees of freedom of Student's distribution, which what is off about paint and light follows: some of it is far off.
-pub(crate) const FREEDOM: f32 = 3.0;
 
 /// Logarithm of a brightness; black counts as 10⁻⁴.
 pub(crate) fn log_luminance(rgb: Vec3) -> f32 {
