@@ -124,7 +124,8 @@ fn gone(prepared: &AuditScene, observed: &Observations, region: &Region) -> bool
     behind(prepared, observed, region).is_some_and(|(here, there)| 2.0 * there < here)
 }
 
-/// A smooth surface whose parts fit better off their places; `None` where that is known to too little.
+/// A smooth surface whose parts fit better off their places; `None` where that is known to too little, or where it is farther off than it is
+/// wide and the photograph does not show what is behind it: another surface looks alike there.
 pub(crate) fn displaced(prepared: &AuditScene, observed: &Observations, surface: Displaced) -> Option<Judged> {
     let Displaced { pixels, displacement, parallax_px, odds, agree, explained } = surface;
     if displacement.metres.abs() <= CERTAIN * displacement.uncertainty_m {
@@ -132,16 +133,15 @@ pub(crate) fn displaced(prepared: &AuditScene, observed: &Observations, surface:
     }
     let region = Region { pixels };
     let (log_odds, evidence) = DISPLACED.weigh([odds, agree, explained]);
-    // farther than it is wide it is another surface
-    let what = if parallax_px <= thickness(&region, observed.surfaces.width) {
-        What::Moved
-    } else if gone(prepared, observed, &region) {
-        What::Extra
-    } else {
-        What::Missing
-    };
-    let displacement = (what == What::Moved).then_some(displacement);
-    Some(Judged { displacement, ..Judged::new(Kind::Geometry, what, log_odds, evidence, region) })
+    let moved = parallax_px <= thickness(&region, observed.surfaces.width);
+    if !moved && !gone(prepared, observed, &region) {
+        return None;
+    }
+    let what = if moved { What::Moved } else { What::Extra };
+    Some(Judged {
+        displacement: moved.then_some(displacement),
+        ..Judged::new(Kind::Geometry, what, log_odds, evidence, region)
+    })
 }
 
 /// Where a region fits best, with what is just beside it.

@@ -11,3 +11,6 @@ pub(crate) mod recoloured;
 pub(crate) mod second_surface;
 pub(crate) mod sideways;
 pub(crate) mod silhouette;
+
+/// How far off its place something is looked for, metres.
+pub(crate) const FARTHEST_M: f32 = 0.3;

@@ -3,8 +3,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::audit::hypothesis::FARTHEST_M;
 use crate::audit::likelihood::step::BESIDE;
-use crate::audit::picture::regions::dilated;
+use crate::audit::picture::regions::{bounds, dilated};
 use crate::audit::picture::{FEWEST, POSE_PX, correlation};
 use crate::audit::view::{AuditScene, Observations};
 use crate::components::members;
@@ -13,10 +14,7 @@ use crate::panorama::luminance;
 use crate::statistics::median;
 
 /// The test works on pictures of about this size.
-const SIDE: usize = 256;
-
-/// Furthest shift along each side, pixels of that size.
-const REACH: isize = 10;
+const SIDE: usize = 512;
 
 /// Less than so many times what half of the outlines are off by is no shift.
 const TIMES: f32 = 4.0;
@@ -62,6 +60,8 @@ pub(crate) struct Small {
     pub(crate) by: usize,
     pub(crate) width: usize,
     pub(crate) height: usize,
+    /// Focal length in pixels.
+    focal: f32,
     pub(crate) part: Vec<u32>,
     pub(crate) distance: Vec<f32>,
     /// Structure of what the model makes: in the probes' light, and its albedo in smooth light. Where a part is off its
@@ -107,6 +107,7 @@ impl Small {
             by,
             width,
             height,
+            focal: s.focal / by as f32,
             part: (0..width * height).map(|i| prepared.part(s.triangle[middle(i)])).collect(),
             distance: (0..width * height).map(|i| s.distance[middle(i)]).collect(),
             models: [band(&mean(&lit), &all), band(&mean(&plain), &all)],
@@ -147,13 +148,22 @@ impl Small {
         fits.reduce(|a, b| if b.best > a.best { b } else { a })
     }
 
+    /// Furthest shift of a part along each side, pixels: no farther off its place than it is long, or than is looked for.
+    fn reach(&self, members: &[usize]) -> isize {
+        let [left, top, right, bottom] = bounds(members, self.width);
+        let distance = median(members.iter().map(|i| self.distance[*i])).unwrap_or(f32::INFINITY);
+        let farthest = (FARTHEST_M * self.focal / distance).ceil() as usize;
+        farthest.min((right - left).max(bottom - top)) as isize
+    }
+
     /// The same for one picture of the model, over the pixels around an outline.
     fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], band: &[usize]) -> Option<Fit<'a>> {
         let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
+        let reach = self.reach(members);
         let mut best = (f32::NEG_INFINITY, [0, 0]);
         let mut told = 0.0f32;
-        for dy in -REACH..=REACH {
-            for dx in -REACH..=REACH {
+        for dy in -reach..=reach {
+            for dx in -reach..=reach {
                 let (c, n) = at(dx, dy);
                 if c > best.0 {
                     best = (c, [dx, dy]);
@@ -162,7 +172,7 @@ impl Small {
             }
         }
         let (best, [x, y]) = best;
-        if x.abs() == REACH || y.abs() == REACH {
+        if x.abs() == reach || y.abs() == reach {
             return None;
         }
         // finer: the parabola through the best and its neighbours
@@ -177,7 +187,7 @@ impl Small {
             return None;
         }
         let gap = |c: f32| (1.0 - c.clamp(0.0, 0.99).powi(2)).ln();
-        let shifts = ((2 * REACH + 1) as f32).powi(2).ln();
+        let shifts = ((2 * reach + 1) as f32).powi(2).ln();
         let odds = 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) - shifts;
         Some(Fit { members, shift, best, odds })
     }
@@ -242,6 +252,7 @@ mod tests {
         let all = |left: usize| (0..WIDE * WIDE).map(|i| shown(i, left)).collect::<Vec<f32>>();
         Small {
             by: 1,
+            focal: 100.0,
             width: WIDE,
             height: WIDE,
             part: (0..WIDE * WIDE).map(|i| u32::from(within(i, 20))).collect(),

@@ -4,6 +4,7 @@ use glam::{Mat2, Vec2};
 use rayon::prelude::*;
 
 use crate::audit::finding::What;
+use crate::audit::hypothesis::FARTHEST_M;
 use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
 use crate::audit::picture::POSE_PX;
 use crate::audit::view::Observations;
@@ -21,9 +22,8 @@ pub(super) const TOLD: f32 = 24.0;
 /// What the odds are called in the evidence.
 pub(crate) const EVIDENCE: &str = "odds of another laying";
 
-/// Surfaces are tried so far off their place, metres, in steps of so many pixels, but no more steps than this each way;
-/// then in finer ones down to this many pixels.
-const FARTHEST_M: f32 = 0.3;
+/// Surfaces are tried off their place in steps of so many pixels, but no more steps than this each way; then in finer ones down to this
+/// many pixels.
 const STEP_PX: f32 = 0.7;
 const MOST_STEPS: i32 = 100;
 const FINE_PX: f32 = 0.1;
