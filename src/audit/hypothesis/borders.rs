@@ -8,10 +8,9 @@ use glam::{Vec2, Vec3};
 
 use crate::audit::likelihood::agreement::USUAL;
 use crate::audit::likelihood::step::{BESIDE, Place, border};
-use crate::audit::picture::FEWEST;
 use crate::audit::picture::colour::{chroma, colour_of};
 use crate::audit::picture::regions::mask_of;
-use crate::audit::picture::student;
+use crate::audit::picture::{FEWEST, student};
 use crate::audit::view::Observations;
 use crate::statistics::median;
 
