@@ -132,12 +132,12 @@ pub(crate) fn displaced(prepared: &AuditScene, observed: &Observations, surface:
         return None;
     }
     let region = Region { pixels };
-    let (log_odds, evidence) = DISPLACED.weigh([odds, agree, explained]);
     let moved = parallax_px <= thickness(&region, observed.surfaces.width);
     if !moved && !gone(prepared, observed, &region) {
         return None;
     }
     let what = if moved { What::Moved } else { What::Extra };
+    let (log_odds, evidence) = DISPLACED.weigh([odds, agree, explained]);
     Some(Judged {
         displacement: moved.then_some(displacement),
         ..Judged::new(Kind::Geometry, what, log_odds, evidence, region)

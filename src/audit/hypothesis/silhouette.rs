@@ -142,9 +142,10 @@ impl Small {
         if count < FEWEST {
             return None;
         }
+        let reach = self.reach(members);
         let near = dilated(&outline, w, h, 2);
         let band: Vec<usize> = (0..w * h).filter(|i| near[*i]).collect();
-        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &band));
+        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &band, reach));
         fits.reduce(|a, b| if b.best > a.best { b } else { a })
     }
 
@@ -156,10 +157,9 @@ impl Small {
         farthest.min((right - left).max(bottom - top)) as isize
     }
 
-    /// The same for one picture of the model, over the pixels around an outline.
-    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], band: &[usize]) -> Option<Fit<'a>> {
+    /// The same for one picture of the model, over the pixels around an outline, for shifts up to `reach` along each side.
+    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], band: &[usize], reach: isize) -> Option<Fit<'a>> {
         let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
-        let reach = self.reach(members);
         let mut best = (f32::NEG_INFINITY, [0, 0]);
         let mut told = 0.0f32;
         for dy in -reach..=reach {

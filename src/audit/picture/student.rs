@@ -1,4 +1,5 @@
-//! Student's distribution, which what is off about paint, light and places follows: some of it is far off.
+//! Student's distribution, which what is off about paint, light and places follows: some of it is far off (Lange,
+//! Little and Taylor, “Robust statistical modeling using the t distribution”, 1989).
 
 /// Degrees of freedom.
 const FREEDOM: f64 = 3.0;
