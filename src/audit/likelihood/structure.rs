@@ -48,6 +48,13 @@ pub(crate) struct Structure {
     pub(crate) tested: Vec<bool>,
 }
 
+impl Structure {
+    /// How much a pixel counts: the less, the more the photograph has around it that does not follow the albedo.
+    pub(crate) fn weight(&self, i: usize) -> f32 {
+        1.0 / self.variance[i]
+    }
+}
+
 /// How far the photograph follows the albedo's structure, over windows. Both are logarithms of albedo and of as much as cannot be
 /// told apart.
 pub(crate) fn structure(
@@ -157,7 +164,7 @@ pub(crate) fn odds_of(of: &Structure, width: usize, pixels: &[usize]) -> (f32, f
                     continue;
                 }
                 let (a, b) = (f64::from(a[i]), f64::from(b[j as usize]));
-                let (slope, weight) = (f64::from(of.usual[i][0]), 1.0 / f64::from(of.variance[i]));
+                let (slope, weight) = (f64::from(of.usual[i][0]), f64::from(of.weight(i)));
                 seen += weight * a * a;
                 expected += weight * slope * slope * b * b;
                 followed += weight * slope * a * b;

@@ -7,9 +7,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
+use crate::audit::hypothesis::laying::independent::independent;
 use crate::audit::hypothesis::laying::plane_picture::Plane;
-use crate::audit::hypothesis::laying::retextured::{Relaid, TOLD, laying_odds, near, searched};
-use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform};
+use crate::audit::hypothesis::laying::retextured::{Relaid, laying_odds, near, searched, tried};
+use crate::audit::hypothesis::laying::texture_alignment::{TexturePatch, UvTransform, tested};
 use crate::audit::likelihood::structure;
 use crate::audit::picture::ODDS;
 use crate::audit::view::Observations;
@@ -76,29 +77,30 @@ pub(crate) fn parts(scene: &Scene, observed: &Observations) -> Vec<(Vec<usize>, 
     let (w, h) = observed.size();
     let side = |most: usize| (WINDOW_PX / 2..most).step_by(WINDOW_PX);
     let middles: Vec<[usize; 2]> = side(h).flat_map(|y| side(w).map(move |x| [x, y])).collect();
-    let mut seeds: Vec<([usize; 2], Laying, Relaid)> = middles
-        .into_par_iter()
-        .filter_map(|middle| {
+    let mut seeds: Vec<([usize; 2], Laying, Relaid, f32)> = middles
+        .par_iter()
+        .filter_map(|&middle| {
             let window = Window::around(observed, label(observed, middle), middle)?;
             // only where the photograph does not follow the model's own structure
             if structure::odds_of(&observed.texture.structure, w, &window.tested).0 <= 0.0 {
                 return None;
             }
             let patch = window.patch(observed)?;
-            let found = searched(&patch, TOLD, observed.placement.usual_m(&window.tested))?;
-            Some((middle, Laying::new(&window.plane, &patch, found.transform), found))
+            let told = tried(&patch, middles.len());
+            let found = searched(&patch, told, observed.placement.usual_m(&window.tested))?;
+            Some((middle, Laying::new(&window.plane, &patch, found.transform), found, told))
         })
         .collect();
     seeds.sort_by(|a, b| b.2.odds.total_cmp(&a.2.odds).then(a.0.cmp(&b.0)));
     let mut taken = vec![false; w * h];
     let mut parts = Vec::new();
-    for (middle, laying, found) in &seeds {
+    for (middle, laying, found, told) in &seeds {
         if taken[middle[1] * w + middle[0]] {
             continue;
         }
         let (pixels, part) = followed(observed, *middle, laying, *found);
         pixels.iter().for_each(|i| taken[*i] = true);
-        if part.odds > TOLD {
+        if part.odds > *told {
             parts.push((pixels, part));
         }
     }
@@ -117,7 +119,7 @@ fn followed(observed: &Observations, from: [usize; 2], laying: &Laying, found: R
     let start = from.map(|v| v / SQUARE_PX);
     let mut asked = BTreeSet::from([start]);
     let mut edge = vec![start];
-    let mut part: Vec<([usize; 2], [f32; 3])> = Vec::new();
+    let mut part: Vec<([usize; 2], [f32; 2])> = Vec::new();
     while !edge.is_empty() {
         let told: Vec<_> = edge
             .into_par_iter()
@@ -126,8 +128,8 @@ fn followed(observed: &Observations, from: [usize; 2], laying: &Laying, found: R
                 let patch = window.patch(observed)?;
                 let (as_is, _) = near(&patch, UvTransform::AS_IS);
                 let (best, _) = near(&patch, laying.on(&window.plane, &patch));
-                let odds = laying_odds(&patch)(as_is, best);
-                (odds > ODDS).then_some((square, [odds, as_is, best]))
+                let odds = patch.independent() * laying_odds(as_is, best);
+                (odds > ODDS).then_some((square, [as_is, best]))
             })
             .collect();
         edge = Vec::new();
@@ -141,13 +143,16 @@ fn followed(observed: &Observations, from: [usize; 2], laying: &Laying, found: R
             }
         }
     }
-    // each pixel is in so many windows
-    let share = (SQUARE_PX * SQUARE_PX) as f32 / (WINDOW_PX * WINDOW_PX) as f32;
-    let sum = |k: usize| part.iter().map(|p| p.1[k]).sum::<f32>();
-    let mean = |k: usize| sum(k) / part.len().max(1) as f32;
+    let mean = |of: &dyn Fn(&[f32; 2]) -> f32| part.iter().map(|p| of(&p.1)).sum::<f32>() / part.len().max(1) as f32;
     let squares: BTreeSet<[usize; 2]> = part.iter().map(|p| p.0).collect();
     let of =
         |i: &usize| observed.surfaces.label[*i] == label && squares.contains(&[i % w / SQUARE_PX, i / w / SQUARE_PX]);
-    let pixels = (0..w * h).filter(of).collect();
-    (pixels, Relaid { odds: share * sum(0), as_is: mean(1), best: mean(2), ..found })
+    let pixels: Vec<usize> = (0..w * h).filter(of).collect();
+    // what goes on from window to window, such as an edge, tells no more in all of them than in one
+    let structure = &observed.texture.structure;
+    let tested = tested(observed, &pixels);
+    let [photo, model] = [0, 1]
+        .map(|k| -> Vec<f32> { tested.iter().map(|i| structure.bands[k][*i] * structure.weight(*i).sqrt()).collect() });
+    let odds = independent(w, &tested, [&photo, &model]) * mean(&|[as_is, best]| laying_odds(*as_is, *best));
+    (pixels, Relaid { odds, as_is: mean(&|p| p[0]), best: mean(&|p| p[1]), ..found })
 }

@@ -16,9 +16,6 @@ const FOUND: f32 = 0.45;
 /// A correlation from which on a texture is where the model has it.
 const FITS: f32 = 0.75;
 
-/// Logarithm of the odds from which on another laying is told: many are tried.
-pub(super) const TOLD: f32 = 24.0;
-
 /// What the odds are called in the evidence.
 pub(crate) const EVIDENCE: &str = "odds of another laying";
 
@@ -76,16 +73,19 @@ pub(crate) struct Relaid {
 /// model's, or nothing is there to be laid.
 pub(crate) fn relaid(scene: &Scene, observed: &Observations, pixels: &[usize]) -> Option<Relaid> {
     let texture = TexturePatch::mapped(scene, observed, pixels).or_else(|| TexturePatch::in_plane(observed, pixels))?;
-    let tried = candidates(texture.aspect()).len() * texture.side * texture.side;
-    searched(&texture, (tried as f32).ln(), observed.placement.usual_m(pixels))
+    searched(&texture, tried(&texture, 1), observed.placement.usual_m(pixels))
 }
 
-/// Logarithm of the odds of a laying by whose correlation the photograph's structure is told so, against another.
-pub(super) fn laying_odds(laid: &TexturePatch) -> impl Fn(f32, f32) -> f32 + use<> {
+/// Logarithm of how many layings are tried in so many places.
+pub(super) fn tried(laid: &TexturePatch, places: usize) -> f32 {
+    ((candidates(laid.aspect()).len() * laid.side * laid.side * places) as f32).ln()
+}
+
+/// Logarithm of the odds, an independent pixel, of a laying by whose correlation the photograph's structure is told so, against another.
+pub(super) fn laying_odds(from: f32, to: f32) -> f32 {
     // with a free variance, twice the logarithm of the likelihood's ratio is that of what each leaves, times the pixels
-    let n = laid.independent();
     let left = |c: f32| 1.0 - c.clamp(0.0, 0.999).powi(2);
-    move |from: f32, to: f32| 0.5 * n * (left(from) / left(to)).ln()
+    0.5 * (left(from) / left(to)).ln()
 }
 
 /// How well a laying fits that is known but for what the camera's pose is off by, and which that is.
@@ -103,7 +103,8 @@ pub(super) fn searched(laid: &TexturePatch, told: f32, usual_m: f32) -> Option<R
     if as_is > FITS {
         return None;
     }
-    let odds = laying_odds(laid);
+    let n = laid.independent();
+    let odds = |from: f32, to: f32| n * laying_odds(from, to);
     // even a perfect fit may not be enough
     if odds(as_is, 0.98) < told {
         return None;
@@ -187,10 +188,11 @@ pub(crate) fn segments(scene: &Scene, observed: &Observations, least: usize) -> 
     let large: Vec<&Vec<usize>> = segments.pixels.iter().filter(|pixels| pixels.len() >= least).collect();
     let relaid = |pixels: &Vec<usize>| {
         let texture = TexturePatch::mapped(scene, observed, pixels)?;
-        let found = searched(&texture, TOLD, observed.placement.usual_m(pixels))?;
+        let told = tried(&texture, large.len());
+        let found = searched(&texture, told, observed.placement.usual_m(pixels))?;
         Some((pixels.clone(), found))
     };
-    large.into_par_iter().filter_map(relaid).collect()
+    large.par_iter().copied().filter_map(relaid).collect()
 }
 
 #[cfg(test)]
@@ -202,7 +204,8 @@ mod tests {
     fn another_laying_is_told_and_the_model_s_is_not() {
         let texture = blotches();
         let found = |turn, shift, noise| {
-            searched(&photographed(&texture, UvTransform { turn, shift, off_m: 0.0 }, noise), TOLD, 0.0)
+            let patch = photographed(&texture, UvTransform { turn, shift, off_m: 0.0 }, noise);
+            searched(&patch, tried(&patch, 100), 0.0)
         };
         let as_it_is = |noise| found(Mat2::IDENTITY, Vec2::ZERO, noise);
         assert!(as_it_is(0.0).is_none() && as_it_is(0.3).is_none() && as_it_is(3.0).is_none());
@@ -215,11 +218,11 @@ mod tests {
         ];
         for (what, turn) in cases {
             let told = found(turn, Vec2::new(0.21, 0.47), 0.3).unwrap();
-            assert!(told.what == what && told.odds > 2.0 * TOLD && told.best > told.as_is, "{told:?} for {what:?}");
+            assert!(told.what == what && told.odds > 50.0 && told.best > told.as_is, "{told:?} for {what:?}");
         }
         for off_m in [0.15, -0.08] {
             let told =
-                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), TOLD, 0.0).unwrap();
+                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), 20.0, 0.0).unwrap();
             assert!(
                 told.what == What::Moved && (told.transform.off_m - off_m).abs() < 3.0 * told.uncertainty_m,
                 "{told:?}"

@@ -4,8 +4,9 @@ use glam::{Mat2, Vec2};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::audit::hypothesis::laying::independent::independent;
 use crate::audit::hypothesis::laying::plane_picture::Plane;
-use crate::audit::likelihood::structure::{ALIKE_PX, BAND};
+use crate::audit::likelihood::structure::BAND;
 use crate::audit::observe::uv_islands::Gradient;
 use crate::audit::picture::fourier::{Complex, Fourier};
 use crate::audit::picture::regions::{MOST_PX, bounds};
@@ -22,9 +23,6 @@ const BLOCK_PX: usize = 32;
 
 /// A box around pixels that is larger than this is not looked at whole, either.
 const BOX_PX: usize = 8 * MOST_PX;
-
-/// Structure is compared with itself up to so many pixels beside and below.
-const LAGS: usize = 16;
 
 /// A pixel's place in a texture: its middle, and how far the pixel reaches to its right and down.
 #[derive(Clone, Copy)]
@@ -44,9 +42,10 @@ pub(crate) struct TexturePatch<'a> {
     /// Per pixel of the cut-out, 1 where there is a place, and the same smoothed.
     here: Vec<f32>,
     smoothed: Vec<f32>,
-    /// Whether the cut-out is blocks of the picture, one below the other.
-    in_blocks: bool,
-    /// The pixels' indices in the cut-out, places, the structure that the photograph shows there and how much it counts.
+    /// The pixels' indices in the picture, and that one's width.
+    seen_in: Vec<usize>,
+    width: usize,
+    /// Their indices in the cut-out, places, the structure that the photograph shows there and how much it counts.
     pixels: Vec<usize>,
     pub(crate) places: Vec<Place>,
     pub(crate) photo: Vec<f32>,
@@ -139,12 +138,12 @@ impl<'a> TexturePatch<'a> {
         };
         // the albedo as it is, times what the photograph says it would have to be multiplied by
         let real = |i: &usize| log_luminance(observed.albedo[*i] * observed.texture.ratio[*i].map(f32::exp));
-        let photo = all.iter().map(real);
-        let weight = all.iter().map(|i| 1.0 / observed.texture.structure.variance[*i]).collect();
-        Some(Self { in_blocks, ..Self::new(texture, filter, pixels, places, photo, weight) })
+        let photo: Vec<f32> = all.iter().map(real).collect();
+        let weight = all.iter().map(|i| observed.texture.structure.weight(*i)).collect();
+        Some(Self { seen_in: all, width: w, ..Self::new(texture, filter, pixels, places, photo.into_iter(), weight) })
     }
 
-    /// Takes a cut-out of a picture, its pixels that have a place in the texture, those places, the
+    /// Takes a cut-out of a picture, which is all of it until told otherwise, its pixels that have a place in the texture, those places, the
     /// logarithm of what the photograph shows of the texture there and how much it counts.
     fn new(
         texture: Cow<'a, Texture>,
@@ -157,7 +156,7 @@ impl<'a> TexturePatch<'a> {
         let mut here = vec![0.0f32; filter.width * filter.height];
         pixels.iter().for_each(|k| here[*k] = 1.0);
         let smoothed = filter.smoothed(&here, BAND);
-        let n = places.len() as f32;
+        let (n, width) = (places.len() as f32, filter.width);
         let centre = places.iter().map(|p| p.at).sum::<Vec2>() / n;
         let spread = places.iter().fold([0.0; 3], |sum, p| {
             let (r, d) = (p.right, p.down);
@@ -178,7 +177,8 @@ impl<'a> TexturePatch<'a> {
             filter,
             here,
             smoothed,
-            in_blocks: false,
+            seen_in: pixels.clone(),
+            width,
             pixels,
             places,
             photo: Vec::new(),
@@ -193,41 +193,12 @@ impl<'a> TexturePatch<'a> {
         this
     }
 
-    /// How many pixels count as independent of each other: what is alike in itself over many pixels, such as grain of wood, is
-    /// like much else by chance. A correlation with another field as alike in itself varies as one of so many independent
-    /// samples does (Clifford, Richardson and Hémon, *Assessing the significance of the correlation between two spatial
-    /// processes*, 1989). Lags whose correlation is chance add their share, which is taken out again. Never more than where nothing is
-    /// known: light's own structure, such as a shadow's edge, is coarser than grain.
+    /// How many of the pixels count as independent of each other.
     pub(crate) fn independent(&self) -> f32 {
-        let width = self.filter.width;
-        let mut plane = vec![[0.0f32; 2]; self.here.len()];
-        let values = self.photo.iter().zip(&self.weight);
-        self.pixels.iter().zip(values).for_each(|(k, (a, w))| plane[*k] = [*w, w * a]);
-        let moment = |k: usize| self.weight.iter().map(|w| f64::from(*w).powi(k as i32)).sum::<f64>();
-        let energy: f64 = plane.iter().map(|[_, wa]| f64::from(wa * wa)).sum();
-        // the blocks of a cut-out that lie below each other are no neighbours
-        let band = if self.in_blocks { BLOCK_PX } else { usize::MAX };
-        let at_lag = |dx: isize, dy: usize| -> Option<f64> {
-            let [mut both, mut product] = [0.0f64; 2];
-            for k in &self.pixels {
-                let (x, y) = (k % width, k / width);
-                let across = x as isize + dx;
-                if across < 0 || across >= width as isize || y / band != (y + dy) / band {
-                    continue;
-                }
-                let Some([w, wa]) = plane.get((y + dy) * width + across as usize) else { continue };
-                both += f64::from(plane[*k][0] * w);
-                product += f64::from(plane[*k][1] * wa);
-            }
-            (both > 0.0).then(|| product * product / both)
-        };
-        let lags = (0..=LAGS).flat_map(|dy| (-(LAGS as isize)..=LAGS as isize).map(move |dx| (dx, dy)));
-        let half = lags.filter(|(dx, dy)| *dy > 0 || *dx > 0).filter_map(|(dx, dy)| at_lag(dx, dy));
-        let (sum, count) = half.fold((0.0, 0.0), |(s, n), v| (s + 2.0 * v, n + 2.0));
-        // squared correlations, each as often as there are pairs, over those of a pixel with itself
-        let alike = 1.0 + sum * moment(2) / (energy * energy).max(1e-300);
-        let pixels = moment(1).powi(2) / moment(2).max(1e-300);
-        ((pixels + count) / alike).min(pixels / f64::from(ALIKE_PX)) as f32
+        let weighed =
+            |structure: &[f32]| -> Vec<f32> { structure.iter().zip(&self.weight).map(|(a, w)| a * w.sqrt()).collect() };
+        let [photo, model] = [weighed(&self.photo), weighed(&self.shown(UvTransform::AS_IS))];
+        independent(self.width, &self.seen_in, [&photo, &model])
     }
 
     /// The texture's width over its height, texels.
@@ -260,13 +231,17 @@ impl<'a> TexturePatch<'a> {
         self.pixels.iter().map(|k| plane[*k] - smooth[*k]).collect()
     }
 
-    /// Correlation between the photograph's structure and that of the texture laid so.
-    pub(crate) fn fit(&self, transform: UvTransform) -> f32 {
-        let UvTransform { turn, shift, off_m } = transform;
-        let shown = self.structure(self.places.iter().map(|p| {
+    /// The structure of the texture laid so.
+    fn shown(&self, UvTransform { turn, shift, off_m }: UvTransform) -> Vec<f32> {
+        self.structure(self.places.iter().map(|p| {
             let at = self.centre + turn * (p.at - self.centre) + shift + p.parallax * off_m;
             log_luminance(self.texture.patch(at, turn * p.right, turn * p.down, Texture::APART))
-        }));
+        }))
+    }
+
+    /// Correlation between the photograph's structure and that of the texture laid so.
+    pub(crate) fn fit(&self, transform: UvTransform) -> f32 {
+        let shown = self.shown(transform);
         let [mut sum, mut aa, mut bb, mut ab] = [0.0f32; 4];
         for ((a, b), w) in self.photo.iter().zip(&shown).zip(&self.weight) {
             sum += w;
@@ -345,16 +320,14 @@ fn place(observed: &Observations, i: usize, at: Vec2, gradient: &Gradient) -> Op
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::reference::random::splitmix64;
 
     /// Side of a photograph that shows a texture straight on, half a period of it.
     const SIDE: usize = 48;
 
     /// Blotches of a few texels, the same left and right but for some.
     pub(crate) fn blotches() -> Texture {
-        let value = |i: usize| {
-            let (x, y) = (i % 96 / 3, i / 96 / 3);
-            (((x * 7919 + y * 104_729 + 15_485_863) * 2_654_435_761) >> 7) % 160 + 60
-        };
+        let value = |i: usize| splitmix64((i % 96 / 3 + i / 96 / 3 * 32) as u64) % 160 + 60;
         let texels = (0..96 * 96).map(|i| [value(i) as u8, value(i) as u8, value(i) as u8, 255]).collect();
         Texture::new("blotches".to_owned(), 96, 96, texels)
     }
