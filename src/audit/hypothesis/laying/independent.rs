@@ -4,21 +4,22 @@ use crate::audit::likelihood::structure::ALIKE_PX;
 use crate::audit::picture::fourier::{Complex, Fourier};
 use crate::audit::picture::regions::bounds;
 
-/// How many of some pixels count as independent of each other, given what two pictures show there, in units of its own standard deviation:
-/// what is alike in itself over many pixels in both, such as grain of wood or an edge all along a surface, is like the other by chance.
+/// How many of some pixels count as independent of each other, given what two pictures show there and how much each counts, the inverse of
+/// a variance: what is alike in itself over many pixels in both, such as grain of wood or an edge all along a surface, is like the other by chance.
 /// A correlation of two fields varies as one of so many independent samples does (Clifford, Richardson and Hémon, *Assessing the
 /// significance of the correlation between two spatial processes*, 1989). Never more than where nothing is known: light's own structure,
 /// such as a shadow's edge, is coarser than grain.
-pub(super) fn independent(width: usize, pixels: &[usize], [one, other]: [&[f32]; 2]) -> f32 {
+pub(super) fn independent(width: usize, pixels: &[usize], [one, other]: [&[f32]; 2], weight: &[f32]) -> f32 {
     if pixels.is_empty() {
         return 0.0;
     }
     let [left, top, right, bottom] = bounds(pixels, width);
     let side = (right - left).max(bottom - top).next_power_of_two();
     let mut grids = [(); 3].map(|()| vec![0.0f32; side * side]);
-    for ((i, a), b) in pixels.iter().zip(one).zip(other) {
+    for (((i, a), b), w) in pixels.iter().zip(one).zip(other).zip(weight) {
         let k = (i / width - top) * side + i % width - left;
-        (grids[0][k], grids[1][k], grids[2][k]) = (*a, *b, 1.0);
+        // in units of its own standard deviation
+        (grids[0][k], grids[1][k], grids[2][k]) = (a * w.sqrt(), b * w.sqrt(), 1.0);
     }
     // at all lags, sums of each picture's products and numbers of pairs; the grid repeats, so that pixels at either end of it are
     // compared, too
@@ -55,7 +56,7 @@ mod tests {
     fn of(structure: &dyn Fn(usize, usize) -> f32) -> f32 {
         let pixels: Vec<usize> = (0..SIDE * SIDE).collect();
         let values: Vec<f32> = pixels.iter().map(|i| structure(i % SIDE, i / SIDE)).collect();
-        independent(SIDE, &pixels, [&values, &values])
+        independent(SIDE, &pixels, [&values, &values], &[1.0; SIDE * SIDE])
     }
 
     #[test]
@@ -71,6 +72,6 @@ mod tests {
         // an edge across what is not alike
         let edge = of(&|x, y| grain(x, y) + if (30..34).contains(&x) { 3.0 } else { 0.0 });
         assert!(edge < 0.2 * most, "{edge}");
-        assert_eq!(independent(SIDE, &[], [&[], &[]]), 0.0);
+        assert_eq!(independent(SIDE, &[], [&[], &[]], &[]), 0.0);
     }
 }

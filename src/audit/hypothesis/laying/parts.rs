@@ -151,8 +151,9 @@ fn followed(observed: &Observations, from: [usize; 2], laying: &Laying, found: R
     // what goes on from window to window, such as an edge, tells no more in all of them than in one
     let structure = &observed.texture.structure;
     let tested = tested(observed, &pixels);
-    let [photo, model] = [0, 1]
-        .map(|k| -> Vec<f32> { tested.iter().map(|i| structure.bands[k][*i] * structure.weight(*i).sqrt()).collect() });
-    let odds = independent(w, &tested, [&photo, &model]) * mean(&|[as_is, best]| laying_odds(*as_is, *best));
+    let [photo, model] = [0, 1].map(|k| tested.iter().map(|i| structure.bands[k][*i]).collect::<Vec<f32>>());
+    let weight: Vec<f32> = tested.iter().map(|i| structure.weight(*i)).collect();
+    let told = independent(w, &tested, [&photo, &model], &weight);
+    let odds = told * mean(&|[as_is, best]| laying_odds(*as_is, *best));
     (pixels, Relaid { odds, as_is: mean(&|p| p[0]), best: mean(&|p| p[1]), ..found })
 }

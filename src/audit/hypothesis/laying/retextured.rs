@@ -222,7 +222,7 @@ mod tests {
         }
         for off_m in [0.15, -0.08] {
             let told =
-                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), 20.0, 0.0).unwrap();
+                searched(&photographed(&texture, UvTransform { off_m, ..UvTransform::AS_IS }, 0.1), 24.0, 0.0).unwrap();
             assert!(
                 told.what == What::Moved && (told.transform.off_m - off_m).abs() < 3.0 * told.uncertainty_m,
                 "{told:?}"

@@ -195,10 +195,7 @@ impl<'a> TexturePatch<'a> {
 
     /// How many of the pixels count as independent of each other.
     pub(crate) fn independent(&self) -> f32 {
-        let weighed =
-            |structure: &[f32]| -> Vec<f32> { structure.iter().zip(&self.weight).map(|(a, w)| a * w.sqrt()).collect() };
-        let [photo, model] = [weighed(&self.photo), weighed(&self.shown(UvTransform::AS_IS))];
-        independent(self.width, &self.seen_in, [&photo, &model])
+        independent(self.width, &self.seen_in, [&self.photo, &self.shown(UvTransform::AS_IS)], &self.weight)
     }
 
     /// The texture's width over its height, texels.
