@@ -18,6 +18,9 @@ const PRIOR: [f64; 2] = [0.5, 5.0];
 /// What touches a fault and has a smaller share of itself in it than this is neither fault nor none.
 const WITHIN: f64 = 0.3;
 
+/// What is known only when all photographs are adds to the odds as it does, and is not fitted.
+const GIVEN: [&str; 2] = ["found right in other photographs", "regions like it elsewhere"];
+
 /// What was weighed, and whether it is a fault.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Candidate {
@@ -30,6 +33,9 @@ pub struct Candidate {
     bias: f64,
     /// The first one's name says what way it was found.
     cues: Vec<Cue>,
+    /// What is [`GIVEN`] adds to it.
+    #[serde(default)]
+    given: f64,
 }
 
 /// A cue of a candidate, and what it says by the weights as they are.
@@ -47,7 +53,7 @@ impl Candidate {
         let cues: Vec<Cue> = finding.evidence.iter().map(cue).collect();
         let told: f64 = cues.iter().map(|c| c.log_odds).sum();
         let bias = (finding.score / (1.0 - finding.score).max(1e-12)).ln() - told;
-        Self { site: site.to_owned(), of_right_model, fault, within, bias, cues }
+        Self { site: site.to_owned(), of_right_model, fault, within, bias, cues, given: 0.0 }
     }
 }
 
@@ -70,6 +76,8 @@ struct Samples {
     even: Vec<f64>,
     spread: Vec<f64>,
     rows: Vec<Vec<f64>>,
+    /// What is [`GIVEN`] adds to the logarithm of the odds.
+    given: Vec<f64>,
     faults: Vec<f64>,
     /// The weights as they are.
     now: Vec<f64>,
@@ -90,6 +98,7 @@ impl Samples {
             names: all[0].cues[..n].iter().map(|c| c.name.clone()).collect(),
             even: all[0].cues[..n].iter().map(|c| c.even).collect(),
             rows: all.iter().map(row).collect(),
+            given: all.iter().map(|c| c.given).collect(),
             faults: all.iter().map(|c| f64::from(u8::from(c.fault))).collect(),
             now: std::iter::once(middle(all.iter().map(|c| c.bias).collect())).chain((0..n).map(weight)).collect(),
             spread,
@@ -105,8 +114,8 @@ impl Samples {
             let mut gradient: Vec<f64> = (0..n).map(|k| prior(k) * (self.now[k] - weights[k])).collect();
             let mut hessian = vec![vec![0.0; n]; n];
             (0..n).for_each(|k| hessian[k][k] = prior(k));
-            for (row, t) in self.rows.iter().zip(&self.faults).enumerate().filter(|(i, _)| counts(*i)).map(|(_, s)| s) {
-                let p = 1.0 / (1.0 + (-dot(row, &weights)).exp());
+            for (i, (row, t)) in self.rows.iter().zip(&self.faults).enumerate().filter(|(i, _)| counts(*i)) {
+                let p = 1.0 / (1.0 + (-dot(row, &weights) - self.given[i]).exp());
                 for a in 0..n {
                     gradient[a] += (t - p) * row[a];
                     for b in 0..n {
@@ -120,6 +129,11 @@ impl Samples {
         weights
     }
 
+    /// Logarithm of a candidate's odds by some weights.
+    fn odds(&self, i: usize, weights: &[f64]) -> f64 {
+        dot(&self.rows[i], weights) + self.given[i]
+    }
+
     /// Mean logarithmic loss of some logarithms of odds.
     fn loss(&self, odds: &[f64]) -> f64 {
         let of = |(z, t): (&f64, &f64)| z.exp().ln_1p() - t * z;
@@ -128,8 +142,13 @@ impl Samples {
 }
 
 /// Leaves of the cues of candidates those that all of them have, in the first one's order, but for some: versions differ in what they
-/// measure, and what is added when all photographs are known stands behind the cues that are fitted.
+/// measure. What is [`GIVEN`] is added up.
 fn keep_common(all: &mut [Candidate], without: &[&str]) {
+    for c in all.iter_mut() {
+        let (given, cues): (Vec<Cue>, Vec<Cue>) = c.cues.drain(..).partition(|cue| GIVEN.contains(&cue.name.as_str()));
+        c.given = given.iter().map(|cue| cue.log_odds).sum();
+        c.cues = cues;
+    }
     let has = |c: &Candidate, name: &str| c.cues.iter().any(|cue| cue.name == name);
     let names = all[0].cues.iter().map(|cue| cue.name.clone());
     let names: Vec<String> =
@@ -159,10 +178,10 @@ pub fn fit(files: &[String], without: &[&str]) {
         for site in all.iter().map(|c| &c.site).collect::<BTreeSet<_>>() {
             let weights = samples.fit(|i| all[i].site != *site);
             let own = (0..all.len()).filter(|i| all[*i].site == *site);
-            own.for_each(|i| odds[i] = dot(&samples.rows[i], &weights));
+            own.for_each(|i| odds[i] = samples.odds(i, &weights));
         }
         weighed.extend(odds.iter().zip(all).map(|(z, c)| (*z, c.of_right_model, c.fault)));
-        let now: Vec<f64> = samples.rows.iter().map(|row| dot(row, &samples.now)).collect();
+        let now: Vec<f64> = (0..all.len()).map(|i| samples.odds(i, &samples.now)).collect();
         let weights = samples.fit(|_| true);
         println!(
             "{way}: {} candidates, {} faults; loss now {:.4}, by others' weights {:.4}; bias {:.2}, now {:.2}",
