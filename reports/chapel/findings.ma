@@ -11,4 +11,12 @@ createNode transform -n "D1_geometry_missing" -p "clerestory_findings";
 	setAttr ".nts" -type "string" "the model lacks what is there on “plaster”, 43 cm across; not sure, because as much is off elsewhere in these pictures";
 createNode locator -n "D1_geometry_missingShape" -p "D1_geometry_missing";
 	setAttr ".los" -type "double3" 0.215318 0.215318 0.215318 ;
+createNode transform -n "D2_geometry_missing" -p "clerestory_findings";
+	addAttr -ci true -sn "note" -ln "note" -dt "string";
+	addAttr -ci true -sn "nts" -ln "notes" -dt "string";
+	setAttr ".t" -type "double3" 11.905644 0.496253 -5.128551 ;
+	setAttr -k on ".note" -type "string" "the model lacks what is there on “plaster”, 1.0 m across; not sure, because as much is off elsewhere in these pictures";
+	setAttr ".nts" -type "string" "the model lacks what is there on “plaster”, 1.0 m across; not sure, because as much is off elsewhere in these pictures";
+createNode locator -n "D2_geometry_missingShape" -p "D2_geometry_missing";
+	setAttr ".los" -type "double3" 0.524965 0.524965 0.524965 ;
 // End of findings.ma

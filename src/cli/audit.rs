@@ -78,9 +78,8 @@ pub(crate) fn run(args: &AuditArgs, out: &mut impl Write) -> anyhow::Result<()> 
     let settings = Settings {
         longest_px: args.longest,
         refine_pose: !args.no_pose,
-        false_alarms: args.false_alarms,
         probes: args.probes.map_or(usize::MAX, |n| n as usize),
-        ..Settings::default()
+        ..Settings::allowing(args.false_alarms)
     };
     let said = health.warnings.into_iter().chain(found).collect();
     let audit = audited(&site, &scene, said, Some(&lighting), &args.view, &settings, &folder, args.output.told)?;

@@ -224,14 +224,15 @@ pub(crate) fn unlike(
     let [_, middle, _] = places.unlike;
     let over = |values: &[f32], most: f32| mean(place, |i| Some(values[i].min(most)));
     let region = places.extent(place, least(observed));
+    // what is mirrored has structure and colours of its own
+    let matt = 1.0 - mirrored(observed, place);
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         size(observed, place.pixels.len()),
         thickness(place, observed.surfaces.width).ln(),
         over(&scores.geometry, 3.0),
-        over(&scores.texture, 3.0),
-        mirrored(observed, place),
-        over(&observed.texture.structure.odds, f32::MAX),
+        matt * over(&scores.texture, 3.0),
+        matt * over(&observed.texture.structure.odds, f32::MAX),
         observed.own_outline(&region.pixels),
     ]);
     if !odds::may_reach(log_odds, observed.settings.least_probability) {

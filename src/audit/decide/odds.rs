@@ -6,6 +6,7 @@
 use crate::audit::finding::{Evidence, Finding};
 use crate::audit::hypothesis::laying::retextured::EVIDENCE;
 use crate::audit::verdict::Reason;
+use crate::audit::view::Settings;
 
 /// Something measured of a candidate.
 pub(crate) struct Cue {
@@ -98,17 +99,16 @@ pub(crate) static BORDER: Cues<3> = Cues {
 };
 
 /// A region that shows little of what the model makes there.
-pub(crate) static UNLIKE: Cues<8> = Cues {
-    bias: -4.69,
+pub(crate) static UNLIKE: Cues<7> = Cues {
+    bias: -4.18,
     cues: [
-        Cue::new("unlike the model, 8 pixels", "logarithm", [-3.0, 4.0], 0.81, 0.52),
-        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], -5.95, 0.66),
-        Cue::new("thickness", "logarithm of pixels", [0.0, 5.0], 2.82, 0.96),
-        Cue::new("geometry test", "× threshold", [0.0, 1.0], 0.19, 4.98),
-        Cue::new("texture test", "× threshold", [0.0, 3.0], 0.54, 0.46),
-        Cue::new("light that it may mirror", "share", [0.0, 1.0], 0.31, -1.10),
-        Cue::new("odds of another structure", "logarithm", [-10.0, 10.0], -0.93, 0.41),
-        Cue::new("step at its outline that is not the model's", "logarithm", [0.0, 20.0], 3.8, 0.20),
+        Cue::new("unlike the model, 8 pixels", "logarithm", [-3.0, 4.0], 0.81, 0.91),
+        Cue::new("size", "logarithm of share of picture", [-8.0, LARGE], -5.95, 0.72),
+        Cue::new("thickness", "logarithm of pixels", [0.0, 5.0], 2.82, 0.92),
+        Cue::new("geometry test", "× threshold", [0.0, 1.0], 0.19, 8.44),
+        Cue::new("texture test, times the share of light that it cannot mirror", "× threshold", [0.0, 3.0], 0.54, 1.64),
+        Cue::new("odds of another structure, times that share", "logarithm", [-10.0, 10.0], -0.93, 0.23),
+        Cue::new("step at its outline that is not the model's", "logarithm", [0.0, 20.0], 3.8, 0.22),
     ],
 };
 
@@ -172,10 +172,8 @@ pub(crate) fn learn(finding: &mut Finding, log_odds: &mut f32, squares: f32) {
     }
 }
 
-/// Tests whose regions may turn up all over a model; how many of right random rooms are no faults, a photograph; and what share of the
-/// logarithm counts: less than all where scans had a part in the weights.
-pub(crate) static BACKGROUND: [(&str, f64, f32); 2] =
-    [(SHAPE.cues[0].test, 0.11, 1.0), (UNLIKE.cues[0].test, 0.18, 0.6)];
+/// Tests whose regions may turn up all over a model, and how many of right random rooms are no faults, a photograph.
+pub(crate) static BACKGROUND: [(&str, f64); 2] = [(SHAPE.cues[0].test, 0.11), (UNLIKE.cues[0].test, 0.18)];
 
 /// The share of a fault's surfaces that other photographs may find right.
 const WRONGLY_RIGHT: f32 = 0.05;
@@ -204,12 +202,21 @@ pub(crate) fn may_be_found(log_odds: f32, allowed: f64) -> bool {
     reason(at_most(log_odds), allowed) == Reason::None
 }
 
-/// Regions of even odds in a photograph of a right model, and how fast there are fewer of higher odds: counted on the same rooms.
-const ALARMS: [f64; 2] = [0.11, 1.0];
+/// Regions of even odds or more that a right model gives in a photograph: counted on rooms (`docs/audit.md`).
+const ALARMS: f64 = 0.05;
 
-/// Regions of at least these odds that a right model gives in a photograph.
+/// Regions of at least these odds that a right model gives in a photograph: by so much fewer as the odds are higher.
 pub(crate) fn false_alarms(log_odds: f32) -> f64 {
-    ALARMS[0] * (-ALARMS[1] * f64::from(log_odds)).exp()
+    ALARMS * (-f64::from(log_odds)).exp()
+}
+
+impl Settings {
+    /// Those by which all is told that right models give no more often than this in a photograph, however unlikely it is a fault.
+    pub fn allowing(false_alarms: f64) -> Self {
+        let usual = Self::default();
+        let least_probability = usual.least_probability.min(ALARMS / (ALARMS + false_alarms));
+        Self { false_alarms, least_probability, ..usual }
+    }
 }
 
 /// The probability of a fault of these odds.
@@ -261,5 +268,15 @@ mod tests {
         assert!(probability(2.0) > probability(1.0) && false_alarms(2.0) < false_alarms(1.0));
         assert_eq!(probability(0.0), 0.5);
         assert_eq!((reason(-9.0, 0.1), reason(9.0, 0.1)), (Reason::Usual, Reason::None));
+    }
+
+    #[test]
+    fn what_may_be_found_is_likely_enough_to_be_told() {
+        for allowed in [0.01, 0.1, 1.0, 10.0] {
+            let settings = Settings::allowing(allowed);
+            let least = (-8..8).map(|k| 0.5 * k as f32).find(|z| reason(*z, allowed) == Reason::None).unwrap();
+            assert!(probability(least) >= settings.least_probability, "{allowed}: {least}");
+            assert!(settings.least_probability <= Settings::default().least_probability);
+        }
     }
 }
