@@ -38,9 +38,9 @@ impl Background {
         all
     }
 
-    /// What it adds to the logarithm of the region's odds, and the same in words.
-    pub(crate) fn says(&self) -> (f32, Evidence) {
-        let says = self.log_odds();
+    /// What it adds to the logarithm of the region's odds, of which a share counts, and the same in words.
+    pub(crate) fn says(&self, share: f32) -> (f32, Evidence) {
+        let says = share * self.log_odds();
         let (rate, usual) = (self.rate as f32, self.usual as f32);
         (says, Evidence::new("regions like it elsewhere", rate, usual, "a photograph", says))
     }

@@ -50,8 +50,8 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
             odds::found_right(&mut f.finding, &mut f.log_odds, share);
         }
     }
-    for (test, usual) in odds::BACKGROUND {
-        set_against_background(assessed, test, usual);
+    for (test, usual, share) in odds::BACKGROUND {
+        set_against_background(assessed, test, usual, share);
     }
     for a in assessed {
         for f in &mut a.found {
@@ -93,7 +93,7 @@ fn found_right_elsewhere(assessed: &[Assessed]) -> Vec<Vec<f32>> {
 }
 
 /// Sets each region that a test tells against how often others like it turn up in these photographs.
-fn set_against_background(assessed: &mut [Assessed], test: &str, usual: f64) {
+fn set_against_background(assessed: &mut [Assessed], test: &str, usual: f64, share: f32) {
     let photographs = assessed.len();
     let found = assessed.iter_mut().flat_map(|a| &mut a.found);
     let mut told: Vec<&mut Found> =
@@ -101,7 +101,7 @@ fn set_against_background(assessed: &mut [Assessed], test: &str, usual: f64) {
     let log_odds: Vec<f32> = told.iter().map(|f| f.log_odds).collect();
     let least = Settings::default().least_probability;
     for (f, background) in told.iter_mut().zip(Background::estimated(&log_odds, photographs, usual, least)) {
-        let (says, evidence) = background.says();
+        let (says, evidence) = background.says(share);
         f.log_odds += says;
         f.finding.evidence.push(evidence);
     }
