@@ -33,9 +33,6 @@ pub struct Candidate {
     bias: f64,
     /// The first one's name says what way it was found.
     cues: Vec<Cue>,
-    /// What is [`GIVEN`] adds to it.
-    #[serde(default)]
-    given: f64,
 }
 
 /// A cue of a candidate, and what it says by the weights as they are.
@@ -53,7 +50,16 @@ impl Candidate {
         let cues: Vec<Cue> = finding.evidence.iter().map(cue).collect();
         let told: f64 = cues.iter().map(|c| c.log_odds).sum();
         let bias = (finding.score / (1.0 - finding.score).max(1e-12)).ln() - told;
-        Self { site: site.to_owned(), of_right_model, fault, within, bias, cues, given: 0.0 }
+        Self { site: site.to_owned(), of_right_model, fault, within, bias, cues }
+    }
+
+    fn cue(&self, name: &str) -> Option<&Cue> {
+        self.cues.iter().find(|cue| cue.name == name)
+    }
+
+    /// What is [`GIVEN`] adds to the logarithm of its odds.
+    fn given(&self) -> f64 {
+        GIVEN.iter().filter_map(|name| self.cue(name)).map(|cue| cue.log_odds).sum()
     }
 }
 
@@ -84,21 +90,28 @@ struct Samples {
 }
 
 impl Samples {
-    fn new(all: &[Candidate]) -> Self {
-        let n = all[0].cues.len();
-        let off = |c: &Candidate, k: usize| c.cues[k].value - c.cues[k].even;
-        let squares = |k: usize| all.iter().map(|c| off(c, k).powi(2)).sum::<f64>() / all.len() as f64;
+    /// Takes of the candidates' cues those that all of them have, in the first one's order, but for some: versions differ in what they
+    /// measure.
+    fn new(all: &[Candidate], without: &[&str]) -> Self {
+        let fitted = |name: &str| !GIVEN.contains(&name) && !without.contains(&name);
+        let names = all[0].cues.iter().map(|cue| &cue.name);
+        let names: Vec<String> =
+            names.filter(|name| fitted(name) && all.iter().all(|c| c.cue(name).is_some())).cloned().collect();
+        let cues: Vec<Vec<&Cue>> = all.iter().map(|c| names.iter().filter_map(|name| c.cue(name)).collect()).collect();
+        let n = names.len();
+        let off = |cues: &[&Cue], k: usize| cues[k].value - cues[k].even;
+        let squares = |k: usize| cues.iter().map(|c| off(c, k).powi(2)).sum::<f64>() / all.len() as f64;
         let spread: Vec<f64> = (0..n).map(|k| squares(k).sqrt().max(1e-6)).collect();
         let weight = |k: usize| {
-            let telling = all.iter().filter(|c| off(c, k).abs() > 1e-3);
-            middle(telling.map(|c| c.cues[k].log_odds / off(c, k) * spread[k]).collect())
+            let telling = cues.iter().filter(|c| off(c, k).abs() > 1e-3);
+            middle(telling.map(|c| c[k].log_odds / off(c, k) * spread[k]).collect())
         };
-        let row = |c: &Candidate| std::iter::once(1.0).chain((0..n).map(|k| off(c, k) / spread[k])).collect();
+        let row = |c: &Vec<&Cue>| std::iter::once(1.0).chain((0..n).map(|k| off(c, k) / spread[k])).collect();
         Self {
-            names: all[0].cues[..n].iter().map(|c| c.name.clone()).collect(),
-            even: all[0].cues[..n].iter().map(|c| c.even).collect(),
-            rows: all.iter().map(row).collect(),
-            given: all.iter().map(|c| c.given).collect(),
+            names,
+            even: cues[0].iter().map(|cue| cue.even).collect(),
+            rows: cues.iter().map(row).collect(),
+            given: all.iter().map(Candidate::given).collect(),
             faults: all.iter().map(|c| f64::from(u8::from(c.fault))).collect(),
             now: std::iter::once(middle(all.iter().map(|c| c.bias).collect())).chain((0..n).map(weight)).collect(),
             spread,
@@ -141,23 +154,6 @@ impl Samples {
     }
 }
 
-/// Leaves of the cues of candidates those that all of them have, in the first one's order, but for some: versions differ in what they
-/// measure. What is [`GIVEN`] is added up.
-fn keep_common(all: &mut [Candidate], without: &[&str]) {
-    for c in all.iter_mut() {
-        let (given, cues): (Vec<Cue>, Vec<Cue>) = c.cues.drain(..).partition(|cue| GIVEN.contains(&cue.name.as_str()));
-        c.given = given.iter().map(|cue| cue.log_odds).sum();
-        c.cues = cues;
-    }
-    let has = |c: &Candidate, name: &str| c.cues.iter().any(|cue| cue.name == name);
-    let names = all[0].cues.iter().map(|cue| cue.name.clone());
-    let names: Vec<String> =
-        names.filter(|name| !without.contains(&name.as_str()) && all.iter().all(|c| has(c, name))).collect();
-    for c in all {
-        c.cues = names.iter().filter_map(|name| c.cues.iter().find(|cue| cue.name == *name).cloned()).collect();
-    }
-}
-
 /// Prints the weights that suit the candidates of these files best, if cues of some names are left out.
 pub fn fit(files: &[String], without: &[&str]) {
     let mut ways: BTreeMap<String, Vec<Candidate>> = BTreeMap::new();
@@ -169,11 +165,10 @@ pub fn fit(files: &[String], without: &[&str]) {
             ways.entry(c.cues[0].name.clone()).or_default().push(c);
         }
     }
-    ways.values_mut().for_each(|all| keep_common(all, without));
     // logarithms of odds of candidates, by weights that their site had no part in, with what they are
     let mut weighed: Vec<(f64, bool, bool)> = vec![];
     for (way, all) in &ways {
-        let samples = Samples::new(all);
+        let samples = Samples::new(all, without);
         let mut odds = vec![0.0; all.len()];
         for site in all.iter().map(|c| &c.site).collect::<BTreeSet<_>>() {
             let weights = samples.fit(|i| all[i].site != *site);

@@ -207,7 +207,7 @@ pub(crate) fn may_be_found(log_odds: f32, allowed: f64) -> bool {
 /// Regions of even odds or more that a right model gives in a photograph: counted on rooms (`docs/audit.md`).
 const ALARMS: f64 = 0.06;
 
-/// Regions of at least these odds that a right model gives in a photograph: by so much fewer as the odds are higher.
+/// Regions of at least these odds that a right model gives in a photograph: in inverse proportion to the odds.
 pub(crate) fn false_alarms(log_odds: f32) -> f64 {
     ALARMS * (-f64::from(log_odds)).exp()
 }
@@ -216,6 +216,7 @@ impl Settings {
     /// Those by which all is told that right models give no more often than this in a photograph, however unlikely it is a fault.
     pub fn allowing(false_alarms: f64) -> Self {
         let usual = Self::default();
+        // the probability from which on `false_alarms` are no more than these
         let least_probability = usual.least_probability.min(ALARMS / (ALARMS + false_alarms));
         Self { false_alarms, least_probability, ..usual }
     }
