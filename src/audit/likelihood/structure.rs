@@ -82,6 +82,13 @@ pub(crate) fn structure(
         let (aa, bb, ab) = (mean(&|i| a[i] * a[i]), mean(&|i| b[i] * b[i]), mean(&|i| a[i] * b[i]));
         (0..n).map(|i| Sums { aa: aa[i], bb: bb[i], ab: ab[i] }).collect()
     };
+    // registration leaves about a pixel: each window is judged where it follows the albedo most
+    let followed = |by: [isize; 2]| {
+        let beside = |i: usize| beside(i, by, filter.width, n).filter(|j| weight[*j] > 0.0).unwrap_or(i);
+        mean(&|i| a[i] * b[beside(i)])
+    };
+    let most = |ab: Vec<f32>, other: Vec<f32>| ab.into_iter().zip(other).map(|(a, b)| a.max(b)).collect();
+    let followed = slack().map(followed).reduce(most).unwrap_or_default();
     let structured: Vec<bool> = (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > FLOOR * FLOOR).collect();
     // what the picture shows of its texture, and what besides, is what a right texture has; a wrong floor may fill more
     // than half of it, so that a quarter must do
@@ -106,7 +113,7 @@ pub(crate) fn structure(
     let odds = (0..n)
         .map(|i| {
             let pixels = (smoothed[i].min(1.0) * window_px).min(in_piece[segments.of[i] as usize]);
-            if weight[i] > 0.0 { sums[i].log_odds(usual[i], pixels) } else { 0.0 }
+            if weight[i] > 0.0 { Sums { ab: followed[i], ..sums[i] }.log_odds(usual[i], pixels) } else { 0.0 }
         })
         .collect();
     let variance = (0..n).map(|i| sums[i].variance(usual[i])).collect();
@@ -147,7 +154,7 @@ impl Sums {
     }
 }
 
-/// The same over those of a set of pixels where the albedo has structure, for the place within a pixel's slack where the photograph agrees best, and how much
+/// The same over those of a set of pixels where the albedo has structure, for the place within the slack where the photograph agrees best, and how much
 /// of the albedo's structure is there then (1: as much as usual). Each pixel counts by the variance around it, so that a
 /// shadow's edge does not drown what the rest of the set says.
 pub(crate) fn odds_of(of: &Structure, width: usize, pixels: &[usize]) -> (f32, f32) {
@@ -155,29 +162,35 @@ pub(crate) fn odds_of(of: &Structure, width: usize, pixels: &[usize]) -> (f32, f
     let n = a.len();
     let all: Vec<usize> = pixels.iter().copied().filter(|i| of.structured[*i]).collect();
     let mut best: Option<(f32, f32)> = None;
-    for dy in -SLACK_PX..=SLACK_PX {
-        for dx in -SLACK_PX..=SLACK_PX {
-            let [mut seen, mut expected, mut followed] = [0.0f64; 3];
-            for &i in &all {
-                let j = i as isize + dy * width as isize + dx;
-                if j < 0 || j >= n as isize || !of.tested[j as usize] {
-                    continue;
-                }
-                let (a, b) = (f64::from(a[i]), f64::from(b[j as usize]));
-                let (slope, weight) = (f64::from(of.usual[i][0]), f64::from(of.weight(i)));
-                seen += weight * a * a;
-                expected += weight * slope * slope * b * b;
-                followed += weight * slope * a * b;
-            }
-            let odds = (expected - 2.0 * followed) / f64::from(2.0 * ALIKE_PX);
-            let faint = seen < f64::from(FAINT) * expected;
-            let odds = if faint { odds.min(0.0) } else { odds } as f32;
-            if best.is_none_or(|(o, _)| odds < o) {
-                best = Some((odds, (followed / expected.max(1e-9)) as f32));
-            }
+    for by in slack() {
+        let [mut seen, mut expected, mut followed] = [0.0f64; 3];
+        for &i in &all {
+            let Some(j) = beside(i, by, width, n).filter(|j| of.tested[*j]) else { continue };
+            let (a, b) = (f64::from(a[i]), f64::from(b[j]));
+            let (slope, weight) = (f64::from(of.usual[i][0]), f64::from(of.weight(i)));
+            seen += weight * a * a;
+            expected += weight * slope * slope * b * b;
+            followed += weight * slope * a * b;
+        }
+        let odds = (expected - 2.0 * followed) / f64::from(2.0 * ALIKE_PX);
+        let faint = seen < f64::from(FAINT) * expected;
+        let odds = if faint { odds.min(0.0) } else { odds } as f32;
+        if best.is_none_or(|(o, _)| odds < o) {
+            best = Some((odds, (followed / expected.max(1e-9)) as f32));
         }
     }
     best.unwrap_or((0.0, 0.0))
+}
+
+/// Columns and rows that a texture may be off its place by.
+fn slack() -> impl Iterator<Item = [isize; 2]> {
+    let each = || -SLACK_PX..=SLACK_PX;
+    each().flat_map(move |dy| each().map(move |dx| [dx, dy]))
+}
+
+/// The pixel so many columns and rows from one, of as many as there are.
+fn beside(i: usize, [dx, dy]: [isize; 2], width: usize, pixels: usize) -> Option<usize> {
+    i.checked_add_signed(dy * width as isize + dx).filter(|j| *j < pixels)
 }
 
 #[cfg(test)]
@@ -219,7 +232,21 @@ mod tests {
         let other = blotches(2);
         let half: Vec<f32> = (0..SIDE * SIDE).map(|i| if i % SIDE < SIDE / 3 { other[i] } else { albedo[i] }).collect();
         let wrong = share(&half, &albedo, 3.0);
-        assert!((0.1..0.35).contains(&wrong), "{wrong}");
+        assert!((0.05..0.35).contains(&wrong), "{wrong}");
+    }
+
+    #[test]
+    fn a_picture_a_pixel_beside_its_place_is_right_and_farther_off_it_is_not() {
+        let albedo = blotches(1);
+        let shifted = |by: usize| -> Vec<f32> { (0..SIDE * SIDE).map(|i| albedo[(i + by) % (SIDE * SIDE)]).collect() };
+        for by in [1, SIDE, SIDE + 1] {
+            let borne_out = share(&shifted(by), &albedo, -1.0);
+            assert!(borne_out > 0.8, "{borne_out} by {by}");
+        }
+        let far = shifted(6);
+        let third: Vec<f32> = (0..SIDE * SIDE).map(|i| if i % SIDE < SIDE / 3 { far[i] } else { albedo[i] }).collect();
+        let wrong = share(&third, &albedo, 3.0);
+        assert!((0.05..0.35).contains(&wrong), "{wrong}");
     }
 
     #[test]
