@@ -29,8 +29,8 @@ const SLACK_PX: isize = 1;
 
 /// What windows say of the structure of photograph and albedo.
 pub(crate) struct Structure {
-    /// Logarithm of the odds that the photograph shows none of the albedo's structure and not all of it, over a window:
-    /// above 0 the structure is wrong, below it is right.
+    /// Logarithm of the odds that the photograph shows none of the albedo's structure and not all of it, over a window, where it
+    /// follows most within the slack: above 0 the structure is wrong, below it is right.
     pub(crate) odds: Vec<f32>,
     /// Structure of the photograph and of the albedo: logarithms of brightness without what is smooth.
     pub(crate) bands: [Vec<f32>; 2],
