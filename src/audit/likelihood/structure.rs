@@ -78,17 +78,14 @@ pub(crate) fn structure(
         let values: Vec<f32> = (0..n).map(f).collect();
         filter.mean_with(&values, weight, &smoothed, WINDOW)
     };
-    let sums: Vec<Sums> = {
-        let (aa, bb, ab) = (mean(&|i| a[i] * a[i]), mean(&|i| b[i] * b[i]), mean(&|i| a[i] * b[i]));
-        (0..n).map(|i| Sums { aa: aa[i], bb: bb[i], ab: ab[i] }).collect()
-    };
+    let (aa, bb, ab) = (mean(&|i| a[i] * a[i]), mean(&|i| b[i] * b[i]), mean(&|i| a[i] * b[i]));
+    let sums: Vec<Sums> = (0..n).map(|i| Sums { aa: aa[i], bb: bb[i], ab: ab[i] }).collect();
     // registration leaves about a pixel: each window is judged where it follows the albedo most
-    let followed = |by: [isize; 2]| {
+    let followed = slack().filter(|by| *by != [0, 0]).fold(ab, |most, by| {
         let beside = |i: usize| beside(i, by, filter.width, n).filter(|j| weight[*j] > 0.0).unwrap_or(i);
-        mean(&|i| a[i] * b[beside(i)])
-    };
-    let most = |ab: Vec<f32>, other: Vec<f32>| ab.into_iter().zip(other).map(|(a, b)| a.max(b)).collect();
-    let followed = slack().map(followed).reduce(most).unwrap_or_default();
+        let there = mean(&|i| a[i] * b[beside(i)]);
+        most.into_iter().zip(there).map(|(most, there)| most.max(there)).collect()
+    });
     let structured: Vec<bool> = (0..n).map(|i| weight[i] > 0.0 && sums[i].bb > FLOOR * FLOOR).collect();
     // what the picture shows of its texture, and what besides, is what a right texture has; a wrong floor may fill more
     // than half of it, so that a quarter must do
@@ -232,7 +229,7 @@ mod tests {
         let other = blotches(2);
         let half: Vec<f32> = (0..SIDE * SIDE).map(|i| if i % SIDE < SIDE / 3 { other[i] } else { albedo[i] }).collect();
         let wrong = share(&half, &albedo, 3.0);
-        assert!((0.05..0.35).contains(&wrong), "{wrong}");
+        assert!((0.09..0.35).contains(&wrong), "{wrong}");
     }
 
     #[test]
