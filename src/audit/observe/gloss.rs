@@ -54,10 +54,19 @@ struct Seen {
     variance: f64,
 }
 
-/// What a place mirrors, radiance: the mean over the whole lobe, and what comes from its middle.
+/// What a place mirrors, radiance: the most that the whole lobe may send in the mean, and its middle.
+#[derive(Clone, Copy, Default)]
 struct Mirrored {
     spread: Vec3,
     sharp: Vec3,
+    /// What the lobe does send in the mean, if all of it is known.
+    known: Option<Vec3>,
+}
+
+/// Radiance that arrives from a direction: the most that it may be, and what it is, if that is known.
+struct Arriving {
+    most: Vec3,
+    known: Option<Vec3>,
 }
 
 /// What a view's surfaces may mirror.
@@ -74,7 +83,7 @@ pub(crate) struct Gloss<'a> {
 
 impl<'a> Gloss<'a> {
     /// Learns how much each material mirrors, from what photograph and probes show of it, of the light that the probes saw; what none of
-    /// them did is relit. A scan has one material for all that it holds: there it is each smooth surface.
+    /// them did is relit, and what the model does not have at all tells nothing. A scan has one material for all that it holds: there it is each smooth surface.
     pub(crate) fn fit(
         relit: &'a Relit<'a>,
         surfaces: &GeometryBuffer,
@@ -126,7 +135,8 @@ impl<'a> Gloss<'a> {
         let of = |i: usize| (surfaces.material[i], if scanned { surfaces.label[i] } else { 0 });
         // each place by itself: what light is found for it must not depend on which thread asks for which
         let towards = |eye: Vec3, i: usize| {
-            luminance(self.mirrored(surfaces.position[i], surfaces.normal[i], eye, &mut Nearby::default()).spread)
+            let mirrored = self.mirrored(surfaces.position[i], surfaces.normal[i], eye, &mut Nearby::default());
+            mirrored.known.map_or(f32::NAN, luminance)
         };
         let mut asked: Vec<usize> = pairs.iter().map(|pair| pair.pixel).collect();
         asked.sort_unstable();
@@ -144,7 +154,8 @@ impl<'a> Gloss<'a> {
             })
             .collect();
         let mut surface: BTreeMap<(u32, u32), BTreeMap<_, Vec<Seen>>> = BTreeMap::new();
-        // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is
+        // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is; what mirrors places that the
+        // model does not have tells nothing
         let told = |(_, seen): &(&Pair, Seen)| seen.more.abs() <= 1.0 && seen.brighter.is_finite();
         for (pair, seen) in pairs.iter().zip(seen).filter(told) {
             surface.entry(of(pair.pixel)).or_default().entry(surfaces.part(pair.pixel)).or_default().push(seen);
@@ -162,47 +173,53 @@ impl<'a> Gloss<'a> {
         let along = (point - eye).normalize_or_zero();
         let cos = -normal.dot(along);
         if cos.is_nan() || cos <= 0.0 {
-            return Mirrored { spread: Vec3::ZERO, sharp: Vec3::ZERO };
+            return Mirrored { known: Some(Vec3::ZERO), ..Mirrored::default() };
         }
         // Schlick, An inexpensive BRDF model for physically-based rendering, 1994
         let share = STRAIGHT + (1.0 - STRAIGHT) * (1.0 - cos.min(1.0)).powi(5);
         let middle = along + normal * (2.0 * cos);
         let (right, up) = middle.any_orthonormal_pair();
-        let (mut sum, mut sharp, mut rays) = (Vec3::ZERO, Vec3::ZERO, 0.0f32);
+        let (mut sum, mut sharp, mut known, mut rays) = (Vec3::ZERO, Vec3::ZERO, Some(Vec3::ZERO), 0.0f32);
         for aside in lobe() {
             let direction = (middle + LOBE * (aside.x * right + aside.y * up)).normalize();
             if direction.dot(normal) > 0.0 {
                 let light = self.radiance(point, direction, scratch);
-                (sum, rays) = (sum + light, rays + 1.0);
+                (sum, rays) = (sum + light.most, rays + 1.0);
+                known = known.zip(light.known).map(|(sum, light)| sum + light);
                 if aside == Vec2::ZERO {
-                    sharp = light;
+                    sharp = light.most;
                 }
             }
         }
-        Mirrored { spread: share * sum / rays.max(1.0), sharp: share * sharp }
+        let mean = share / rays.max(1.0);
+        Mirrored { spread: mean * sum, sharp: share * sharp, known: known.map(|sum| mean * sum) }
     }
 
     /// Radiance that arrives at a point from a direction: what the nearest probe saw there, and where none did, what is relit.
-    fn radiance(&self, point: Vec3, direction: Vec3, scratch: &mut Nearby) -> Vec3 {
+    fn radiance(&self, point: Vec3, direction: Vec3, scratch: &mut Nearby) -> Arriving {
         let (relit, scene) = (self.relit, self.relit.scene);
         let ray = Ray { origin: point, direction };
         let Some(hit) = scene.tracer.closest(&ray, 1e-3) else {
-            let told = relit.light.told_sky(direction);
-            return told.unwrap_or_else(|| relit.light.beyond(scene, direction)).max(self.beyond);
+            let known = relit.light.told_sky(direction);
+            return Arriving {
+                most: known.unwrap_or_else(|| relit.light.beyond(scene, direction)).max(self.beyond),
+                known,
+            };
         };
+        let known = |light| Arriving { most: light, known: Some(light) };
         let at = point + direction * hit.t;
         // the nearest first, as few as need be
         let mut nearest: SmallVec<[(f32, u32); 32]> =
             self.probes.iter().enumerate().map(|(i, p)| (p.origin.distance_squared(at), i as u32)).collect();
         nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         if let Some(light) = nearest.iter().find_map(|(_, i)| self.probes[*i as usize].light_of(at)) {
-            return light;
+            return known(light);
         }
         let s = scene.surface(&ray, &hit);
         let lit = relit.lit(s.position, s.normal, scratch);
         let e = if lit.needs_shadow_ray && relit.in_sun(s.position, s.normal) { lit.sun } else { lit.shade };
         let light = scene.filtered_albedo(s.triangle, s.barycentric, LOBE * hit.t) * e / std::f32::consts::PI;
-        if Picture::valid(light) { light } else { Vec3::ZERO }
+        known(if Picture::valid(light) { light } else { Vec3::ZERO })
     }
 }
 
@@ -286,7 +303,13 @@ fn brighter(a: Vec3, b: Vec3) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
+    use glam::Mat3;
+    use std::sync::Arc;
+
     use super::*;
+    use crate::panorama::Radiometry;
+    use crate::scene::testing::{grey, parallelograms};
+    use crate::shoot::{Chart, Hits, Light};
 
     #[test]
     fn a_lobe_is_asked_evenly() {
@@ -294,6 +317,27 @@ mod tests {
         assert!(all.len() == 13 && all.iter().all(|p| p.length() < 1.001));
         assert_eq!(all.iter().filter(|p| **p == Vec2::ZERO).count(), 1);
         assert!(all.iter().sum::<Vec2>().length() < 1e-5);
+    }
+
+    #[test]
+    fn what_comes_from_beyond_the_model_is_not_known() {
+        let floor = (Vec3::new(-5.0, -5.0, 0.0), Vec3::X * 10.0, Vec3::Y * 10.0);
+        let wall = (Vec3::new(5.0, -5.0, 0.0), Vec3::Z * 5.0, Vec3::Y * 10.0);
+        let scene = grey(parallelograms(&[floor, wall]), 0.5);
+        // a probe that sees the floor alone
+        let down = Mat3::from_rotation_x(-0.5 * std::f32::consts::PI);
+        let hits = Hits::shoot(&scene, Vec3::new(0.0, 0.0, 2.0), down, Chart::perspective(32, 32, 1.0));
+        let picture = Picture { width: 32, height: 32, pixels: vec![Vec3::ONE; 32 * 32] };
+        let light = Light::new(&scene, [(Arc::new(hits), &picture, Radiometry::default())], None, None);
+        let relit = Relit { scene: &scene, light: &light, volume: None, volume_only: false };
+        let beyond = Vec3::splat(9.0);
+        let gloss = Gloss { relit: &relit, probes: &[], beyond, to_camera: vec![], share: vec![] };
+        let towards =
+            |x: f32| gloss.mirrored(Vec3::new(2.0, 0.0, 0.0), Vec3::Z, Vec3::new(x, 0.0, 1.0), &mut Nearby::default());
+        // the wall, and the side that is open
+        let (to_wall, to_open) = (towards(0.0), towards(4.0));
+        assert_eq!(to_wall.known, Some(to_wall.spread));
+        assert!(to_open.known.is_none() && to_open.sharp.min_element() > STRAIGHT * beyond.x, "{}", to_open.sharp);
     }
 
     #[test]
