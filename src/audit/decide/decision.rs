@@ -179,9 +179,9 @@ fn picture_or_laid(
     // light that is far off in brightness may as well be so in colour
     let unexplained = colour * (-bright).exp();
     let size = size(observed, region.pixels.len());
-    // where nothing else meets its borders they say nothing against it
     let borders = observed.borders(&region.pixels);
-    let step = observed.colour_step(&borders).map_or(unexplained, |step| matt * step);
+    // where nothing else meets its outline that says nothing against it
+    let step = observed.colour_step(&observed.outline(&region.pixels)).map_or(unexplained, |step| matt * step);
     let by_colours = PICTURE.weigh([
         slope,
         size,

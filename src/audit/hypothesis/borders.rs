@@ -30,8 +30,8 @@ impl Observations {
         if odds.len() < FEWEST { f32::NAN } else { told * median(odds).unwrap_or(f32::NAN) }
     }
 
-    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at a region's borders, in whatever planes; what light
-    /// alone has made makes no step there. `None` where too few are known.
+    /// ΔE00, brightness apart, of the change of colour that the albedo lacks at a region's outline, in whatever planes; what light
+    /// alone has made, such as the glow beside a sunlit cloth, makes no step there. `None` where too few are known.
     pub(crate) fn colour_step(&self, all: &[Across]) -> Option<f32> {
         let ratio = &self.texture.ratio;
         let tested = all.iter().filter(|[i, j]| self.tested(*i, *j));
@@ -64,9 +64,18 @@ impl Observations {
     pub(crate) fn borders(&self, pixels: &[usize]) -> Vec<Across> {
         let s = &self.surfaces;
         let ends = |p: &Place| s.material[p.last] != s.material[p.next];
-        let meet = |p: &Place| (s.distance[p.last] / s.distance[p.next] - 1.0).abs() < BESIDE;
         // a frame may lie between: whatever is beyond the border tells
-        self.across(pixels, |p| ends(p) && meet(p))
+        self.across(pixels, |p| ends(p) && self.meet(p))
+    }
+
+    fn meet(&self, place: &Place) -> bool {
+        let distance = &self.surfaces.distance;
+        (distance[place.last] / distance[place.next] - 1.0).abs() < BESIDE
+    }
+
+    /// Places on some pixels' outline where surfaces meet or go on.
+    pub(crate) fn outline(&self, pixels: &[usize]) -> Vec<Across> {
+        self.across(pixels, |p| self.meet(p))
     }
 
     /// Places on some pixels' borders that have what is asked for.
