@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::audit::hypothesis::FARTHEST_M;
 use crate::audit::likelihood::step::BESIDE;
-use crate::audit::picture::regions::{bounds, dilated};
+use crate::audit::picture::regions::{bounds, dilated, mask_of};
 use crate::audit::picture::{FEWEST, POSE_PX, correlation};
 use crate::audit::view::{AuditScene, Observations};
 use crate::components::members;
@@ -125,27 +125,32 @@ impl Small {
     pub(crate) fn fit<'a>(&self, members: &'a [usize]) -> Option<Fit<'a>> {
         let (w, h) = (self.width, self.height);
         let part = self.part[*members.first()?];
-        let mut outline = vec![false; w * h];
-        let mut count = 0;
-        for &i in members {
+        let behind = |i: usize, j: usize| self.part[j] != part && self.distance[j] > self.distance[i] * (1.0 + BESIDE);
+        // the side on which a pixel steps: left, right, above, below
+        let side = |i: usize| {
             let (x, y) = (i % w, i / w);
-            let behind = |j: usize| self.part[j] != part && self.distance[j] > self.distance[i] * (1.0 + BESIDE);
-            let step = (x > 0 && behind(i - 1))
-                || (x + 1 < w && behind(i + 1))
-                || (y > 0 && behind(i - w))
-                || (y + 1 < h && behind(i + w));
-            if step {
-                outline[i] = true;
-                count += 1;
-            }
-        }
-        if count < FEWEST {
+            [
+                x > 0 && behind(i, i - 1),
+                x + 1 < w && behind(i, i + 1),
+                y > 0 && behind(i, i - w),
+                y + 1 < h && behind(i, i + w),
+            ]
+            .into_iter()
+            .position(|steps| steps)
+        };
+        let outline: Vec<(usize, usize)> = members.iter().filter_map(|i| Some((*i, side(*i)?))).collect();
+        if outline.len() < FEWEST {
             return None;
         }
         let reach = self.reach(members);
-        let near = dilated(&outline, w, h, 2);
-        let band: Vec<usize> = (0..w * h).filter(|i| near[*i]).collect();
-        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &band, reach));
+        // what is around it, each pixel with one side
+        let mut free = vec![true; w * h];
+        let sides = [0, 1, 2, 3].map(|side| {
+            let own: Vec<usize> = outline.iter().filter(|o| o.1 == side).map(|o| o.0).collect();
+            let near = dilated(&mask_of(&own, w * h), w, h, 2);
+            (0..w * h).filter(|i| near[*i] && std::mem::take(&mut free[*i])).collect::<Vec<_>>()
+        });
+        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &sides, reach));
         fits.reduce(|a, b| if b.best > a.best { b } else { a })
     }
 
@@ -157,17 +162,17 @@ impl Small {
         farthest.min((right - left).max(bottom - top)) as isize
     }
 
-    /// The same for one picture of the model, over the pixels around an outline, for shifts up to `reach` along each side.
-    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], band: &[usize], reach: isize) -> Option<Fit<'a>> {
-        let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
+    /// The same for one picture of the model, over the pixels around an outline's sides, for shifts up to `reach` along each axis. Each side
+    /// tells by itself: what has moved fits there on all of them; where a shadow ends as one side would, the others do not.
+    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], sides: &[Vec<usize>], reach: isize) -> Option<Fit<'a>> {
+        let band = sides.concat();
+        let at = |dx: isize, dy: isize| self.correlation(model, &band, [dx, dy]);
         let mut best = (f32::NEG_INFINITY, [0, 0]);
-        let mut told = 0.0f32;
         for dy in -reach..=reach {
             for dx in -reach..=reach {
-                let (c, n) = at(dx, dy);
+                let (c, _) = at(dx, dy);
                 if c > best.0 {
                     best = (c, [dx, dy]);
-                    told = n;
                 }
             }
         }
@@ -182,13 +187,16 @@ impl Small {
         };
         let shift =
             [x as f32 + finer(at(x - 1, y).0, at(x + 1, y).0), y as f32 + finer(at(x, y - 1).0, at(x, y + 1).0)];
-        let (own, told_here) = at(0, 0);
-        if told_here == 0.0 {
+        if at(0, 0).1 == 0.0 {
             return None;
         }
-        let gap = |c: f32| (1.0 - c.clamp(0.0, 0.99).powi(2)).ln();
+        let odds = |side: &Vec<usize>| {
+            let [(own, _), (best, told)] = [[0, 0], [x, y]].map(|shift| self.correlation(model, side, shift));
+            let gap = |c: f32| (1.0 - c.clamp(0.0, 0.99).powi(2)).ln();
+            if told > 0.0 && own.is_finite() { 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) } else { 0.0 }
+        };
         let shifts = ((2 * reach + 1) as f32).powi(2).ln();
-        let odds = 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) - shifts;
+        let odds = sides.iter().map(odds).sum::<f32>() - shifts;
         Some(Fit { members, shift, best, odds })
     }
 
@@ -243,24 +251,36 @@ mod tests {
 
     const WIDE: usize = 64;
 
-    /// A patterned square of 20 pixels before a patterned wall, as the model has it, and a photograph in which it stands so many pixels beside.
-    fn square(beside: usize) -> Small {
-        let hash = |k: usize| ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f32 / 1000.0 - 0.5;
-        let within = |i: usize, left: usize| (left..left + 20).contains(&(i % WIDE)) && (22..42).contains(&(i / WIDE));
-        let shown =
-            |i: usize, left: usize| if within(i, left) { 0.4 + 0.5 * hash(i - left) } else { 0.3 * hash(i + 7777) };
-        let all = |left: usize| (0..WIDE * WIDE).map(|i| shown(i, left)).collect::<Vec<f32>>();
+    /// Whether a pixel is within a square of 20 pixels, so far from the left.
+    fn within(i: usize, left: usize) -> bool {
+        (left..left + 20).contains(&(i % WIDE)) && (22..42).contains(&(i / WIDE))
+    }
+
+    /// A square 20 pixels from the left before a wall, as the model and as the photograph have it.
+    fn small(model: impl Fn(usize) -> f32, photo: impl Fn(usize) -> f32) -> Small {
+        let all = |shown: &dyn Fn(usize) -> f32| (0..WIDE * WIDE).map(shown).collect::<Vec<f32>>();
         Small {
             by: 1,
             focal: 100.0,
             width: WIDE,
             height: WIDE,
             part: (0..WIDE * WIDE).map(|i| u32::from(within(i, 20))).collect(),
-            distance: (0..WIDE * WIDE).map(|i| if within(i, 20) { 2.0 } else { 4.0 }).collect(),
-            models: [all(20), all(20)],
-            photo: all(20 + beside),
+            distance: all(&|i| if within(i, 20) { 2.0 } else { 4.0 }),
+            models: [all(&model), all(&model)],
+            photo: all(&photo),
             usable: vec![1.0; WIDE * WIDE],
         }
+    }
+
+    fn hash(k: usize) -> f32 {
+        ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f32 / 1000.0 - 0.5
+    }
+
+    /// A patterned square before a patterned wall, and a photograph in which it stands so many pixels beside.
+    fn square(beside: usize) -> Small {
+        let shown =
+            |i: usize, left: usize| if within(i, left) { 0.4 + 0.5 * hash(i - left) } else { 0.3 * hash(i + 7777) };
+        small(|i| shown(i, 20), |i| shown(i, 20 + beside))
     }
 
     #[test]
@@ -274,5 +294,17 @@ mod tests {
             // the wall ends nowhere before something
             assert!(small.fit(&members[0]).is_none());
         }
+    }
+
+    #[test]
+    fn a_shadow_that_ends_as_one_side_would_is_no_other_place() {
+        // the right half is in the sun, up to four pixels from the edge
+        let shown = |i: usize, lit: usize| {
+            let light = if !within(i, 20) || i % WIDE >= lit { 0.0 } else { [0.1, 0.6][usize::from(i % WIDE >= 30)] };
+            light + 0.02 * hash(i)
+        };
+        let small = small(|i| shown(i, 40), |i| shown(i, 36));
+        let fit = small.fit(&small.members()[1]).map(|fit| (fit.shift, fit.odds));
+        assert!(fit.is_some_and(|([right, _], odds)| (right + 4.0).abs() < 0.5 && odds < 0.0), "{fit:?}");
     }
 }
