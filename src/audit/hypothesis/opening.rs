@@ -5,13 +5,14 @@
 
 use glam::{Mat3, Vec2};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 use crate::audit::likelihood::agreement::USUAL;
 use crate::audit::likelihood::step::{BESIDE, border, steps, usual};
 use crate::audit::picture::FEWEST;
-use crate::audit::picture::regions::{along_sides, at_most, bounds, components, mask_of};
+use crate::audit::picture::regions::{at_most, bounds, mask_of};
 use crate::audit::view::Observations;
-use crate::components::members;
+use crate::components::{components, members};
 use crate::statistics::median;
 
 /// Places of a rim that are tried for its plane.
@@ -39,7 +40,9 @@ pub(crate) fn openings(observed: &Observations, least: usize) -> Vec<Opening> {
     let unseen = |i: &&usize| observed.geometry.able[**i] == 0;
     let beyond =
         |pixels: &Vec<usize>| pixels.len() >= least && 2 * pixels.iter().filter(unseen).count() >= pixels.len();
-    let mut pieces: Vec<Vec<usize>> = surfaces.par_iter().flat_map(|near| enclosed(observed, near, least)).collect();
+    let beside = beside(&s.label, s.width, surfaces.len());
+    let enclosed = |own: usize| enclosed(&surfaces, &beside, own, s.width, least);
+    let mut pieces: Vec<Vec<usize>> = (0..surfaces.len()).into_par_iter().flat_map(enclosed).collect();
     pieces.extend(surfaces.into_iter().filter(beyond));
     pieces.into_par_iter().filter_map(|pixels| opening(observed, unit, &rough, pixels)).collect()
 }
@@ -59,20 +62,46 @@ impl Observations {
     }
 }
 
+/// Per surface, those that touch it along pixels' sides.
+fn beside(label: &[u32], width: usize, surfaces: usize) -> Vec<BTreeSet<usize>> {
+    let mut beside = vec![BTreeSet::new(); surfaces];
+    for i in 0..label.len() {
+        let right = (!(i + 1).is_multiple_of(width)).then_some(i + 1);
+        let below = Some(i + width).filter(|j| *j < label.len());
+        for j in [right, below].into_iter().flatten().filter(|j| label[*j] != label[i]) {
+            beside[label[i] as usize].insert(label[j] as usize);
+            beside[label[j] as usize].insert(label[i] as usize);
+        }
+    }
+    beside
+}
+
 /// What a surface encloses of several others: through an opening one may see more than one.
-fn enclosed(observed: &Observations, near: &[usize], least: usize) -> Vec<Vec<usize>> {
-    let (w, h) = observed.size();
+fn enclosed(
+    surfaces: &[Vec<usize>],
+    beside: &[BTreeSet<usize>],
+    own: usize,
+    width: usize,
+    least: usize,
+) -> Vec<Vec<usize>> {
+    let near = &surfaces[own];
     if near.len() < least {
         return Vec::new();
     }
-    let [left, top, right, bottom] = bounds(near, w);
-    let mut rest = vec![true; w * h];
-    near.iter().for_each(|i| rest[*i] = false);
-    let within = |i: &usize| (left..right).contains(&(i % w)) && (top..bottom).contains(&(i / w));
-    let label = &observed.surfaces.label;
-    let several = |pixels: &[usize]| pixels.iter().any(|i| label[*i] != label[pixels[0]]);
-    let all = components(&rest, &rest, w, least, along_sides(w));
-    all.into_iter().map(|r| r.pixels).filter(|p| p.len() < near.len() && p.iter().all(within) && several(p)).collect()
+    let [left, top, right, bottom] = bounds(near, width);
+    let within = |i: usize| (left..right).contains(&(i % width)) && (top..bottom).contains(&(i / width));
+    let enclosed = |group: Vec<usize>| {
+        let all = || group.iter().flat_map(|k| &surfaces[*k]).copied();
+        let size: usize = group.iter().map(|k| surfaces[*k].len()).sum();
+        if group.len() < 2 || !(least..near.len()).contains(&size) || !all().all(within) {
+            return None;
+        }
+        let mut pixels: Vec<usize> = all().collect();
+        pixels.sort_unstable();
+        Some(pixels)
+    };
+    let rest = components(surfaces.len(), |k| k != own, |k| beside[k].iter().copied());
+    members(&rest).into_iter().filter_map(enclosed).collect()
 }
 
 /// What is around some pixels, where each surface is so rough.
@@ -135,5 +164,20 @@ mod tests {
         // past the edge of a table
         let (places, facing) = rim(&|_, y| y >= 40);
         assert_eq!((places, facing), (SIDE, 0.0));
+    }
+
+    #[test]
+    fn a_surface_encloses_what_does_not_reach_past_it() {
+        // a wall (1) that stands on a floor (0), with a picture (4), around two surfaces beyond its opening (2, 3)
+        let of = |last: &str, least: usize| {
+            let rows = ["0111111", "0122141", "0133111", last, "0000000"];
+            let label: Vec<u32> = rows.concat().bytes().map(|b| u32::from(b - b'0')).collect();
+            let surfaces = members(&label);
+            enclosed(&surfaces, &beside(&label, 7, surfaces.len()), 1, 7, least)
+        };
+        assert_eq!(of("0111111", 2), [[9, 10, 16, 17]]);
+        assert!(of("0111111", 5).is_empty());
+        // down to the floor it is a door, and the floor goes on
+        assert!(of("0133111", 2).is_empty());
     }
 }

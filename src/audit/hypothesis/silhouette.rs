@@ -150,7 +150,8 @@ impl Small {
             let near = dilated(&mask_of(&own, w * h), w, h, 2);
             (0..w * h).filter(|i| near[*i] && std::mem::take(&mut free[*i])).collect::<Vec<_>>()
         });
-        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &sides, reach));
+        let band = sides.concat();
+        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &sides, &band, reach));
         fits.reduce(|a, b| if b.best > a.best { b } else { a })
     }
 
@@ -162,11 +163,17 @@ impl Small {
         farthest.min((right - left).max(bottom - top)) as isize
     }
 
-    /// The same for one picture of the model, over the pixels around an outline's sides, for shifts up to `reach` along each axis. Each side
-    /// tells by itself: what has moved fits there on all of them; where a shadow ends as one side would, the others do not.
-    fn fit_of<'a>(&self, model: &[f32], members: &'a [usize], sides: &[Vec<usize>], reach: isize) -> Option<Fit<'a>> {
-        let band = sides.concat();
-        let at = |dx: isize, dy: isize| self.correlation(model, &band, [dx, dy]);
+    /// The same for one picture of the model, over the pixels around an outline's sides, together a band, for shifts up to `reach` along
+    /// each axis. Each side tells by itself: what has moved fits there on all of them; where a shadow ends as one side would, the others do not.
+    fn fit_of<'a>(
+        &self,
+        model: &[f32],
+        members: &'a [usize],
+        sides: &[Vec<usize>],
+        band: &[usize],
+        reach: isize,
+    ) -> Option<Fit<'a>> {
+        let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
         let mut best = (f32::NEG_INFINITY, [0, 0]);
         for dy in -reach..=reach {
             for dx in -reach..=reach {

@@ -55,7 +55,7 @@ struct Seen {
 }
 
 /// What a place mirrors, radiance: the most that the whole lobe may send in the mean, and its middle.
-#[derive(Clone, Copy, Default)]
+#[derive(Default)]
 struct Mirrored {
     spread: Vec3,
     sharp: Vec3,
@@ -136,28 +136,30 @@ impl<'a> Gloss<'a> {
         // each place by itself: what light is found for it must not depend on which thread asks for which
         let towards = |eye: Vec3, i: usize| {
             let mirrored = self.mirrored(surfaces.position[i], surfaces.normal[i], eye, &mut Nearby::default());
-            mirrored.known.map_or(f32::NAN, luminance)
+            mirrored.known.map(luminance)
         };
         let mut asked: Vec<usize> = pairs.iter().map(|pair| pair.pixel).collect();
         asked.sort_unstable();
         asked.dedup();
-        let to_camera: BTreeMap<usize, f32> = asked.par_iter().map(|i| (*i, towards(surfaces.origin, *i))).collect();
-        let seen: Vec<Seen> = pairs
+        let to_camera: BTreeMap<usize, f32> =
+            asked.par_iter().filter_map(|i| Some((*i, towards(surfaces.origin, *i)?))).collect();
+        let seen: Vec<(&Pair, Seen)> = pairs
             .par_iter()
-            .map(|pair| {
-                let more = to_camera[&pair.pixel] - towards(self.probes[pair.probe].origin, pair.pixel);
-                Seen {
+            .filter_map(|pair| {
+                let more = to_camera.get(&pair.pixel)? - towards(self.probes[pair.probe].origin, pair.pixel)?;
+                let seen = Seen {
                     more: f64::from(more / pair.here),
                     brighter: f64::from(pair.photo / pair.here - 1.0),
                     variance: f64::from(pair.variance),
-                }
+                };
+                Some((pair, seen))
             })
             .collect();
         let mut surface: BTreeMap<(u32, u32), BTreeMap<_, Vec<Seen>>> = BTreeMap::new();
         // what mirrors more than its own light tells where a lamp's image falls, and not how strong it is; what mirrors places that the
         // model does not have tells nothing
         let told = |(_, seen): &(&Pair, Seen)| seen.more.abs() <= 1.0 && seen.brighter.is_finite();
-        for (pair, seen) in pairs.iter().zip(seen).filter(told) {
+        for (pair, seen) in seen.into_iter().filter(told) {
             surface.entry(of(pair.pixel)).or_default().entry(surfaces.part(pair.pixel)).or_default().push(seen);
         }
         let most = |blocks: BTreeMap<_, Vec<Seen>>| -> f32 {
