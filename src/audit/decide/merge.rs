@@ -55,18 +55,20 @@ pub(crate) fn weigh(assessed: &mut [Assessed], settings: &Settings) {
     }
     for a in assessed {
         for f in &mut a.found {
-            f.finding.score = odds::probability(f.log_odds);
+            f.finding.score = odds::told(f.log_odds);
             f.finding.false_alarms = Some(odds::false_alarms(f.log_odds));
             f.finding.reason = odds::reason(f.log_odds, settings.false_alarms);
         }
-        a.found.retain(|f| f.finding.score >= settings.least_probability);
+        // what is too unlikely to be told by itself may be a part of what is
+        a.found.retain(|f| odds::probability(f.log_odds) >= settings.least_probability);
         let told = a.found.iter().map(|f| (&f.pixels[..], f.log_odds));
         a.view.suspicion = scores::suspicion(&a.own, a.eye.camera.width as usize, told, settings.least_probability);
         let AuditedView { verdicts, reasons, suspicion, .. } = &mut a.view;
         label::unmark_suspected(verdicts, reasons, suspicion, settings.least_probability);
         a.found = with_whole_things(std::mem::take(&mut a.found), &a.eye);
         a.found.iter_mut().for_each(|f| f.finding.note = note(&f.finding));
-        let (findings, doubts): (Vec<_>, Vec<_>) = a.found.iter().partition(|f| f.finding.is_sure());
+        let told = a.found.iter().filter(|f| f.finding.score >= settings.least_probability);
+        let (findings, doubts): (Vec<_>, Vec<_>) = told.partition(|f| f.finding.is_sure());
         for f in doubts.into_iter().chain(findings) {
             label::mark(&mut a.view.verdicts, &mut a.view.reasons, &f.pixels, f.finding.kind, f.finding.reason);
         }
@@ -280,8 +282,8 @@ pub(crate) fn gathered(site: &Site, lighting: &str, settings: &Settings, mut ass
     let mut faults = faults(&mut assessed, site.frame.metres_per_unit);
     faults.iter_mut().filter(|f| f.of_modelled_surfaces()).for_each(|f| f.mark_elsewhere(&mut assessed));
     let (mut faults, doubts): (Vec<Fault>, _) = faults.into_iter().partition(|fault| fault.finding.is_sure());
-    let mut left = unexplained(&mut faults, doubts, &mut assessed);
-    faults.append(&mut left);
+    let left = unexplained(&mut faults, doubts, &mut assessed);
+    faults.extend(left.into_iter().filter(|doubt| doubt.finding.score >= settings.least_probability));
     faults.sort_by(|a, b| surest((a.view, &a.finding), (b.view, &b.finding)));
     let (mut findings, mut doubts) = (Vec::new(), Vec::new());
     for Fault { view: best, finding: mut f, shown, .. } in faults {

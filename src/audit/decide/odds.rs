@@ -156,6 +156,12 @@ pub(crate) static LAYING: Cues<4> = Cues {
 pub(crate) static OUTLINE: Cues<1> =
     Cues { bias: -1.54, cues: [Cue::new("odds of another place", "logarithm", [0.0, 20.0], 5.0, 0.28)] };
 
+/// What is told of all ways to tell a fault is the likeliest, which makes too much of it: how much likelier faults were as its odds grew.
+static TOLD: Cues<1> = Cues {
+    bias: -0.27,
+    cues: [Cue::new("odds by all cues", "logarithm", [f32::NEG_INFINITY, f32::INFINITY], 0.0, 1.11)],
+};
+
 /// The cue of a picture that is known only when all photographs are, and its number.
 fn elsewhere() -> (usize, &'static Cue) {
     let last = PICTURE.cues.len() - 1;
@@ -217,7 +223,7 @@ impl Settings {
     pub fn allowing(false_alarms: f64) -> Self {
         let usual = Self::default();
         // the probability from which on `false_alarms` are no more than these
-        let least_probability = usual.least_probability.min(ALARMS / (ALARMS + false_alarms));
+        let least_probability = usual.least_probability.min(told((ALARMS / false_alarms).ln() as f32));
         Self { false_alarms, least_probability, ..usual }
     }
 }
@@ -225,6 +231,12 @@ impl Settings {
 /// The probability of a fault of these odds.
 pub(crate) fn probability(log_odds: f32) -> f64 {
     1.0 / (1.0 + (-f64::from(log_odds)).exp())
+}
+
+/// The probability of a fault that is told with these odds, as often as such are right (Platt, *Probabilistic outputs for support vector
+/// machines*, 1999).
+pub(crate) fn told(log_odds: f32) -> f64 {
+    probability(TOLD.weigh([log_odds]).0)
 }
 
 /// Why a region of these odds is a doubt, if right models give such more often than allowed.
@@ -250,6 +262,7 @@ mod tests {
             &DISPLACED.cues,
             &LAYING.cues,
             &OUTLINE.cues,
+            &TOLD.cues,
         ];
         for cue in all.into_iter().flatten() {
             let row = format!("| {} | {} | {:.2} | {:+.2} |", cue.test, cue.unit, cue.even, cue.weight);
@@ -269,6 +282,7 @@ mod tests {
     #[test]
     fn higher_odds_are_likelier_and_rarer() {
         assert!(probability(2.0) > probability(1.0) && false_alarms(2.0) < false_alarms(1.0));
+        assert!(told(2.0) > told(1.0) && told(-1.0) < probability(-1.0));
         assert_eq!(probability(0.0), 0.5);
         assert_eq!((reason(-9.0, 0.1), reason(9.0, 0.1)), (Reason::Usual, Reason::None));
     }
@@ -278,7 +292,7 @@ mod tests {
         for allowed in [0.01, 0.1, 1.0, 10.0] {
             let settings = Settings::allowing(allowed);
             let least = (-8..8).map(|k| 0.5 * k as f32).find(|z| reason(*z, allowed) == Reason::None).unwrap();
-            assert!(probability(least) >= settings.least_probability, "{allowed}: {least}");
+            assert!(told(least) >= settings.least_probability, "{allowed}: {least}");
             assert!(settings.least_probability <= Settings::default().least_probability);
         }
     }
