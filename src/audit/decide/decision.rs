@@ -2,7 +2,7 @@
 
 use crate::audit::decide::judged::Judged;
 use crate::audit::decide::odds::{self, ABSENT, BORDER, DISPLACED, OPENING, OUTLINE, PICTURE, SHAPE, UNLIKE};
-use crate::audit::decide::scores::{COLOUR, Scores, lacking};
+use crate::audit::decide::scores::{COLOUR, LOW, Scores, lacking};
 use crate::audit::finding::{Displacement, Kind, What};
 use crate::audit::hypothesis::absent::Absent;
 use crate::audit::hypothesis::displaced::Displaced;
@@ -226,11 +226,12 @@ pub(crate) fn unlike(
     let region = places.extent(place, least(observed));
     // what is mirrored has structure and colours of its own
     let matt = 1.0 - mirrored(observed, place);
+    let off = over(&scores.geometry, 3.0);
     let (log_odds, evidence) = UNLIKE.weigh([
         over(middle, f32::MAX),
         size(observed, place.pixels.len()),
         thickness(place, observed.surfaces.width).ln(),
-        over(&scores.geometry, 3.0),
+        off,
         matt * over(&scores.texture, 3.0),
         matt * over(&observed.texture.structure.odds, f32::MAX),
         observed.own_outline(&region.pixels),
@@ -238,10 +239,12 @@ pub(crate) fn unlike(
     if !odds::may_reach(log_odds, observed.settings.least_probability) {
         return None;
     }
-    // the model's own picture, laid otherwise, is no thing that it lacks; but a thing that has moved looks shifted, too
+    // the model's own picture, laid otherwise, is no thing that it lacks, if the probes saw it on that surface, too; but a thing that has
+    // moved looks shifted, too
     let search = |region: &Region| relaid(prepared.scene, observed, &region.pixels);
     let searched = odds::may_be_found(log_odds, observed.settings.false_alarms).then(|| search(&region));
-    if let Some(laid) = searched.flatten().filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
+    let in_place = |r: &Relaid| off < LOW && !matches!(r.what, What::Moved | What::Shifted);
+    if let Some(laid) = searched.flatten().filter(in_place) {
         return Some(Judged::new(Kind::Texture, laid.what, log_odds, evidence, region));
     }
     let of_shape = shape(prepared, observed, shares, inside, &region);
