@@ -242,9 +242,9 @@ pub(crate) fn unlike(
     // the model's own picture, laid otherwise, is no thing that it lacks, if the probes saw it on that surface, too; but a thing that has
     // moved looks shifted, too
     let search = |region: &Region| relaid(prepared.scene, observed, &region.pixels);
-    let searched = odds::may_be_found(log_odds, observed.settings.false_alarms).then(|| search(&region));
-    let in_place = |r: &Relaid| off < LOW && !matches!(r.what, What::Moved | What::Shifted);
-    if let Some(laid) = searched.flatten().filter(in_place) {
+    let worth = off < LOW && odds::may_be_found(log_odds, observed.settings.false_alarms);
+    let searched = worth.then(|| search(&region));
+    if let Some(laid) = searched.flatten().filter(|r| !matches!(r.what, What::Moved | What::Shifted)) {
         return Some(Judged::new(Kind::Texture, laid.what, log_odds, evidence, region));
     }
     let of_shape = shape(prepared, observed, shares, inside, &region);

@@ -69,7 +69,7 @@ pub(crate) fn closed(mask: &[bool], width: usize, height: usize, radius: usize) 
 }
 
 /// Whether two neighbours share a side, and not only a corner.
-pub(crate) fn along_sides(width: usize) -> impl Fn(usize, usize) -> bool {
+fn along_sides(width: usize) -> impl Fn(usize, usize) -> bool {
     move |i, j| i % width == j % width || i / width == j / width
 }
 
