@@ -59,7 +59,7 @@ struct Tallies {
     pictures: Option<PathBuf>,
 }
 
-/// Runs the benchmark on sites; `per` faults a site, drawn by the seed. All that was weighed goes to `candidates`, pictures of
+/// Runs the benchmark on sites; `per` faults a site that show, of kinds that few photographs show so far, placed by the seed. All that was weighed goes to `candidates`, pictures of
 /// what shows a fault to the folder `pictures`.
 pub fn corpus(
     sites: &[String],
@@ -79,15 +79,18 @@ pub fn corpus(
             run(&bench, &name, None, &bench.scene, &own, &mut all);
             all.write(candidates);
         }
-        let cases = bench.cases(seed + number as u64, 1);
-        let step = cases.len() / per.max(1);
-        for k in 0..per.min(cases.len()) {
-            let case = &cases[(number * 7 + k * step.max(1)) % cases.len()];
-            if only(&case.fault.title()) {
-                let model = plant(&bench.scene, case.fault, &case.place, case.object.as_deref());
-                run(&bench, &name, Some(case), &model, &own, &mut all);
-                all.write(candidates);
-            }
+        let mut cases = bench.cases(seed + number as u64, 1);
+        cases.retain(|case| only(&case.fault.title()));
+        let first = (seed as usize + number) % cases.len().max(1);
+        cases.rotate_left(first);
+        let mut planted = 0;
+        while planted < per && !cases.is_empty() {
+            let case = cases.remove(all.rarest(&cases));
+            // two views may show one object best
+            cases.retain(|c| c.object.is_none() || (c.fault, &c.object) != (case.fault, &case.object));
+            let model = plant(&bench.scene, case.fault, &case.place, case.object.as_deref());
+            planted += usize::from(run(&bench, &name, Some(&case), &model, &own, &mut all));
+            all.write(candidates);
         }
     }
     let photographs = all.photographs();
@@ -105,6 +108,13 @@ impl Tallies {
     /// Photographs of right models.
     fn photographs(&self) -> usize {
         self.rows.get("right").map_or(0, |t| t.photographs)
+    }
+
+    /// The case whose kind, and then whose fault, the fewest photographs show so far; the first of several.
+    fn rarest(&self, cases: &[Case]) -> usize {
+        let kind = |fault: Fault| self.outcomes.iter().filter(|o| o.of.iter().any(|of| of == fault.kind())).count();
+        let seen = |fault: Fault| (kind(fault), self.rows.get(&fault.title()).map_or(0, |t| t.asked));
+        (0..cases.len()).min_by_key(|i| seen(cases[*i].fault)).unwrap_or(0)
     }
 
     /// Writes what was weighed so far.
@@ -152,13 +162,14 @@ fn own_faults(bench: &Bench) -> Vec<Vec<bool>> {
     bench.site.views.iter().zip(&bench.cameras).map(of).collect()
 }
 
-fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, own: &[Vec<bool>], all: &mut Tallies) {
+/// Audits a model and adds up what comes; false if no photograph shows its fault.
+fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, own: &[Vec<bool>], all: &mut Tallies) -> bool {
     let title = case.map_or("right".to_owned(), |c| c.fault.title());
     let truths: Vec<Wrong> =
         own.iter().enumerate().map(|(view, own)| Wrong::of(bench, case, model, view, own)).collect();
     if case.is_some() && truths.iter().all(|t| t.shown.iter().filter(|w| **w).count() < SHOWN_PX) {
         println!("# {site} {title}: does not show");
-        return;
+        return false;
     }
     let planted = case.map_or_else(Vec::new, |case| planted_in(bench, case));
     let lighting = bench.site.lightings()[0].clone();
@@ -170,7 +181,10 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, own: &[Vec
     let begun = std::time::Instant::now();
     let audited = match audit(&bench.site, model, &lighting, &[], &settings, &|_, _, _| {}) {
         Ok(a) => a,
-        Err(e) => return println!("# {site} {title}: {e}"),
+        Err(e) => {
+            println!("# {site} {title}: {e}");
+            return false;
+        }
     };
     let seconds = begun.elapsed().as_secs_f64();
     let tally = all.rows.entry(title.clone()).or_default();
@@ -283,6 +297,7 @@ fn run(bench: &Bench, site: &str, case: Option<&Case>, model: &Scene, own: &[Vec
         }
     }
     println!("# {site} {title}: {} findings, {seconds:.1} s{line}", audited.findings.len());
+    true
 }
 
 /// Intersection over union of what a view shows of a finding and the truth.
@@ -333,7 +348,7 @@ fn grown(mask: &[bool], w: usize, h: usize, by: usize) -> Vec<bool> {
     pass(&across, w, &|i| (i / w, h))
 }
 
-/// What a fault is planted in: the material, whether that mirrors, whether the model is a scan, and what is said of the sun.
+/// What a fault is, and is planted in: the material, whether that mirrors, whether the model is a scan, and what is said of the sun.
 fn planted_in(bench: &Bench, case: &Case) -> Vec<String> {
     let mesh = &bench.scene.mesh;
     let on_it = || {
@@ -365,7 +380,7 @@ fn planted_in(bench: &Bench, case: &Case) -> Vec<String> {
         }
         _ => "surface of unknown gloss",
     };
-    vec!["all".into(), model.into(), sun.into(), surface.into(), format!("of {material}")]
+    vec!["all".into(), model.into(), sun.into(), surface.into(), format!("of {material}"), case.fault.kind().into()]
 }
 
 fn print_outcomes(all: &[Outcome]) {

@@ -47,6 +47,21 @@ impl Fault {
         }
     }
 
+    /// Faults of one kind are much alike to find.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Fault::Rotate90 | Fault::Rotate180 | Fault::Mirror => "turned or mirrored",
+            Fault::Shift(_) | Fault::Scale(_) => "scaled or shifted",
+            Fault::Recolour | Fault::Swap => "another picture or colour",
+            Fault::Displace(d) if d.abs() > 0.07 => "wall moved 10 cm",
+            Fault::Displace(_) => "wall moved 1 to 5 cm",
+            Fault::Hole => "opening that is not there",
+            Fault::Extra(_) => "object that only the model has",
+            Fault::Missing => "object missing from the model",
+            Fault::Move(_) => "object moved",
+        }
+    }
+
     pub fn title(self) -> String {
         match self {
             Fault::Displace(d) => format!("wall moved {:.0} cm", d.abs() * 100.0),
