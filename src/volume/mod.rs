@@ -63,6 +63,7 @@ use gathered::Gathered;
 use guide::Guide;
 use nearby::VisiblePoints;
 use smooth::evened;
+use transport::first_met;
 
 /// Irradiance at cache points on unseen surfaces, without the sun that falls on them directly.
 pub struct Volume<'a> {
@@ -181,14 +182,14 @@ impl<'a> Volume<'a> {
         let lobes = Guide::default().of(origin, normal, &[]);
         let (mut sum, mut untold) = (Vec3::ZERO, 0);
         for k in 0..RAYS {
-            let Some((direction, _)) = lobes.sample(0.5, cache_points::plastic(u64::from(k))) else { continue };
-            let ray = Ray { origin, direction };
-            sum += match scene.tracer.closest(&ray, 0.0) {
+            let Some((direction, density)) = lobes.sample(0.5, cache_points::plastic(u64::from(k))) else { continue };
+            let spread = (RAYS as f32 * density).recip().sqrt();
+            sum += match first_met(scene, &Ray { origin, direction }, spread) {
                 None => light.told_sky(direction).unwrap_or_else(|| {
                     untold += 1;
                     light.beyond(scene, direction)
                 }),
-                Some(hit) => {
+                Some((ray, hit)) => {
                     let s = scene.surface(&ray, &hit);
                     let direct = || light.direct_sun(scene, s.position, s.normal);
                     let e = match light.nearest(scene, s.position, s.normal) {

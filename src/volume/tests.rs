@@ -2,8 +2,10 @@
 
 use super::cache_points::plastic;
 use super::guide::Lobes;
+use super::transport::first_met;
 use super::{CachePoints, Grid, Guide, Nearby, Transport, Volume, VolumeSettings};
 use crate::panorama::{Picture, Radiometry};
+use crate::scene::Ray;
 use crate::scene::testing::{grey, parallelograms};
 use crate::shoot::{Chart, Hits, Light};
 use glam::{IVec3, Mat3, Vec2, Vec3};
@@ -231,4 +233,28 @@ fn what_stands_in_for_a_place_lies_beside_it() {
         stand_ins += usize::from(far > 0.0);
     }
     assert!(stand_ins > 20, "{stand_ins}");
+}
+
+/// What gets out of a room through a crack tells of the wall beside it; what gets out through a window tells of the sky.
+#[test]
+fn a_ray_through_a_crack_meets_the_wall_and_one_through_a_window_the_sky() {
+    let met = |opening: f32| {
+        // a room of 4 m, one of whose walls has two halves that leave a slit so wide between them
+        let mut quads = sides(Vec3::splat(4.0));
+        quads.pop();
+        let half = Vec3::Y * (2.0 - 0.5 * opening);
+        quads.extend(
+            [Vec3::X * 4.0, Vec3::new(4.0, 2.0 + 0.5 * opening, 0.0)].map(|corner| (corner, half, Vec3::Z * 4.0)),
+        );
+        let scene = grey(parallelograms(&quads), 0.5);
+        let ray = Ray { origin: Vec3::splat(2.0), direction: Vec3::X };
+        // a tenth of a radian: 20 cm at the wall
+        first_met(&scene, &ray, 0.1).map(|(ray, hit)| ray.origin + ray.direction * hit.t)
+    };
+    let beside = met(0.01).expect("a crack");
+    assert!(
+        (beside.x - 4.0).abs() < 1e-3 && (0.05..0.15).contains(&beside.distance(Vec3::new(4.0, 2.0, 2.0))),
+        "{beside}"
+    );
+    assert!(met(0.5).is_none() && met(-0.2).is_some_and(|p| p.distance(Vec3::new(4.0, 2.0, 2.0)) < 1e-3));
 }

@@ -11,8 +11,9 @@ use super::exchange::Exchange;
 use super::gathered::{Gathered, Link, SeenRay, SkyRay, UnseenRay};
 use super::smooth::Neighbours;
 use super::{CachePoint, CachePoints, Grid, Guide};
-use crate::scene::{Ray, Scene, Surface};
+use crate::scene::{Hit, Ray, Scene, Surface};
 use crate::shoot::{Light, sunlight};
+use crate::sphere::across;
 
 /// How finely to gather.
 #[derive(Clone, Copy, Debug)]
@@ -182,12 +183,12 @@ impl Caster<'_> {
 
     /// Adds what a ray finds; `spread` is its width per metre.
     fn look(&self, ray: &Ray, spread: f32, weight: Vec3, all: &mut Gathered) {
-        let Some(hit) = self.scene.tracer.closest(ray, 0.0) else {
+        let Some((ray, hit)) = first_met(self.scene, ray, spread) else {
             all.sky.push(SkyRay { weight, direction: ray.direction });
             return;
         };
         let face = self.scene.face(hit.triangle);
-        let s = face.surface(ray, hit.t);
+        let s = face.surface(&ray, hit.t);
         let rho = self.scene.paint(&face, true).rough_albedo(s.barycentric, hit.t * spread) / PI;
         if let Some((probe, cell)) = self.light.finest_known(self.scene, s.position, s.normal) {
             all.seen.push(SeenRay { weight, rho, probe, cell });
@@ -269,6 +270,21 @@ impl Caster<'_> {
             g.links = links.into_iter().map(|(other, weights)| Link { other, weights }).collect();
         });
     }
+}
+
+/// What a ray of some width per metre meets, and the ray that does; `None` if it gets out. A ray stands for all that its width sees: one that
+/// gets out where none half its width beside it does has found a crack, such as scans have, and tells of what is beside that.
+pub(super) fn first_met(scene: &Scene, ray: &Ray, spread: f32) -> Option<(Ray, Hit)> {
+    if let Some(hit) = scene.tracer.closest(ray, 0.0) {
+        return Some((*ray, hit));
+    }
+    let (u, v) = across(ray.direction);
+    let beside = [u, v, -u, -v].into_iter().map(|aside| {
+        let ray = Ray { origin: ray.origin, direction: (ray.direction + 0.5 * spread * aside).normalize() };
+        scene.tracer.closest(&ray, 0.0).map(|hit| (ray, hit))
+    });
+    // the farthest is least likely the surface that the ray came from
+    beside.collect::<Option<Vec<_>>>()?.into_iter().max_by(|a, b| a.1.t.total_cmp(&b.1.t))
 }
 
 /// Least probability density that a ray's weight is taken from, per steradian: loses 1 % of a uniform light.
