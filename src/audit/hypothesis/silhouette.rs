@@ -67,6 +67,8 @@ pub(crate) struct Small {
     /// Structure of what the model makes: in the probes' light, and its albedo in smooth light. Where a part is off its
     /// place, what the probes saw of the real one is in the first and not in the second.
     models: [Vec<f32>; 2],
+    /// Where a probe sees the surface: elsewhere its light is a guess, and so is what the first shows.
+    seen: Vec<bool>,
     photo: Vec<f32>,
     /// 1 where the photograph can be used.
     usable: Vec<f32>,
@@ -97,6 +99,7 @@ impl Small {
             let smooth = luminance(observed.albedo[i] * observed.irradiance[i]);
             if smooth > 0.0 { ln(smooth / std::f32::consts::PI) } else { lit(i) }
         };
+        let seen = mean(&|i| f32::from(observed.sights.of.iter().any(|probe| probe[i].is_some())));
         let all = vec![1.0; width * height];
         let open = EdgeAware::open(width, height);
         let band = |values: &[f32], weights: &[f32]| -> Vec<f32> {
@@ -111,6 +114,7 @@ impl Small {
             part: (0..width * height).map(|i| prepared.part(s.triangle[middle(i)])).collect(),
             distance: (0..width * height).map(|i| s.distance[middle(i)]).collect(),
             models: [band(&mean(&lit), &all), band(&mean(&plain), &all)],
+            seen: seen.iter().map(|s| *s > 0.5).collect(),
             photo: band(&photo, &usable),
             usable,
         }
@@ -150,8 +154,9 @@ impl Small {
             let near = dilated(&mask_of(&own, w * h), w, h, 2);
             (0..w * h).filter(|i| near[*i] && std::mem::take(&mut free[*i])).collect::<Vec<_>>()
         });
-        let band = sides.concat();
-        let fits = self.models.iter().filter_map(|model| self.fit_of(model, members, &sides, &band, reach));
+        let seen = sides.each_ref().map(|side| side.iter().copied().filter(|i| self.seen[*i]).collect());
+        let fits = self.models.iter().zip([seen, sides]);
+        let fits = fits.filter_map(|(model, sides)| self.fit_of(model, members, &sides, reach));
         fits.reduce(|a, b| if b.best > a.best { b } else { a })
     }
 
@@ -163,17 +168,21 @@ impl Small {
         farthest.min((right - left).max(bottom - top)) as isize
     }
 
-    /// The same for one picture of the model, over the pixels around an outline's sides, together a band, for shifts up to `reach` along
-    /// each axis. Each side tells by itself: what has moved fits there on all of them; where a shadow ends as one side would, the others do not.
+    /// The same for one picture of the model, over the pixels around an outline's sides (left, right, above, below), for shifts up to `reach`
+    /// along each axis. Each side tells by itself: what has moved fits there on all of them; where a shadow ends as one side would, the others
+    /// do not. It tells of a shift so far as that goes across it: along itself an edge is the same everywhere.
     fn fit_of<'a>(
         &self,
         model: &[f32],
         members: &'a [usize],
-        sides: &[Vec<usize>],
-        band: &[usize],
+        sides: &[Vec<usize>; 4],
         reach: isize,
     ) -> Option<Fit<'a>> {
-        let at = |dx: isize, dy: isize| self.correlation(model, band, [dx, dy]);
+        let band = sides.concat();
+        if band.len() < FEWEST {
+            return None;
+        }
+        let at = |dx: isize, dy: isize| self.correlation(model, &band, [dx, dy]);
         let mut best = (f32::NEG_INFINITY, [0, 0]);
         for dy in -reach..=reach {
             for dx in -reach..=reach {
@@ -203,7 +212,9 @@ impl Small {
             if told > 0.0 && own.is_finite() { 0.5 * told / ALIKE_PX * (gap(own) - gap(best)) } else { 0.0 }
         };
         let shifts = ((2 * reach + 1) as f32).powi(2).ln();
-        let odds = sides.iter().map(odds).sum::<f32>() - shifts;
+        let [right, down] = [x, y].map(|d| (d * d) as f32 / (x * x + y * y).max(1) as f32);
+        let odds = sides.iter().zip([right, right, down, down]).map(|(side, across)| across * odds(side)).sum::<f32>()
+            - shifts;
         Some(Fit { members, shift, best, odds })
     }
 
@@ -274,6 +285,7 @@ mod tests {
             part: (0..WIDE * WIDE).map(|i| u32::from(within(i, 20))).collect(),
             distance: all(&|i| if within(i, 20) { 2.0 } else { 4.0 }),
             models: [all(&model), all(&model)],
+            seen: vec![true; WIDE * WIDE],
             photo: all(&photo),
             usable: vec![1.0; WIDE * WIDE],
         }
@@ -313,5 +325,22 @@ mod tests {
         let small = small(|i| shown(i, 40), |i| shown(i, 36));
         let fit = small.fit(&small.members()[1]).map(|fit| (fit.shift, fit.odds));
         assert!(fit.is_some_and(|([right, _], odds)| (right + 4.0).abs() < 0.5 && odds < 0.0), "{fit:?}");
+    }
+
+    #[test]
+    fn what_lies_along_an_edge_does_not_tell_of_a_shift_along_it() {
+        // a plain board that is longer than the picture is wide, before a wall whose pattern is three pixels beside the model's
+        let board = |i: usize| (28..36).contains(&(i / WIDE)) && (8..56).contains(&(i % WIDE));
+        let shown = |i: usize, beside: usize| {
+            let around = (24..40).contains(&(i / WIDE));
+            if board(i) || !around { 0.0 } else { hash(i / WIDE * 97 + (i % WIDE + WIDE - beside) % WIDE) }
+        };
+        let mut small = small(|i| shown(i, 0), |i| shown(i, 3));
+        small.part = (0..WIDE * WIDE).map(|i| u32::from(board(i))).collect();
+        small.distance = (0..WIDE * WIDE).map(|i| if board(i) { 2.0 } else { 4.0 }).collect();
+        let members = small.members();
+        let fit = small.fit(&members[1]).unwrap();
+        // its ends are 8 pixels each, which say too little
+        assert!(fit.shift[0] > 2.5 && fit.best > 0.9 && fit.odds < 5.0, "{:?}, odds {}", fit.shift, fit.odds);
     }
 }
