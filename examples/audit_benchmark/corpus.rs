@@ -59,8 +59,8 @@ struct Tallies {
     pictures: Option<PathBuf>,
 }
 
-/// Runs the benchmark on sites; `per` faults a site that show, of kinds that few photographs show so far, placed by the seed. All that was weighed goes to `candidates`, pictures of
-/// what shows a fault to the folder `pictures`.
+/// Runs the benchmark on sites; `per` faults a site that show, of kinds that few photographs show so far, placed by the seed.
+/// All that was weighed goes to `candidates`, pictures of what shows a fault to the folder `pictures`.
 pub fn corpus(
     sites: &[String],
     per: usize,
