@@ -235,26 +235,30 @@ fn what_stands_in_for_a_place_lies_beside_it() {
     assert!(stand_ins > 20, "{stand_ins}");
 }
 
-/// What gets out of a room through a crack tells of the wall beside it; what gets out through a window tells of the sky.
+/// What gets out of a room through a crack of a scan tells of the wall beside it; what gets out through a window, or of a model, of the sky.
 #[test]
-fn a_ray_through_a_crack_meets_the_wall_and_one_through_a_window_the_sky() {
-    let met = |opening: f32| {
-        // a room of 4 m, one of whose walls has two halves that leave a slit so wide between them
+fn a_ray_through_a_crack_of_a_scan_meets_the_wall_and_one_through_a_window_the_sky() {
+    const TILES: i32 = 40;
+    let met = |opening: f32, scan: bool| {
+        // a room of 4 m, one of whose walls has two halves of tiles of some 5 cm, and a slit so wide between them
         let mut quads = sides(Vec3::splat(4.0));
         quads.pop();
-        let half = Vec3::Y * (2.0 - 0.5 * opening);
-        quads.extend(
-            [Vec3::X * 4.0, Vec3::new(4.0, 2.0 + 0.5 * opening, 0.0)].map(|corner| (corner, half, Vec3::Z * 4.0)),
-        );
-        let scene = grey(parallelograms(&quads), 0.5);
-        let ray = Ray { origin: Vec3::splat(2.0), direction: Vec3::X };
-        // a tenth of a radian: 20 cm at the wall
-        first_met(&scene, &ray, 0.1).map(|(ray, hit)| ray.origin + ray.direction * hit.t)
+        let side = (2.0 - 0.5 * opening) / TILES as f32;
+        for (i, k) in (-TILES..TILES).flat_map(|i| (0..2 * TILES).map(move |k| (i, k))) {
+            let aside = if i < 0 { -0.5 * opening } else { 0.5 * opening };
+            let corner = Vec3::new(4.0, 2.0 + aside + i as f32 * side, k as f32 * 0.05);
+            quads.push((corner, Vec3::Y * side, Vec3::Z * 0.05));
+        }
+        let mut mesh = parallelograms(&quads);
+        let colour = |i: usize| Vec3::splat(0.4 + 0.1 * (i % 3) as f32);
+        mesh.colours = (0..if scan { mesh.positions.len() } else { 0 }).map(colour).collect();
+        let ray = Ray { origin: Vec3::new(2.0, 2.0, 2.01), direction: Vec3::X };
+        // 80 cm wide at the wall
+        first_met(&grey(mesh, 0.5), &ray, 0.4).map(|(ray, hit)| ray.origin + ray.direction * hit.t)
     };
-    let beside = met(0.01).expect("a crack");
-    assert!(
-        (beside.x - 4.0).abs() < 1e-3 && (0.05..0.15).contains(&beside.distance(Vec3::new(4.0, 2.0, 2.0))),
-        "{beside}"
-    );
-    assert!(met(0.5).is_none() && met(-0.2).is_some_and(|p| p.distance(Vec3::new(4.0, 2.0, 2.0)) < 1e-3));
+    let beside = met(0.01, true).expect("a crack");
+    let away = beside.distance(Vec3::new(4.0, 2.0, 2.01));
+    assert!((beside.x - 4.0).abs() < 1e-3 && (0.3..0.5).contains(&away), "{beside}");
+    assert!(met(0.01, false).is_none() && met(0.3, true).is_none() && met(0.3, false).is_none());
+    assert!(met(-0.2, true).is_some_and(|p| p.distance(Vec3::new(4.0, 2.0, 2.01)) < 1e-3));
 }

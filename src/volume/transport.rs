@@ -272,19 +272,27 @@ impl Caster<'_> {
     }
 }
 
-/// What a ray of some width per metre meets, and the ray that does; `None` if it gets out. A ray stands for all that its width sees: one that
-/// gets out where none half its width beside it does has found a crack, such as scans have, and tells of what is beside that.
+/// What a ray of some width per metre meets, and the ray that does; `None` if it gets out. A ray that gets out through a crack of a scan tells
+/// of what is beside that: the ray stands for all that its width sees, and a sky may be thousands of times as bright as a dark room.
 pub(super) fn first_met(scene: &Scene, ray: &Ray, spread: f32) -> Option<(Ray, Hit)> {
+    /// A crack is no wider, either way, than so many of the distances between a scan's vertices.
+    const WIDEST: f32 = 2.0;
     if let Some(hit) = scene.tracer.closest(ray, 0.0) {
         return Some((*ray, hit));
     }
     let (u, v) = across(ray.direction);
-    let beside = [u, v, -u, -v].into_iter().map(|aside| {
-        let ray = Ray { origin: ray.origin, direction: (ray.direction + 0.5 * spread * aside).normalize() };
-        scene.tracer.closest(&ray, 0.0).map(|hit| (ray, hit))
-    });
+    let beside = |width: f32| -> Option<Vec<(Ray, Hit)>> {
+        let met = |aside: Vec3| {
+            let ray = Ray { origin: ray.origin, direction: (ray.direction + width * aside).normalize() };
+            scene.tracer.closest(&ray, 0.0).map(|hit| (ray, hit))
+        };
+        [u, v, -u, -v].into_iter().map(met).collect()
+    };
     // the farthest is least likely the surface that the ray came from
-    beside.collect::<Option<Vec<_>>>()?.into_iter().max_by(|a, b| a.1.t.total_cmp(&b.1.t))
+    let (ray, hit) = beside(0.5 * spread)?.into_iter().max_by(|a, b| a.1.t.total_cmp(&b.1.t))?;
+    let face = scene.face(hit.triangle);
+    let crack = WIDEST * scene.paint(&face, false).vertex_spacing(&face) / hit.t;
+    (crack > 0.0 && beside(crack).is_some()).then_some((ray, hit))
 }
 
 /// Least probability density that a ray's weight is taken from, per steradian: loses 1 % of a uniform light.

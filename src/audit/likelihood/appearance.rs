@@ -11,7 +11,6 @@ use crate::audit::likelihood::structure::{BLACK, Structure, WINDOW, structure};
 use crate::audit::likelihood::warped::damped;
 use crate::audit::observe::geometry_buffer::{GeometryBuffer, NONE};
 use crate::audit::picture::colour::colour_difference;
-use crate::edge_aware::EdgeAware;
 use crate::panorama::luminance;
 use crate::scene::Scene;
 use crate::shoot::Light;
@@ -66,25 +65,19 @@ pub(crate) fn irradiance(
             })
         })
         .collect();
-    let around = smooth(&surfaces.shape, &gathered);
-    let direct = |i: usize| light.direct_sun(scene, surfaces.position[i], surfaces.normal[i]);
-    let all = (0..w * h).into_par_iter().map(|i| {
-        let known = surfaces.triangle[i] != NONE && around[i] != Vec3::ZERO;
-        if known { around[i] + direct(i) } else { Vec3::ZERO }
-    });
-    all.collect()
-}
-
-/// Smooth light within a shape's outlines by samples of it, which are zero where there is none; zero far from all. Logarithms are averaged: a
-/// ray that leaves a dark room through a crack of its scan brings so much light that it would outshine all that is around.
-fn smooth(shape: &EdgeAware, samples: &[Vec3]) -> Vec<Vec3> {
-    let sigma = 6.0;
-    let weights: Vec<f32> = samples.iter().map(|e| if e.min_element() > 0.0 { 1.0 } else { 0.0 }).collect();
-    let logarithms: Vec<Vec3> = samples.iter().map(|e| e.map(f32::ln)).collect();
-    let near = shape.smoothed(&weights, sigma);
-    let means = shape.mean_colour_with(&logarithms, &weights, &near, sigma);
-    // where no weight is near the mean is nought
-    means.iter().map(|m| if *m == Vec3::ZERO { Vec3::ZERO } else { m.map(f32::exp) }).collect()
+    let weights: Vec<f32> = gathered.iter().map(|e| if e.min_element() > 0.0 { 1.0 } else { 0.0 }).collect();
+    let smoothed = surfaces.shape.smoothed(&weights, 6.0);
+    let around = surfaces.shape.mean_colour_with(&gathered, &weights, &smoothed, 6.0);
+    (0..w * h)
+        .into_par_iter()
+        .map(|i| {
+            let e = around[i];
+            if surfaces.triangle[i] == NONE || e.min_element() <= 0.0 {
+                return Vec3::ZERO;
+            }
+            e + light.direct_sun(scene, surfaces.position[i], surfaces.normal[i])
+        })
+        .collect()
 }
 
 /// Runs the test. `log_photo` is the photograph's logarithm with exposure, white balance and vignetting taken out; what is darker than `dark` it
@@ -138,24 +131,4 @@ pub(crate) fn test(
         .map(|i| if tested[i] { colour_difference(albedo[i], means[0][i], means[1][i]) } else { 0.0 })
         .collect();
     Texture { paint, ratio, unit, structure, colour, brightness, offset: middle, tested }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_ray_through_a_crack_does_not_light_what_is_around() {
-        const SIDE: usize = 60;
-        let sampled = |i: usize| (i % SIDE) % STRIDE == 2 && (i / SIDE) % STRIDE == 2;
-        let mut samples: Vec<Vec3> =
-            (0..SIDE * SIDE).map(|i| if sampled(i) { Vec3::new(0.02, 0.01, 0.005) } else { Vec3::ZERO }).collect();
-        samples[30 * SIDE + 30] *= 200.0;
-        let light = smooth(&EdgeAware::open(SIDE, SIDE), &samples);
-        let times = |i: usize| light[i] / Vec3::new(0.02, 0.01, 0.005);
-        assert!((0..SIDE * SIDE).all(|i| times(i).min_element() > 0.99 && times(i).max_element() < 2.0));
-        // and where no sample is near nobody knows
-        let none = smooth(&EdgeAware::open(SIDE, SIDE), &vec![Vec3::ZERO; SIDE * SIDE]);
-        assert!(none.iter().all(|e| *e == Vec3::ZERO));
-    }
 }
