@@ -280,6 +280,10 @@ pub(super) fn first_met(scene: &Scene, ray: &Ray, spread: f32) -> Option<(Ray, H
     if let Some(hit) = scene.tracer.closest(ray, 0.0) {
         return Some((*ray, hit));
     }
+    // only scans, which have their colours at their vertices, have cracks
+    if scene.mesh.colours.is_empty() {
+        return None;
+    }
     let (u, v) = across(ray.direction);
     let beside = |width: f32| -> Option<Vec<(Ray, Hit)>> {
         let met = |aside: Vec3| {

@@ -329,7 +329,7 @@ mod tests {
 
     #[test]
     fn what_lies_along_an_edge_does_not_tell_of_a_shift_along_it() {
-        // a plain board that is longer than the picture is wide, before a wall whose pattern is three pixels beside the model's
+        // a plain board of 48 by 8 pixels before a wall whose pattern is three pixels beside the model's
         let board = |i: usize| (28..36).contains(&(i / WIDE)) && (8..56).contains(&(i % WIDE));
         let shown = |i: usize, beside: usize| {
             let around = (24..40).contains(&(i / WIDE));
